@@ -99,7 +99,8 @@ class ActionRow(Generic[T]):
 
     checked: True if it is checked at the start; group: name of a group in which one row is checked;
     needs: 'clip' if it needs an open clip, 'figure' if it also needs the 3D view; in_list: True if
-    the context menu of the panel's list has it, too; tool: its button in the toolbar, if any.
+    the context menu of the panel's list has it, too; tool: its button in the toolbar, if any;
+    verdict: True if it decides, so that a held key does it once, and only about what was drawn.
     """
 
     id: str
@@ -111,6 +112,7 @@ class ActionRow(Generic[T]):
     needs: Needs = field(default="", kw_only=True)
     in_list: bool = field(default=False, kw_only=True)
     tool: Tool | None = field(default=None, kw_only=True)
+    verdict: bool = field(default=False, kw_only=True)
     checkable: ClassVar[bool] = False
 
     def connect(self, action: QAction, on: T) -> None:

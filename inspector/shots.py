@@ -156,7 +156,7 @@ def main() -> int:
         ("inspector", "system", act),
         ("inspector-dark", "dark", act),
         ("flip", "system", flip),
-        ("skin-side-by-side", "dark", lambda w: act(w, "skin", "side_by_side")),
+        ("skin-side-by-side", "dark", act),
         ("trails", "system", trails),
         ("folder", "system", queue),
         ("export", "system", export),
@@ -225,7 +225,7 @@ def film(window: MainWindow) -> None:
         document.decide(Decision.ACCEPTED, [judged.id for judged in document.intervals])
         document.select_chain(_FILMED)
         document.go_to(_FILM.first)
-        act(window, "skin", "side_by_side", "focus_chain")
+        act(window, "focus_chain")
         wait(_SETTLE_MS)
         window.part(of_recording).record_actions.record(_FILM)
         wait_for(lambda: not window.part(of_recording).recorder.running)

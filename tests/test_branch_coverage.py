@@ -24,7 +24,7 @@ def test_each_package_has_its_share(capsys, gone, status):
     said = capsys.readouterr().out.splitlines()
     assert said[-1] == f"twistcore: {76 + gone}.0 % of 100; of its branches {5 * gone}.0 %"
     assert said[-2] == "inspector: 88.0 % of 100; of its branches 88.0 %"
-    assert said[0] == "inspector/b.py: 12 of 100 not gone"
+    assert said[0] == "inspector/b.py: 12 of 100 not covered"
 
 
 def test_a_package_that_is_not_measured_has_no_share():

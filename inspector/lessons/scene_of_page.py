@@ -15,6 +15,7 @@ from inspector.viewport.camera import OrbitCamera
 from twistcore.analysis.decomposition import WhatIf
 from twistcore.skeleton.rotation import Array
 
+_LOOKS = "skin", "side_by_side"
 _NOTHING_KEPT = tr("A lesson saves nothing. When it ends, your own clip comes back unchanged.")
 
 
@@ -23,12 +24,14 @@ class ViewBefore:
 
     def __init__(self, program: GuidedProgram) -> None:
         self._program = program
-        self._show, self._skin = program.document.show, program.actions["skin"].isChecked()
+        self._show = program.document.show
+        self._looks = {look: program.actions[look].isChecked() for look in _LOOKS}
 
     def restore(self) -> None:
         """Restore the view."""
         self._program.document.set_show(self._show)
-        self._program.actions["skin"].setChecked(self._skin)
+        for look, checked in self._looks.items():
+            self._program.actions[look].setChecked(checked)
 
 
 def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> None:
@@ -40,6 +43,7 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
     in_front[place.tab]()
     document.set_show(Show(place.look))
     program.actions["skin"].setChecked(place.skin)
+    program.actions["side_by_side"].setChecked(False)  # the page says which figure to show
     if place.chain:
         document.select_chain(place.chain)
     document.select_interval(_interval_at(program, place))

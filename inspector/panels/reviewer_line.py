@@ -36,8 +36,9 @@ class ReviewerLine(QFrame):
         self.hide()
 
     def _ask(self) -> None:
-        if not self._settings.reviewer_asked:
+        if not self._settings.reviewer_asked and self.isHidden():
             self.show()
+            self.name.setFocus()  # or the letters of the name would decide about intervals
 
     def _look(self) -> None:
         """Hide the line if the name was entered somewhere else."""

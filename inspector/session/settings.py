@@ -51,6 +51,8 @@ class Settings:
     - autosave: True if sessions are saved automatically
     - columns: the columns of the list of intervals, empty for as many as fit
     - interval_sort: the column to sort by, with '-' in front for descending order, '' for none
+    - skin: True to draw limbs with the striped skin instead of wedges
+    - side_by_side: True to draw the poses before and after in two pictures
     - language: 'system' or a language code such as 'de'; an unknown code means 'system'
     - of_features: the value of each FeatureSetting by its name
     - of_others: entries that this version does not know, kept for a newer version
@@ -71,6 +73,8 @@ class Settings:
     autosave: bool = True
     columns: list[str] = field(default_factory=list)
     interval_sort: str = ""
+    skin: bool = True
+    side_by_side: bool = True
     language: str = "system"
     of_features: dict[str, Any] = field(default_factory=dict)
     of_others: dict[str, Any] = field(default_factory=dict)
@@ -148,6 +152,8 @@ CHECKS: dict[str, Check] = {
     "autosave": checks.truth,
     "columns": checks.first_of(checks.text_up_to(20), 20),
     "interval_sort": checks.text_up_to(21),
+    "skin": checks.truth,
+    "side_by_side": checks.truth,
     "language": checks.text_up_to(20),
 }
 

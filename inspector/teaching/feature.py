@@ -32,8 +32,19 @@ class Teaching(FeatureParts):
 
     def connect(self, window: HostWindow) -> None:
         """Connect the tab to the window; teaching is active while the tab is visible."""
-        self._dock = window.docks["teaching"]
-        self._dock.visibilityChanged.connect(self.teaching.set_shown)
+        self._dock, self._window = window.docks["teaching"], window
+        self._dock.visibilityChanged.connect(self._set_shown)
+
+    def _set_shown(self, on: bool) -> None:
+        """Activate or deactivate teaching; while it is active, draw wedges in one picture.
+
+        The gizmo is drawn on the wedges, so the striped skin and the pictures side by side are
+        switched off.
+        """
+        for look in ("skin", "side_by_side"):
+            wanted = not on and bool(self._window.settings.value(look))
+            self._window.actions_by_id[look].setChecked(wanted)
+        self.teaching.set_shown(on)
 
     def content(self) -> QWidget:
         """Return the content of the dock, which is at least as wide as the symbols."""

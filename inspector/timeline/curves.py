@@ -52,7 +52,7 @@ class Curves(ABC):
         return values
 
     def fit_tau(self, pane: Pane, degrees: float) -> None:
-        """Set the range of the strength plot: from 0 to its peak, or to above τ if that is higher."""
+        """Set the range of the strength plot from 0 to its peak, or above τ if that is higher."""
         reach = (0.0, min(max(self._peak, _HEADROOM * degrees, 5.0), max(190.0, self._peak)))
         if reach != self._reach:
             self._reach = reach

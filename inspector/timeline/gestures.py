@@ -105,12 +105,9 @@ class Gestures:
         near = self._scenery.between(frame - reach, frame + reach)
         best: tuple[float, Hit] | None = None
         for judged in reversed(near):  # the selected one first
-            interval = judged.interval
-            inside = min(reach, (interval.stop - interval.start) / 3.0)
-            for part, edge, inward in (
-                (Part.START, interval.start - 0.5, 1.0),
-                (Part.STOP, interval.stop - 0.5, -1.0),
-            ):
+            start, stop = self._scenery.drawn_ends(judged, pixel)
+            inside = min(reach, (stop - start) / 3.0)
+            for part, edge, inward in ((Part.START, start, 1.0), (Part.STOP, stop, -1.0)):
                 depth = (frame - edge) * inward  # positive inside the interval
                 if -reach <= depth <= inside and (best is None or abs(depth) < best[0]):
                     best = abs(depth), Hit(part, judged)
@@ -120,7 +117,16 @@ class Gestures:
             return best[1]
         if abs(frame - self._document.frame) <= reach * 0.7:
             return Hit(Part.PLAYHEAD)
-        body = self.interval_at(frame)
+        body = self.interval_at(frame) or next(
+            (
+                j
+                for j in near
+                if self._scenery.drawn_ends(j, pixel)[0]
+                <= frame
+                < self._scenery.drawn_ends(j, pixel)[1]
+            ),
+            None,
+        )
         return Hit(Part.BODY, body) if body else Hit(Part.EMPTY)
 
     def interval_at(self, frame: float) -> Judged | None:

@@ -15,7 +15,7 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-from inspector.timeline.regions import Regions
+from inspector.timeline.regions import Regions, wide_enough
 from inspector.timeline.time_view import TimeView
 from inspector.timeline.title_lines import title_lines
 from inspector.widgets.theme import Colours, Theme, figures_font, mixed
@@ -23,6 +23,7 @@ from twistcore.review import Judged
 from twistcore.skeleton.rotation import Array
 
 _TITLE_HEIGHT = 17.0
+_WHOLE = 0.95  # share of all values from which no mark is needed
 _REMEMBERED = 8  # cached regions; all plots use the same one or two
 
 
@@ -98,6 +99,15 @@ class Scenery:
         chosen = [self.intervals[k] for k in seen]
         chosen.sort(key=lambda j: j.id == self.selected)
         return chosen
+
+    def drawn_ends(self, judged: Judged, pixel: float) -> tuple[float, float]:
+        """Return the ends of an interval as drawn, in frames; short ones are drawn wider.
+
+        pixel: frames per pixel.
+        """
+        ends = np.array([[judged.interval.start, judged.interval.stop]]) - 0.5
+        start, stop = wide_enough(ends, pixel)[0].tolist()
+        return start, stop
 
     def regions(self, first: float, last: float, width: int) -> Regions:
         """Return the regions of a range of frames at a width in pixels; all plots share them."""
@@ -186,7 +196,7 @@ class FrontLayer(Layer):
 
     def __init__(self, view: TimeView, scenery: Scenery) -> None:
         super().__init__(view, scenery, 50.0)
-        self._key = view.key
+        self._key, self._values = view.key, view
         self.title: list[tuple[str, str]] = []
         self.values = self.time = ""
         self.tau: tuple[float, str] | None = None
@@ -204,6 +214,7 @@ class FrontLayer(Layer):
         painter.setFont(self.scenery.font())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         self._paint_playhead(painter)
+        self._paint_part(painter)
         if self.scenery.drag_label is not None:
             self._paint_drag_label(painter, self.scenery.drag_label)
         if option.exposedRect.left() < 0.0:
@@ -220,6 +231,20 @@ class FrontLayer(Layer):
             pen.setCapStyle(Qt.PenCapStyle.FlatCap)
             painter.setPen(pen)
             painter.drawLine(QLineF(x, 0.0, x, self._view.height()))
+
+    def _paint_part(self, painter: QPainter) -> None:
+        """Mark at the right edge which part of all values is shown, like a scroll bar."""
+        if self._values.part is None:
+            return
+        (low, high), (bottom, top) = self._values.viewRange()[1], self._values.all_values
+        bottom, top = min(bottom, low), max(top, high)
+        if high - low > _WHOLE * (top - bottom):
+            return
+        tall, left = self._view.height(), self._view.width() - 5.0
+        theme, scale = self.scenery.theme, tall / (top - bottom)
+        painter.fillRect(QRectF(left, 0.0, 5.0, tall), QColor(theme.line))
+        thumb = QRectF(left, (top - high) * scale, 5.0, max((high - low) * scale, 4.0))
+        painter.fillRect(thumb, QColor(theme.soft))
 
     def _paint_drag_label(self, painter: QPainter, label: DragLabel) -> None:
         theme, view = self.scenery.theme, QRectF(self._view.rect())

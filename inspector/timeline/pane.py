@@ -28,6 +28,7 @@ _HEADROOM = {True: 0.14, False: 0.07}  # share above the curves; True: with glyp
 _SMOOTH = 4_000  # most visible frames with antialiased lines
 _NO_SEAMS = np.zeros(0, dtype=np.int64)
 _LIT_WIDTH = 3.0
+_LEAST_PART = 10.0  # least range of a part of the values
 
 
 @dataclass(frozen=True)
@@ -192,6 +193,25 @@ class Pane(Canvas):
         foot = 0.03 if low == 0.0 else 0.07
         self.time.fit_to(low - foot * span, high + self._headroom * span)
         self.touch()
+
+    def show_part(self, first: float, last: float, *, grow: bool = False) -> None:
+        """Show the values between two places in frames; grow: add them to the part shown now."""
+        part = self.time.part
+        if self.root or (grow and part is None):
+            return  # the root scale shows small values anyway
+        frames = slice(max(0, math.ceil(first)), max(0, math.floor(last) + 1))
+        seen = np.concatenate([y[frames] for y, _ in self.values.values()] or [np.zeros(0)])
+        seen = seen[np.isfinite(seen)]
+        if not len(seen):
+            return
+        low, high = float(seen.min()), float(seen.max())
+        spare = 0.5 * max(0.0, _LEAST_PART - (high - low))
+        low, high = low - spare, high + spare
+        span = high - low
+        low, high = low - 0.07 * span, high + self._headroom * span
+        if grow and part is not None:
+            low, high = min(low, part[0]), max(high, part[1])
+        self.time.show_part(low, high)
 
     def show_frames(self, first: float, last: float) -> None:
         """Show a range of frames."""

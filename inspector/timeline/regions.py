@@ -12,9 +12,11 @@ from PySide6.QtGui import QBrush, QColor, QFont, QPainter, QPainterPath, QPen
 
 from inspector.widgets.theme import Theme, mixed
 from twistcore.review import Decision, Judged
+from twistcore.skeleton.rotation import Array
 
 _CROWDED = 4  # with fewer pixels per region, borders and glyphs are omitted
 _GLYPH_ROOM = 11  # pixels
+LEAST = 8  # pixels of a region, so that the mouse can hold it
 _GLYPHS = {Decision.ACCEPTED: "✓", Decision.REJECTED: "✗", Decision.UNDECIDED: "?"}
 _BORDERS = {
     Decision.ACCEPTED: Qt.PenStyle.SolidLine,
@@ -128,10 +130,18 @@ def _places(regions: Sequence[Judged], first: float, last: float, width: int) ->
     They are limited here because clipping at fractions of pixels makes painting slow.
     """
     frames = np.array([(j.interval.start, j.interval.stop) for j in regions]) - 0.5
+    if len(regions) * 2 * LEAST < width:  # leave many regions apart
+        frames = wide_enough(frames, (last - first) / max(width, 1))
     places = np.rint((frames - first) / (last - first) * width).astype(np.int64)
     places[:, 1] = np.maximum(places[:, 1], places[:, 0] + 2)
     pairs: _Spans = np.clip(places, 0, width).tolist()
     return pairs
+
+
+def wide_enough(spans: Array, pixel: float) -> Array:
+    """Return spans (n, 2) in frames, at least LEAST pixels wide; pixel: frames per pixel."""
+    spare = 0.5 * np.maximum(LEAST * pixel - (spans[:, 1] - spans[:, 0]), 0.0)
+    return np.stack([spans[:, 0] - spare, spans[:, 1] + spare], axis=1)
 
 
 def _inside(places: _Spans, width: int) -> list[int]:

@@ -43,19 +43,40 @@ class TimeView(pg.ViewBox):
         self.gestures: Mouse | None = None
         self.zoomed = False  # a person has zoomed the values
         self._all = (0.0, 1.0)
+        self._part: tuple[float, float] | None = None  # shown instead of all values
         self._beyond: tuple[float, float] | None = None  # an additional temporary range
 
     # -- values -------------------------------------------------------------------------------
 
     def fit_to(self, low: float, high: float) -> None:
-        """Set the range of all values, and show it unless the person has zoomed."""
+        """Set the range of all values; show it unless the view is zoomed or shows only a part."""
         self._all = (low, high)
-        if not self.zoomed:
+        if not self.zoomed and self._part is None:
             self.fit()
+
+    def show_part(self, low: float, high: float) -> None:
+        """Show a part of the values, unless the person has zoomed."""
+        if not self.zoomed and (low, high) != self._part:
+            self._part = low, high
+            self.setYRange(low, high, padding=0.0)
+
+    @property
+    def part(self) -> tuple[float, float] | None:
+        """The part of the values that `show_part` has set, or None."""
+        return None if self.zoomed else self._part
+
+    @property
+    def all_values(self) -> tuple[float, float]:
+        """The range of all values."""
+        return self._all
+
+    def forget_zoom(self) -> None:
+        """Show all values with the next `fit_to`."""
+        self.zoomed, self._part = False, None
 
     def fit(self) -> None:
         """Show all values."""
-        self.zoomed = False
+        self.forget_zoom()
         low, high = self._all
         if self._beyond is not None:
             low, high = min(low, self._beyond[0]), max(high, self._beyond[1])

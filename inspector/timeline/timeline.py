@@ -41,8 +41,10 @@ class Timeline(QWidget):
         self.scenery = Scenery(colours)
         self.visible = VisibleRange(document, self)
         self.visible.changed.connect(self._show_range)
+        self.visible.arrived.connect(self._fit_part)
         self._curves: Curves | None = None
         self._applicable: list[str] = []  # the plots that apply to the selection
+        self._arriving = False  # fit the values to the visible frames with the next refresh
         self._stale = Stale(self)  # most changes do not affect the clip's own curves
         self._stale.due.connect(self.refresh)
         self._build(colours)
@@ -260,6 +262,8 @@ class Timeline(QWidget):
             self._repaint()
             if everything:
                 self._refresh_shown()
+            self._show_part(grow=not self._arriving)
+        self._arriving = False
         self._show_overview()
         self._show_readout()
 
@@ -286,7 +290,7 @@ class Timeline(QWidget):
         for key, pane in self.panes.items():
             pane.colour()
             pane.front.values = words[key]
-            pane.time.zoomed = False
+            pane.time.forget_zoom()
         for key in self._applicable:
             self.plots[key].draw_clip(curves, self.panes[key])
         self._show_range()
@@ -336,7 +340,18 @@ class Timeline(QWidget):
     def _show_range(self, *_: object) -> None:
         for pane in self.panes.values():
             pane.show_frames(*self.visible.ends)
+        self._show_part(grow=True)
         self.overview.show_view(*self.visible.ends)
+
+    def _fit_part(self) -> None:
+        """Fit values as well as frames; later, when the interval's chain is loaded."""
+        self._arriving = True
+        self._stale.mark()
+
+    def _show_part(self, *, grow: bool) -> None:
+        for key in self._applicable:
+            if not self.plots[key].takes_tau:
+                self.panes[key].show_part(*self.visible.ends, grow=grow)
 
     def _renumber(self) -> None:
         for pane in self.panes.values():

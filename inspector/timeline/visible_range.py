@@ -9,12 +9,14 @@ from twistcore.detection import Interval
 from twistcore.review import Judged
 
 SMALLEST = 8.0  # frames
+_SPARE = 3.5  # most frames on either side, in lengths of the interval
 
 
 class VisibleRange(QObject):
     """The visible range; ends: the first and last visible position in frames, within the clip."""
 
     changed = Signal()
+    arrived = Signal()  # at an interval
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -41,12 +43,18 @@ class VisibleRange(QObject):
         self.show(self.ends[0] + frames, self.ends[1] + frames)
 
     def zoom_to_interval(self, judged: Judged | None = None) -> None:
-        """Show an interval, by default the selected one, with half a second on either side."""
+        """Show an interval, by default the selected one, with half a second on either side.
+
+        The margin of a short interval is smaller, so that the interval fills at least an eighth of
+        the width.
+        """
         judged = judged or self._document.interval
         if judged is None or self._document.data is None:
             return
-        pad = 0.5 * self._document.data.motion.fps
-        self.show(judged.interval.start - pad, judged.interval.stop + pad)
+        start, stop = judged.interval.start, judged.interval.stop
+        pad = min(0.5 * self._document.data.motion.fps, _SPARE * (stop - start))
+        self.show(start - 0.5 - pad, stop - 0.5 + pad)
+        self.arrived.emit()
 
     def deselect_hidden(self) -> None:
         """Deselect an interval that is not visible, so that no key press decides on it."""

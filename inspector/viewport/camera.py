@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,6 +12,8 @@ from twistcore.skeleton.rotation import Array, normalise
 
 VIEW_ANGLE = np.radians(28.0)  # vertical field of view
 _STEEPEST = np.radians(89.0)
+_TILTS = np.array([0.0, -0.4, 0.4])  # of a view along a bone, where across it something hides it
+_HIDDEN = 6.0  # weight of the hidden share of a limb
 _SLANT = 0.6  # best cosine between a limb's line and the view
 VIEWS = {  # degrees from the figure's front, degrees above the horizon
     "front": (0.0, 4.0),
@@ -136,22 +139,39 @@ def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
     return turned.orbited(0.0, 0.0)
 
 
+Hidden = Callable[[Array], Array]  # from directions (n, 3) to the hidden share of a limb, (n,)
+
+
+def _nothing_hidden(directions: Array) -> Array:
+    return np.zeros(len(directions))
+
+
 def roll_direction(
-    axis: Array, after: Array, before: Array, outward: Array, facing: Array, up: Array
+    axis: Array,
+    after: Array,
+    before: Array,
+    outward: Array,
+    facing: Array,
+    up: Array,
+    hidden: Hidden = _nothing_hidden,
 ) -> Array:
     """Return the direction from which the roll of a bone shows best, a unit vector (3,).
 
     axis: along the bone; after, before: its front normals; outward: from the body to the limb;
-    facing: the figure's front; all (3,). The best view is across the bone, from outside and not
-    from below, with one front almost frontal and the other almost edge-on.
+    facing: the figure's front; all (3,); hidden: the hidden share of the limb. The best view shows
+    the whole limb. It is across the bone or nearly so, from outside and not from below, with one
+    front almost frontal and the other almost edge-on.
     """
     first = np.cross(axis, up)
     if np.linalg.norm(first) < 0.1:
         first = np.cross(axis, facing)
     first = normalise(first)
     second = np.cross(axis, first)
-    turns = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)[:, None]
-    seen = np.cos(turns) * first + np.sin(turns) * second
+    turns = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)[:, None]
+    across = np.cos(turns) * first + np.sin(turns) * second
+    tilts = np.repeat(_TILTS, len(turns))
+    seen = np.tile(across, (len(_TILTS), 1)) + tilts[:, None] * axis
+    seen /= np.linalg.norm(seen, axis=1, keepdims=True)
     full, other = seen @ after, seen @ before
     level = seen @ up
     score = (
@@ -162,18 +182,29 @@ def roll_direction(
         + 0.3 * (seen @ facing)
         - 2.0 * np.maximum(-0.05 - level, 0.0)
         - 1.5 * np.maximum(level - 0.6, 0.0)
+        - 0.5 * np.abs(tilts)
     )
-    return normalise(seen[int(np.argmax(score))] + 0.12 * up)
+    seen = normalise(seen + 0.12 * up)
+    best: Array = seen[int(np.argmax(score - _HIDDEN * hidden(seen)))]
+    return best
 
 
-def circle_direction(axis: Array, aside: Array, outward: Array, facing: Array, up: Array) -> Array:
+def circle_direction(
+    axis: Array,
+    aside: Array,
+    outward: Array,
+    facing: Array,
+    up: Array,
+    hidden: Hidden = _nothing_hidden,
+) -> Array:
     """Return the direction from which a turn about a limb's line shows best, a unit vector (3,).
 
     axis: along the line; aside: from it to the middle joint; outward: from the body to the limb;
-    facing: the figure's front; all (3,). The best view is at an angle to the line, so that its
-    circle is open, with the joint to one side, and not steeply from above or from below.
+    facing: the figure's front; all (3,); hidden: the hidden share of the limb. The best view shows
+    the whole limb. It is at an angle to the line, so that its circle is open, with the joint to
+    one side, and not steeply from above or from below.
     """
-    around, above = np.meshgrid(np.radians(np.arange(0, 360, 5)), np.radians(np.arange(0, 45, 5)))
+    around, above = np.meshgrid(np.radians(np.arange(0, 360, 10)), np.radians(np.arange(0, 45, 9)))
     side = np.cross(up, facing)
     level = np.cos(around)[..., None] * facing + np.sin(around)[..., None] * side
     seen = (np.cos(above)[..., None] * level + np.sin(above)[..., None] * up).reshape(-1, 3)
@@ -185,6 +216,7 @@ def circle_direction(axis: Array, aside: Array, outward: Array, facing: Array, u
         + 0.6 * (seen @ beside) / max(float(np.linalg.norm(beside)), 1e-9)
         + 0.3 * (seen @ facing)
         - 0.5 * (seen @ up)
+        - _HIDDEN * hidden(seen)
     )
     best: Array = seen[int(np.argmax(score))]
     return best

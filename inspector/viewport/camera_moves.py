@@ -152,7 +152,11 @@ class Steering(QWidget):
             skeleton=data.motion.skeleton, height=scene.height, above=above,
             body=scene.people.get(chain.person, ()),
         )  # fmt: skip
-        return None if side is None else side.camera(camera, scene.height, self._aspect())
+        return (
+            None
+            if side is None
+            else side.camera(camera, scene.height, self._aspect(), covered=self._covered())
+        )
 
     def _turned(self, share: float) -> None:
         if self._turn is not None:

@@ -29,6 +29,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array
 
+_LEAST_ANGLE = 0.5  # degrees, to be written at a bone
 _NO_CIRCLE = tr("the limb is straight or folded, so it has no swivel angle")
 
 
@@ -160,6 +161,22 @@ class FrameDrawing:
         if scene.trails is not None:
             text += trails_text(scene.trails.apart / scene.height)
         return text
+
+    def angle_to_show(self, scene: Scene) -> tuple[float, Array | None]:
+        """Return the offset at the frame, degrees, and the ends of its bone before correction,
+        (2, 3); None if there is no offset, or if before is not shown.
+        """
+        document, chain = self._document, selected_chain(self._document)
+        hidden = not scene.split and document.show == Show.AFTER
+        if chain is None or self.guest is not None or hidden:
+            return 0.0, None
+        fault = fault_at(document)
+        offset = float(document.offset(chain.name)[document.frame])
+        degrees = float(np.degrees(fault.residual if fault else offset))
+        if abs(degrees) < _LEAST_ANGLE:
+            return degrees, None
+        _, positions = document.pose(document.frame, after=False)
+        return degrees, positions[[chain.parent, chain.child]]
 
     def is_current(self) -> bool:
         """True if the offsets at the frame are the same as when it was drawn."""

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
 from inspector.viewport.bodies import BoneSegment
 from inspector.viewport.camera import OrbitCamera, circle_direction, roll_direction
 from inspector.viewport.limb_circle import Circle, circle_of, helper_circle
+from inspector.viewport.occlusion import occluders
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
+_ON_BONE = (0.15, 0.4, 0.65, 0.9)  # places on a bone that should be seen
 _AIR = 0.045  # margin around the limb, in figure heights
 
 
@@ -27,12 +31,19 @@ class LimbSide:
     points: Array
 
     def camera(
-        self, camera: OrbitCamera, height: float, aspect: float, margin: float = 1.4
+        self,
+        camera: OrbitCamera,
+        height: float,
+        aspect: float,
+        margin: float = 1.4,
+        covered: float = 0.0,
     ) -> OrbitCamera:
-        """Return a camera for this view; height: of the figure; aspect: width to height."""
+        """Return a camera for this view; height: of the figure; aspect: width to height; covered:
+        the share of the picture's height that is covered at the top.
+        """
         corners = [self.points + _AIR * height * e for e in (*np.eye(3), *-np.eye(3))]
         turned = camera.looking_from(self.direction)
-        return turned.framing(np.vstack(corners), aspect, margin=margin)
+        return turned.framing(np.vstack(corners), aspect, margin=margin, covered=covered)
 
 
 def limb_joints(chain: Chain, positions: Array) -> Array:
@@ -70,8 +81,9 @@ def limb_side(
         circle = circle_of(chain, before[1])
     middle = positions[list(body) or slice(None)].mean(axis=0)
     outward = limb.mean(axis=0) - middle
+    hidden = partial(_hidden_share, chain, bones, before, after, height)
     if circle is not None:
-        direction = circle_direction(circle.axis, circle.aside, outward, facing, up)
+        direction = circle_direction(circle.axis, circle.aside, outward, facing, up, hidden)
         around = circle.at(np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False))
         return LimbSide(direction, np.vstack([limb, around]))
     if above >= 0:
@@ -89,5 +101,35 @@ def limb_side(
         outward / size if size > 0.0 else outward,
         facing,
         up,
+        hidden,
     )
     return LimbSide(direction, limb)
+
+
+def _hidden_share(
+    chain: Chain,
+    bones: Sequence[BoneSegment],
+    before: tuple[Array, Array],
+    after: tuple[Array, Array],
+    height: float,
+    directions: Array,
+) -> Array:
+    """Return the hidden share of a limb, before or after, whichever is larger; (directions,)."""
+    joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
+    own = list(pairwise(joints))
+    if isinstance(chain, Limb):
+        own += [(chain.parent, chain.child), (chain.child, chain.end)]
+    parents = [b.parent for b in bones]
+    tips = np.array([b.tip for b in bones])
+    shares = []
+    poses = [before] if np.allclose(before[1], after[1]) else [before, after]
+    for rotations, positions in poses:
+        ends = positions[parents] + rotate(rotations[parents], tips)
+        rods = occluders(bones, ends, positions, own, height)
+        places = np.array(_ON_BONE)[:, None]
+        points = np.vstack(
+            [positions[a] + places * (positions[b] - positions[a]) for a, b in pairwise(joints)]
+        )
+        shares.append(rods.hidden_share(points, directions))
+    most: Array = np.max(shares, axis=0)
+    return most

@@ -15,6 +15,7 @@ from inspector.viewport.bone_colours import scale_colour
 from inspector.widgets.labels import bold, inked
 from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import Theme
+from twistcore.skeleton.rotation import Array
 
 _Shown = TypeVar("_Shown", bound=QWidget)
 _MARGIN = 10  # pixels between the legend and the corner
@@ -34,6 +35,8 @@ class Overlays:
         self.legend = _let_through(QLabel(view))  # the key of colours
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.legend.hide()
+        self.angle = _let_through(QLabel(view))  # at the wrong bone
+        self.angle.hide()
         self.scale = OffsetScale(view)
         self._split = False
 
@@ -45,6 +48,10 @@ class Overlays:
             f"border-radius: 4px; padding: 4px 8px; font-size: {points:.1f}pt;"
         )
         self.fit()
+        self.angle.setStyleSheet(
+            f"background: {theme.raised}; color: {theme.before}; border-radius: 4px;"
+            f"padding: 1px 5px; font-weight: bold; font-size: {1.3 * points:.1f}pt;"
+        )
         self.divider.setStyleSheet(f"background: {theme.line}")
         self.scale.colour(theme)
 
@@ -66,6 +73,34 @@ class Overlays:
         if text != self.legend.text():
             self.legend.setText(text)
             self.fit()
+
+    def show_angle(self, text: str, bone: Array | None = None, thick: float = 0.0) -> None:
+        """Show an angle next to a bone in the left picture, or hide it.
+
+        bone: its ends in pixels, (2, 2); thick: its radius in pixels.
+        """
+        view = self.notice.parentWidget()
+        assert view is not None
+        if not text or bone is None:
+            self.angle.hide()
+            return
+        if text != self.angle.text():
+            self.angle.setText(text)
+        size = self.angle.sizeHint()
+        room = QSize(view.width() // (2 if self._split else 1), view.height())
+        (x, y), (across, down) = bone.mean(axis=0), np.abs(bone[1] - bone[0])
+        if down >= across:
+            left, top = x + thick, y - size.height() / 2
+            if left + size.width() > room.width():
+                left = x - thick - size.width()
+        else:
+            left, top = x - size.width() / 2, y - thick - size.height()
+            if top < self.top:
+                top = y + thick
+        left = min(max(left, 0), room.width() - size.width())
+        top = min(max(top, self.top), room.height() - size.height())
+        self.angle.setGeometry(QRect(QPoint(round(left), round(top)), size))
+        self.angle.show()
 
     @property
     def top(self) -> int:

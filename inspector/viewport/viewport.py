@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QEvent, QTimer
+from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QToolTip, QWidget
 from pyvistaqt import QtInteractor
@@ -15,7 +15,7 @@ from inspector.language import tr
 from inspector.session.document import Document
 from inspector.viewport import opengl
 from inspector.viewport.bone_under_mouse import Pointing
-from inspector.viewport.camera import OrbitCamera
+from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.camera_moves import Steering
 from inspector.viewport.dashed_figure import Companion
 from inspector.viewport.frame_drawing import FrameDrawing, Guest
@@ -34,6 +34,7 @@ _AFTER_CURVES_MS = 12  # while τ is dragged, tables and curves are painted firs
 _WARM_MS = 60  # after the window is shown
 _MOST_COVERED = 0.25  # largest share of the height covered by the legend
 _REST_MS = 400  # no description while the figure moves
+_GIRTH = 0.035  # half the width of a limb and some air, in figure heights
 _FIGURE_MS = 30  # tables and curves of a new clip come first, then the figure
 
 
@@ -51,6 +52,8 @@ class Viewport(Steering):
         self.drawing = FrameDrawing(document)
         self.pointing = Pointing(self, self.drawing)
         self._scale = 1.0
+        self._drawn: int | None = None  # the selected interval in the scene
+        self._painted: int | None = None  # and on the screen
         self._stale = Stale(self)
         self._stale.due.connect(self.refresh)
         self._timer = QTimer(self, singleShot=True, interval=_AFTER_CURVES_MS)
@@ -137,9 +140,21 @@ class Viewport(Steering):
             self._go_along(scene)
             assert self.camera is not None
             self.drawing.draw(scene, self.camera)
+            self._drawn = self.document.interval_id
             self.overlays.show_legend(self.drawing.legend(scene, self.theme))
+            self._show_angle(scene, self.camera)
             self._rest.start()
         self._repaint()
+
+    def _show_angle(self, scene: Scene, camera: OrbitCamera) -> None:
+        """Show the offset at the frame next to its bone, in the picture of before."""
+        degrees, joints = self.drawing.angle_to_show(scene)
+        if joints is None:
+            self.overlays.show_angle("")
+            return
+        pixels, depth = camera.project(joints, *self.picture_size())
+        size = _GIRTH * scene.height * self.height() / (2.0 * np.tan(VIEW_ANGLE / 2.0))
+        self.overlays.show_angle(f"{abs(degrees):.0f}°", pixels, size / float(depth.mean()))
 
     def _repaint(self) -> None:
         """Repaint with Qt's next repaint; pyvista's `update` would render at once."""
@@ -155,9 +170,22 @@ class Viewport(Steering):
         """True if a picture is still to be drawn."""
         return self._stale.pending or self._timer.isActive() or self._builder.isActive()
 
+    def has_painted_interval(self) -> bool:
+        """True if the selected interval was painted, or the view cannot be seen."""
+        if self.view is None or self.view.visibleRegion().isEmpty():
+            return True
+        return self.document.interval_id in (None, self._painted)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Note what the view paints; never stop an event."""
+        if event.type() == QEvent.Type.Paint:
+            self._painted = self._drawn
+        return False
+
     # -- the clip -----------------------------------------------------------------------------
 
     def _opened(self) -> None:
+        self._drawn = self._painted = None
         data = self.document.data
         self._stop_turning()
         self._builder.stop()
@@ -249,6 +277,7 @@ class Viewport(Steering):
         navigation.clicked.connect(self.pointing.click)
         navigation.hovered.connect(self.pointing.hover)
         self.view.setAccessibleName(tr("3D view of the figure"))
+        self.view.installEventFilter(self)
         vbox(self.view, owner=self, margins=(0, 0, 0, 0))
 
     def _describe(self) -> None:

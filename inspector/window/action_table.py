@@ -11,8 +11,9 @@ from inspector.session.open_clip import Show
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import bring_to_front
-from inspector.window.actions import Menus
+from inspector.window.actions import Menus, rows
 from inspector.window.detector_rows import detector_rows
+from inspector.window.drawn_first import DrawnFirst
 from inspector.window.features import FEATURES, joined
 from inspector.window.keyboard_page import shortcuts_markdown, show_shortcuts
 from inspector.window.parts import Parts
@@ -69,24 +70,24 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
     "Edit": (
         ActionSpec("undo", tr("Undo"), ("Ctrl+Z",),
                    tool=Tool(tr_as("tool", "Undo"), 20, 1),
-                   do=lambda p: p.document.undo()),
+                   do=lambda p: p.review_actions.undo()),
         ActionSpec("redo", tr("Redo"), ("Ctrl+Shift+Z", "Ctrl+Y"),
                    tool=Tool(tr_as("tool", "Redo"), 21, 1),
-                   do=lambda p: p.document.redo()),
+                   do=lambda p: p.review_actions.redo()),
         None,
         ActionSpec("accept", tr("Accept"), ("A",),
                    tr("Accept the interval and go to the next undecided one"),
-                   tool=Tool(tr_as("tool", "Accept"), 32),
+                   tool=Tool(tr_as("tool", "Accept"), 32), verdict=True,
                    needs="clip", do=lambda p: p.review_actions.decide(Decision.ACCEPTED)),
         ActionSpec("reject", tr("Reject"), ("R",),
                    tr("Reject the interval and go to the next undecided one"),
-                   tool=Tool(tr_as("tool", "Reject"), 33),
+                   tool=Tool(tr_as("tool", "Reject"), 33), verdict=True,
                    needs="clip", do=lambda p: p.review_actions.decide(Decision.REJECTED)),
         ActionSpec("reject_for", tr("Reject with a reason…"), ("Q",),
-                   tr("Pick a reason with 1 to 9, or type one"),
+                   tr("Pick a reason with 1 to 9, or type one"), verdict=True,
                    do=lambda p: p.review_actions.reject_for()),
         ActionSpec("reset", tr("Reset to undecided"), ("Backspace",),
-                   tool=Tool(tr_as("tool", "Undecided"), 34),
+                   tool=Tool(tr_as("tool", "Undecided"), 34), verdict=True,
                    needs="clip", do=lambda p: p.review_actions.decide(Decision.UNDECIDED)),
         ActionSpec("accept_confident", tr("Accept confident intervals…"), ("Ctrl+Shift+A",),
                    tr("Accept all undecided intervals above a confidence that you choose"),
@@ -201,18 +202,18 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    needs="figure", do=lambda p: p.document.set_show(_NEXT[p.document.show])),
         ActionSpec("focus_chain", tr("Focus the chain"), ("F",),
                    tr("Turn the camera to the selected limb"),
-                   tool=Tool(tr_as("tool", "Focus"), 43, 2),
+                   tool=Tool(tr_as("tool", "Focus"), 44, 2),
                    needs="figure", do=lambda p: p.viewport.focus_chain(p.settings.turn_ms)),
         Switch("follow_root", tr("Follow the root"), ("G",), checked=True,
                needs="figure", turn=lambda p, on: p.viewport.set_follow(on)),
         None,
         Switch("skin", tr("Skinned limbs"), ("S",),
                    tr("Show a striped skin, whose stripes make a wrong twist visible"),
-               needs="figure",
+               tool=Tool(tr_as("tool", "Skin"), 42, 2), needs="figure",
                turn=lambda p, on: p.viewport.look(style=Style.SKIN if on else Style.WEDGES)),
         Switch("side_by_side", tr("Side by side"), ("V",),
                tr("Show before on the left and after on the right, with the same camera"),
-               tool=Tool(tr_as("tool", "Side by side"), 42, 2),
+               tool=Tool(tr_as("tool", "Side by side"), 43, 2),
                needs="figure", turn=lambda p, on: p.viewport.look(split=on)),
         Switch("trails", tr("Trails of hands and feet"), ("T",),
                    tr("Show their paths for one second before and after the frame"),
@@ -289,8 +290,10 @@ def connect_rows(parts: Parts) -> None:
     actions = parts.actions_by_id
     for row in (row for menu in _OWN.values() for row in menu if row is not None):
         row.connect(actions[row.id], parts)
+    verdicts = [actions[row.id] for row in rows(MENUS) if row.verdict]
+    DrawnFirst(verdicts, parts.viewport.has_painted_interval, parts)
     for feature in FEATURES:
-        for row in (row for rows in feature.rows for row in rows.rows if row is not None):
+        for row in (row for menu in feature.rows for row in menu.rows if row is not None):
             row.connect(actions[row.id], parts.part(feature))
 
 

@@ -66,6 +66,7 @@ def build_actions(
             shown[name].addAction(action)
             action.setObjectName(row.id)
             action.setStatusTip(row.tip)
+            action.setAutoRepeat(not row.verdict)
             action.setCheckable(row.checkable or bool(row.group))
             action.setChecked(row.checked)
             if row.group:

@@ -163,6 +163,11 @@ class MainWindow(Parts):
         for chosen in (f"theme_{self.settings.theme}", f"order_{self.settings.order}"):
             self.actions_by_id[chosen].setChecked(True)
         self.actions_by_id["zoom_each"].setChecked(self.settings.zoom_to_interval)
+        for look in ("skin", "side_by_side"):
+            action = self.actions_by_id[look]
+            action.setChecked(self.settings.value(look))
+            # Not `toggled`: lessons switch both for a while.
+            action.triggered.connect(lambda on, name=look: self.settings.put(name, on))
 
     def _keyboard_home(self) -> QWidget:
         table = self.intervals.table

@@ -9,7 +9,7 @@ import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QInputDialog, QWidget
 
-from inspector.language import plural, tr
+from inspector.language import of_core, plural, tr
 from inspector.panels.detail_card import DetailCard
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.reason_palette import ReasonPalette
@@ -35,8 +35,9 @@ class ReviewActions:
     """Decides, moves, inserts and removes intervals, and goes from one to the next.
 
     card: shows reasons, too; show_card: brings the card to the front; look: turns the camera to
-    where the selected limb's roll is seen best; sees: True if the limb is in the picture; key:
-    returns an action's key as text; more_clips: True if a folder is open.
+    where the selected limb's roll is seen best; sees: True if the limb is in the picture;
+    show_status: shows a sentence in the status bar; key: returns an action's key as text;
+    more_clips: True if a folder is open.
     """
 
     document: Document
@@ -51,6 +52,7 @@ class ReviewActions:
     more_clips: Callable[[], bool]
     look: Callable[[], None]
     sees: Callable[[], bool]
+    show_status: Callable[[str], None]
     window: QWidget
     _faint: Interval | None = field(default=None, init=False)
     _answer: str = field(default="", init=False)
@@ -90,6 +92,35 @@ class ReviewActions:
         self.judge(decision)
         if decision != Decision.UNDECIDED:
             self._arrive(zoom=self.document.interval_id != before)
+
+    def undo(self) -> None:
+        """Undo the last step, name it, and show the interval that it has changed."""
+        if self.document.data is not None:
+            step = of_core(self.document.review.undo_text)
+            self._retrace(self.document.undo, tr("Undone: {step}", step=step))
+
+    def redo(self) -> None:
+        """Redo the step that was undone, name it, and show the interval that it has changed."""
+        if self.document.data is not None:
+            step = of_core(self.document.review.redo_text)
+            self._retrace(self.document.redo, tr("Done again: {step}", step=step))
+
+    def _retrace(self, act: Callable[[], None], words: str) -> None:
+        document = self.document
+        before = document.review.state
+        act()
+        after = document.review.state
+        if after is before:
+            return
+        self.show_status(words)
+        if (before.method, before.tau) != (after.method, after.tau):
+            return  # many intervals at once, none of which is meant
+        old = {j.id: j for j in before.intervals}
+        changed = [j.id for j in after.intervals if old.get(j.id) is not j]
+        if not changed or document.interval_id in changed:
+            return
+        document.select_interval(changed[0], jump=True)
+        self._arrive(zoom=True)
 
     def _out_of_view(self) -> bool:
         judged = self.document.interval

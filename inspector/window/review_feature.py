@@ -16,6 +16,8 @@ from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.widgets.building import bring_to_front, scrolled, vbox
 from inspector.window.review_actions import ReviewActions
 
+_STATUS_MS = 6000  # that a sentence stays in the status bar
+
 
 class Reviewing(FeatureParts):
     """The list of intervals, the card of the selected one, the history, and their actions."""
@@ -40,8 +42,9 @@ class Reviewing(FeatureParts):
             window.document, self.intervals, window.bar, self.detail, visible, window.player,
             window.settings, partial(bring_to_front, window.docks["intervals"]),
             lambda name: actions[name].shortcut().toString(native),
-            lambda: len(queue.queue.clips) > 1, actions["focus_chain"].trigger,
-            window.viewport.sees_chain, window,
+            lambda: len(queue.queue.clips) > 1, window.viewport.focus_chain,
+            window.viewport.sees_chain,
+            lambda text: window.statusBar().showMessage(text, _STATUS_MS), window,
         )  # fmt: skip
         self.intervals.activated.connect(visible.zoom_to_interval)
         self.detail.judged.connect(self.review_actions.judge)

@@ -285,6 +285,12 @@ class WatchedProgram:
         """
         self.screen.drag(start, end, steps=steps, held=lambda: self.ask("None"))
 
+    def press(self, *keys):
+        """Press keys, each once what the one before has asked for is on the screen."""
+        for key in keys:
+            self.settle()
+            self.screen.key(key)
+
     def settle(self):
         """Wait until the event loop is idle and the picture stands."""
         self.ask("None")

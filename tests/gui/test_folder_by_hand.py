@@ -99,7 +99,7 @@ def test_a_folder_from_its_worst_clip_to_the_next(tmp_path, takes, look):
         assert told.startswith("1 of 2 clips, ")
         assert told.endswith(" intervals decided; 1 clean; 1 not checked")
         # Leaving a clip half way saves it; nothing modal.
-        screen.key("n", "a", "ctrl+shift+n")
+        p.press("n", "a", "ctrl+shift+n")
         p.until(f"{NAME} == 'b_worse.bvh'")
         assert p.ask(NO_BOX)
         assert (takes / "a_bad.twist.json").exists()
@@ -131,7 +131,7 @@ def test_after_a_crash_the_program_offers_what_was_not_saved(tmp_path, takes, lo
             p.settle()
             name = p.ask(NAME)
             count = len(p.decisions())
-            screen.key("n", "a", "r", "a")
+            p.press("n", "a", "r", "a")
             p.until(
                 "sum(d != 'undecided' for d in [j.decision.value for j in "
                 "window.document.intervals]) == 3"

@@ -47,8 +47,10 @@ def dialogs_of_qt(qapp):
 
 def test_three_clips_by_keyboard_alone(qtbot, window, tmp_path, capsys):
     total = 0
+    window.settings.reviewer_asked = True
 
     def key(which, modifier=Qt.KeyboardModifier.NoModifier):
+        qtbot.waitUntil(window.viewport.has_painted_interval)
         QTest.keyClick(QApplication.focusWidget() or window, which, modifier)
 
     for name in ("walk", "dance", "basketball"):

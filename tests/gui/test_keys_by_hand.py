@@ -169,6 +169,27 @@ def test_accept_and_next_go_on_to_what_is_to_decide(screen, tmp_path, clip):
         p.until("'Ctrl+E' in window.bar.label.text()")
 
 
+@pytest.mark.parametrize("key", ["a", "r", "BackSpace"])
+def test_a_held_key_decides_once(screen, tmp_path, clip, key):
+    with watched(screen, tmp_path, clip, settings=NAMED) as p:
+        screen.key("n")
+        p.until("window.document.interval is not None")
+        p.settle()
+        if key == "BackSpace":
+            screen.key("a")
+            p.until("window.document.intervals[0].decision.value == 'accepted'")
+            screen.key("shift+n")
+            p.settle()
+        screen.use("keydown", "Right", "sleep", 1, "keyup", "Right")
+        moved = p.until("window.document.frame - window.document.interval.interval.start")
+        assert moved > 3  # keys repeat here
+        before = p.ask("window.document.review.position")
+        screen.use("keydown", key, "sleep", 2, "keyup", key)
+        p.until(f"window.document.review.position > {before}")
+        p.settle()
+        assert p.ask("window.document.review.position") == before + 1
+
+
 def test_a_name_is_asked_for_once_and_the_order_is_remembered(screen, tmp_path, clip):
     with watched(screen, tmp_path, clip) as p:
         starts = p.ask("sorted(j.interval.start for j in window.document.intervals)")
@@ -179,13 +200,17 @@ def test_a_name_is_asked_for_once_and_the_order_is_remembered(screen, tmp_path, 
         screen.key("n")
         at(p, starts[0])
         assert not p.ask("window.reviewer_line.isVisible()")
-        screen.key("a", "a")  # keys go on
-        at(p, starts[2])
-        assert p.ask("window.reviewer_line.isVisible()")
         p.settle()
-        retyped(p, "window.reviewer_line.name", "Ada", "Return")
-        p.until(f"not window.reviewer_line.isVisible() and {AT_HOME}")
         screen.key("a")
+        p.until("app.focusWidget() is window.reviewer_line.name")
+        screen.type("Ada")  # letters of a name decide nothing
+        at(p, starts[1])
+        screen.key("Return")
+        p.until(f"not window.reviewer_line.isVisible() and {AT_HOME}")
+        assert p.decisions().count("accepted") == 1
+        for _ in range(2):
+            p.settle()
+            screen.key("a")
         p.until("[j.reviewer for j in window.document.intervals].count('Ada') == 3")
         screen.key("ctrl+s")
         p.until("window.document.review.saved")

@@ -45,7 +45,7 @@ def test_without_one_a_file_is_asked_for_and_what_is_wrong_is_told(qtbot, at_for
     act(at_forearm, "export_page")
     answer(qtbot, at_forearm, wrong)
     qtbot.waitUntil(lambda: bool(said))
-    assert "expected '---'" in said[0][0]
+    assert "'---'" in said[0][0]
     assert said[0][1]
     said.clear()
     own = tmp_path / "own.md"

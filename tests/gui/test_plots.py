@@ -280,6 +280,41 @@ def test_a_click_at_a_peak_in_no_interval_goes_there_and_says_why(qtbot, show_ti
     assert len(told) == 1
 
 
+def test_the_curves_fit_the_interval_they_zoom_to(qtbot, show_timeline):
+    timeline = show_timeline(INJECTED)
+    document, theta = timeline.document, timeline.panes["theta"]
+    document.select_interval(document.intervals[0].id, jump=True)
+    timeline.refresh()
+    whole = np.ptp(theta.view.viewRange()[1])
+    timeline.visible.zoom_to_interval()
+    timeline.refresh()
+    low, high = theta.view.viewRange()[1]
+    assert high - low < 0.25 * whole  # 20.8° of 330°
+    interval = document.interval.interval
+    first, last = timeline.visible.ends
+    assert interval.frames >= (last - first) / 8.0
+    for name, (y, _) in theta.values.items():
+        seen = y[int(np.ceil(first)) : int(last) + 1]
+        seen = seen[np.isfinite(seen)]
+        assert ((low <= seen) & (seen <= high)).all(), name
+    document.edit(document.interval_id, interval.with_offset(interval.start, interval.offset * 4.0))
+    timeline.refresh()
+    assert np.ptp(theta.view.viewRange()[1]) > 1.5 * (high - low)  # still in view
+    timeline.fit()
+    assert np.ptp(theta.view.viewRange()[1]) >= 0.99 * whole
+
+
+def test_an_interval_of_a_frame_is_wide_enough_to_grab(qtbot, show_timeline):
+    timeline = show_timeline(INJECTED)
+    document = timeline.document
+    (short,) = [j for j in document.intervals if j.interval.frames == 1]
+    document.select_chain(short.interval.chain)
+    timeline.refresh()
+    middle, pixel = float(short.interval.start), 1.0  # frames per pixel
+    parts = [timeline.gestures.hit(middle + x * pixel, pixel).part.value for x in (-4, 0, 4)]
+    assert parts == ["start", "body", "stop"]
+
+
 def test_wheel_zooms_at_the_cursor_and_shift_pans(qtbot, timeline, document):
     pane = timeline.panes["delta"]
 

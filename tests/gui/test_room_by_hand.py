@@ -72,7 +72,7 @@ def test_a_laptop_at_200_percent(tmp_path, clips, look):
         real_screen(tmp_path, look=look) as screen,
         watched(screen, tmp_path, clips / "kick.bvh", scale=2) as p,
     ):
-        screen.key("n", "a")
+        p.press("n", "a")
         p.until("window.reviewer_line.isVisible()")
         p.settle()
         assert not p.ask(DOCK.format("intervals") + ".horizontalScrollBar().isVisible()")

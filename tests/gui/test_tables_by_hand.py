@@ -113,7 +113,7 @@ def test_a_review_in_the_tables(tmp_path, look):
         p.until("len(window.intervals.shown_ids()) == 5")
         assert p.ask("window.intervals.count.text()") == "5 of 8 listed"
         assert set(p.decisions()) == {"undecided"}  # the letters were words
-        screen.key("Return", "ctrl+a", "a")
+        p.press("Return", "ctrl+a", "a")
         p.until("sum(j.decision.value == 'accepted' for j in window.document.intervals) == 5")
         assert p.ask("{j.interval.chain for j in window.document.intervals"
                      " if j.decision.value == 'undecided'}") == "{'lradius'}"  # fmt: skip

@@ -18,7 +18,7 @@ from inspector.lessons.lesson_conditions import CONDITIONS
 from inspector.lessons.lesson_file import read_lesson
 from inspector.session.session_files import journals, session_path
 from tests.conftest import ASSETS
-from tests.gui.windows import act
+from tests.gui.windows import act, press
 from twistcore.detection import Kind
 from twistcore.errors import TwistError
 from twistcore.review import Decide, Decision, recover
@@ -84,7 +84,7 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     box.sliders["bend"].setValue(0)
     forward(6)
     assert document.interval.interval.chain == "RightUpLeg"
-    qtbot.keyClick(at_forearm, Qt.Key.Key_A)
+    press(qtbot, at_forearm, Qt.Key.Key_A)
     walk = document.data.clip.path
     forward(7)
     # A real flip, in another clip: the whole leg and its circle are in view, the flip is selected.
@@ -101,7 +101,7 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     forward(7)
     qtbot.keyClick(at_forearm, Qt.Key.Key_B)
     assert not guide.done
-    qtbot.keyClick(at_forearm, Qt.Key.Key_A)
+    press(qtbot, at_forearm, Qt.Key.Key_A)
     assert guide.done
     assert tour.forward.text() == "Finish"
     folder = document.data.clip.path.parent
@@ -126,6 +126,8 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
 @pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)
 def test_a_lesson_shows_each_page_itself(qtbot, at_forearm, path):
     at_forearm.document.set_show("after")
+    looks = [at_forearm.actions_by_id[name] for name in ("skin", "side_by_side")]
+    own = [look.isChecked() for look in looks]
     player = play(qtbot, at_forearm, path)
     assert at_forearm.docks["guide"].windowTitle() == read_lesson(path).title
     for number, page in enumerate(player.pages):
@@ -138,7 +140,7 @@ def test_a_lesson_shows_each_page_itself(qtbot, at_forearm, path):
     assert player.at == -1
     assert at_forearm.document.data.clip.path.name == "mine.bvh"
     assert at_forearm.document.show == "after"
-    assert not at_forearm.actions_by_id["skin"].isChecked()
+    assert [look.isChecked() for look in looks] == own
 
 
 def test_bundled_lessons_are_in_the_menu(qtbot, at_forearm):

@@ -32,7 +32,7 @@ from tests.gui.pictures import (
     settle,
     show_instead,
 )
-from tests.gui.windows import act, open_clip
+from tests.gui.windows import act, open_clip, press
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.review import Decide, Decision
@@ -353,12 +353,17 @@ def test_wayland_without_x_is_explained(monkeypatch):
 
 def test_keys_and_the_next_interval_drive_the_view(qtbot, opened):
     window, view = opened, opened.viewport
+    settle(qtbot, view)
+    assert (view.scene.style, view.scene.split) == (Style.SKIN, True)  # of a new person
+    act(window, "skin")
+    act(window, "side_by_side")
+    assert (window.settings.skin, window.settings.side_by_side) == (False, False)
     far = view.camera.distance
     qtbot.keyClick(window, Qt.Key.Key_N)
     assert view.camera.distance < far
     first = view.camera
     for _ in range(3):  # on to the thigh
-        qtbot.keyClick(window, Qt.Key.Key_A)
+        press(qtbot, window, Qt.Key.Key_A)
     assert window.document.interval.interval.chain == "RightUpLeg"
     assert np.linalg.norm(view.camera.target - first.target) > 0.1 * view.scene.height
     for key in (Qt.Key.Key_S, Qt.Key.Key_V, Qt.Key.Key_T):

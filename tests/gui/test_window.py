@@ -12,12 +12,14 @@ from PySide6.QtWidgets import QDockWidget
 from inspector.panels.history_panel import HistoryPanel
 from inspector.session.export_files import ExportChoice
 from inspector.session.open_clip import Show
+from inspector.session.settings import Settings, load_settings
+from inspector.viewport.solid_and_ghost import Style
 from inspector.window.action_table import MENUS
 from inspector.window.keyboard_page import KeyboardPage, shortcuts_markdown
 from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import act, decisions, export, press
+from tests.gui.windows import act, close_window, decisions, export, open_clip, press
 from twistcore.cli import main as twistcore
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
@@ -227,9 +229,52 @@ def test_a_note_stays_with_the_interval_it_was_typed_for(qtbot, opened):
     assert all(not j.note for j in opened.document.intervals if j.id != first)
 
 
+def test_a_key_before_the_picture_decides_nothing(qtbot, opened):
+    press(qtbot, opened, Qt.Key.Key_N)
+    qtbot.waitUntil(opened.viewport.has_painted_interval)
+    for _ in range(3):
+        QTest.keyClick(opened, Qt.Key.Key_A)
+        QTest.keyClick(opened, Qt.Key.Key_R)
+    assert [d for d in decisions(opened) if d != Decision.UNDECIDED] == [Decision.ACCEPTED]
+    qtbot.waitUntil(opened.viewport.has_painted_interval)
+    QTest.keyClick(opened, Qt.Key.Key_R)
+    assert decisions(opened)[:2] == [Decision.ACCEPTED, Decision.REJECTED]
+
+
+def test_undo_and_redo_say_and_show_what_they_change(qtbot, opened):
+    press(qtbot, opened, Qt.Key.Key_N)
+    first = opened.document.interval_id
+    for _ in range(3):
+        press(qtbot, opened, Qt.Key.Key_A)
+    for name, word in (("undo", "Undone"), ("undo", "Undone"), ("undo", "Undone")):
+        act(opened, name)
+        assert opened.statusBar().currentMessage().startswith(word)
+    assert opened.document.interval_id == first
+    assert opened.document.frame == opened.document.interval.interval.seen_at
+    act(opened, "next_interval")
+    act(opened, "redo")
+    assert opened.document.interval_id == first
+    assert opened.statusBar().currentMessage().startswith("Done again")
+
+
+def test_looks_are_remembered(qtbot, show_window, tmp_path):
+    file = tmp_path / "looks.json"
+    first = show_window(Settings(turn_ms=0), file)
+    assert first.actions_by_id["skin"].isChecked()
+    open_clip(qtbot, first, INJECTED)
+    act(first, "skin")
+    close_window(qtbot, first)
+    again = show_window(load_settings(file)[0], file)
+    assert not again.actions_by_id["skin"].isChecked()
+    assert again.actions_by_id["side_by_side"].isChecked()
+    looks = again.viewport.drawing.looks
+    assert (looks.style, looks.split) == (Style.WEDGES, True)
+
+
 @pytest.mark.thorough
 def test_letters_are_keys_while_a_spin_box_has_the_focus(qtbot, opened):
     act(opened, "next_interval")
+    qtbot.waitUntil(opened.viewport.has_painted_interval)
     opened.detail.start.setFocus()
     qtbot.keyClick(opened.detail.start, Qt.Key.Key_A)
     assert decisions(opened)[0] == Decision.ACCEPTED

@@ -46,6 +46,9 @@ def close_and_answer(window, wanted):
 
 
 def press(qtbot, window, key, modifier=Qt.KeyboardModifier.NoModifier):
+    """Press a key once the selected interval is painted: a person looks first."""
+    if hasattr(window, "viewport"):
+        qtbot.waitUntil(window.viewport.has_painted_interval)
     qtbot.keyClick(window, key, modifier)
     qtbot.wait(5)
 

@@ -95,6 +95,8 @@ def find_flips(monkeypatch, *found):
         made.append([limb.name for limb in limbs])
         return FoundFlips(found, known(motion, limbs).limbs)
 
+    monkeypatch.setattr("twistcore.detection.stretches.find_stretches", lambda search: {})
+
     def lone_jumps(motion, chains, *_refined):
         return {chain.name: () for chain in chains}
 

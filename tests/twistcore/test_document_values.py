@@ -73,8 +73,8 @@ def test_what_is_no_whole_number_is_none(value):
         ("[1, -2e999]", "-2e999"),
         ("[1, -Infinity]", "-Infinity"),
         ("9" * 5000, "5000"),
-        ("[" * 100_000, "deep"),
-        ('{"a":' * 100_000, "deep"),
+        ("[" * 100_000, "nested"),
+        ('{"a":' * 100_000, "nested"),
         ("{", "JSON"),
         ("\0", "JSON"),
     ],
@@ -87,7 +87,7 @@ def test_text_that_is_no_json_of_ours(text, told):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("a = " + "[" * 100_000, "deep"),
+        ("a = " + "[" * 100_000, "nested"),
         ("a" + ".a" * 100_000 + " = 1", "keys"),
         ("[" + "a." * 100_000 + "a]", "keys"),
         ("a = " + "9" * 5000, "TOML"),

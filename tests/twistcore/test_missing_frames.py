@@ -81,7 +81,7 @@ def test_every_command_says_so_once(tmp_path, capsys):
         code, printed, errors = said(capsys, *words)
         assert code == 0, words
         count = 2 if words[0] == "diff" else 1  # both of its clips end early
-        assert (printed + errors).count(f"{MISSING} missing") == count, words
+        assert (printed + errors).count(f"{MISSING} are missing") == count, words
         assert ("missing" in errors) == (words[0] != "info")
         assert "missing" not in said(capsys, *words, "-q")[2]
 

@@ -30,7 +30,8 @@ ALIKE = math.radians(45.0)  # rolls that count as the same
 TURNED = math.radians(120.0)  # from the rest pose: no joint rolls so far about its bone
 MOST = 0.6  # of the frames: a roll in so many frames is the usual one
 _ENOUGH = 0.1  # of the frames: a level that may be the right one
-SHORTEST = 0.05  # seconds: a shorter one is a spike
+SHORTEST, FEWEST = 0.1, 3  # seconds and frames: a shorter level is a spike
+MOST_JUMPS = 8  # of a joint: with more it is restless, and its jumps alone are listed
 _DEFINED = 0.5  # of :func:`twist_reliability`: below it a swing near 180° leaves the roll undefined
 
 
@@ -63,7 +64,7 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
     found: dict[str, list[Interval]] = {}
     for joint, chain in owner.items():
         levels = _levels(motion, joint)
-        if len(levels) < 2:
+        if not 2 <= len(levels) <= 1 + MOST_JUMPS:
             continue
         usual, by_rest = _usual(levels), False
         if usual is None or abs(usual) > TURNED:
@@ -72,7 +73,7 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
                 usual, by_rest = rest, True
         if usual is None:
             continue
-        for level in _wrong(levels, usual, SHORTEST * motion.fps):
+        for level in _wrong(levels, usual, max(SHORTEST * motion.fps, FEWEST)):
             one = _interval(motion, chain, joint, level, usual, by_rest=by_rest)
             found.setdefault(chain.name, []).append(one)
     return found

@@ -123,7 +123,7 @@ def _error(entry: Any, frames: int) -> InjectedError:
     if carried and kind == Kind.COUNTER_TWIST:
         raise unexpected("a limb flip or a carried roll", "an error with 'carried'", kind.value)
     if kind == Kind.CARRIED_ROLL and not carried:
-        raise unexpected('"carried": true', "a carried roll", "none")
+        raise unexpected("'carried' with the value true", "a carried roll", "none")
     leak = None
     if "leak_deg" in entry:
         leak = _angles(entry["leak_deg"], "leak_deg", stop - start)

@@ -1,0 +1,66 @@
+"""How much of a limb is hidden behind other bones, as seen from many directions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspector.viewport.bodies import BoneSegment
+from twistcore.skeleton.rotation import Array
+
+_THICK = 0.022  # least radius of a bone that may hide others, in figure heights
+_CLEAR = 0.8  # share of that radius which hides; at the border something is still seen
+
+
+@dataclass(frozen=True, eq=False)
+class Occluders:
+    """Bones as rods: starts and stops (B, 3), radius (B,)."""
+
+    starts: Array
+    stops: Array
+    radius: Array
+
+    def hidden_share(self, points: Array, directions: Array) -> Array:
+        """Return the share of points (n, 3) that are hidden, for each direction (d, 3) to look
+        from, unit vectors; (d,).
+        """
+        if not len(self.starts):
+            return np.zeros(len(directions))
+        aside = np.cross(directions, np.where(np.abs(directions[:, :1]) < 0.9, [[1.0, 0.0, 0.0]],
+                                              [[0.0, 1.0, 0.0]]))  # fmt: skip
+        aside /= np.linalg.norm(aside, axis=1, keepdims=True)
+        axes = np.stack([aside, np.cross(directions, aside), directions], axis=1)  # (d, 3, 3)
+        # (…, d, bones or points, x y depth): the picture plane and the distance to the viewer
+        start = np.einsum("dij,bj->dbi", axes, self.starts)
+        along = np.einsum("dij,bj->dbi", axes, self.stops - self.starts)
+        own = np.einsum("dij,nj->dni", axes, points)
+        length = np.maximum((along[..., :2] ** 2).sum(axis=-1), 1e-12)
+        ahead = own[:, :, None] - start[:, None]  # (d, n, b, 3)
+        share = np.einsum("dnbi,dbi->dnb", ahead[..., :2], along[..., :2]) / length[:, None]
+        apart = ahead - np.clip(share, 0.0, 1.0)[..., None] * along[:, None]
+        near = (apart[..., :2] ** 2).sum(axis=-1) < (_CLEAR * self.radius) ** 2
+        hidden = (near & (-apart[..., 2] > self.radius)).any(axis=2)
+        found: Array = hidden.mean(axis=1)
+        return found
+
+
+def occluders(
+    bones: Sequence[BoneSegment],
+    ends: Array,
+    positions: Array,
+    own: Sequence[tuple[int, int]],
+    height: float,
+) -> Occluders:
+    """Return all bones except the limb's own.
+
+    ends: the tips of all bones in the world, (bones, 3); positions: of the joints, (joints, 3);
+    own: the limb's bones, as (parent, child); height: of the figure.
+    """
+    kept = [k for k, b in enumerate(bones) if (b.parent, b.child) not in own]
+    return Occluders(
+        positions[[bones[k].parent for k in kept]],
+        ends[kept],
+        np.array([max(bones[k].width, _THICK * height) for k in kept]),
+    )
