@@ -233,7 +233,7 @@ class FrontLayer(Layer):
             painter.drawLine(QLineF(x, 0.0, x, self._view.height()))
 
     def _paint_part(self, painter: QPainter) -> None:
-        """Mark at the right edge which part of all values is shown, like a scroll bar."""
+        """Mark at the right edge which part of all values is visible, like a scroll bar."""
         if self._values.part is None:
             return
         (low, high), (bottom, top) = self._values.viewRange()[1], self._values.all_values

@@ -195,7 +195,10 @@ class Pane(Canvas):
         self.touch()
 
     def show_part(self, first: float, last: float, *, grow: bool = False) -> None:
-        """Show the values between two places in frames; grow: add them to the part shown now."""
+        """Show only the range of the values between two positions in frames.
+
+        grow: extend the part of the values that is visible now; do nothing if all are visible.
+        """
         part = self.time.part
         if self.root or (grow and part is None):
             return  # the root scale shows small values anyway

@@ -139,7 +139,10 @@ def _places(regions: Sequence[Judged], first: float, last: float, width: int) ->
 
 
 def wide_enough(spans: Array, pixel: float) -> Array:
-    """Return spans (n, 2) in frames, at least LEAST pixels wide; pixel: frames per pixel."""
+    """Return the spans (n, 2), in frames, widened to at least LEAST pixels.
+
+    pixel: the number of frames per pixel.
+    """
     spare = 0.5 * np.maximum(LEAST * pixel - (spans[:, 1] - spans[:, 0]), 0.0)
     return np.stack([spans[:, 0] - spare, spans[:, 1] + spare], axis=1)
 

@@ -344,7 +344,7 @@ class Timeline(QWidget):
         self.overview.show_view(*self.visible.ends)
 
     def _fit_part(self) -> None:
-        """Fit values as well as frames; later, when the interval's chain is loaded."""
+        """Fit the values to the visible frames as soon as the interval's chain is loaded."""
         self._arriving = True
         self._stale.mark()
 
