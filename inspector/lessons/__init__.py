@@ -1,1 +1,1 @@
-"""Guides through the program: the tour, lessons and exercises."""
+"""Guides for learning the program: the tour, lessons and exercises."""

@@ -1,4 +1,4 @@
-"""Exercises for a class: a teacher writes one, students open it, and all answers are scored."""
+"""Exercises for a class: a teacher writes one, students do it, and their answers are scored."""
 
 from __future__ import annotations
 
@@ -38,7 +38,10 @@ from twistcore.synthesis.truth import Truth, read_truth, write_truth
 def hidden(
     source: Clip, seed: int, kind: str
 ) -> tuple[Motion, tuple[InjectedError, ...], tuple[Interval, ...]]:
-    """Return the motion with hidden errors, the errors, and the intervals to judge."""
+    """Return a motion in which errors are hidden, the errors, and the intervals to judge.
+
+    seed: the seed of the random errors; kind: 'judge' if students judge a list of intervals.
+    """
     motion, chains = source.motion, find_chains(source.motion)
     dirty, errors = hide_errors(motion, chains, seed)
     listed: list[Interval] = []
@@ -49,7 +52,7 @@ def hidden(
 
 
 def to_review(path: Path, listed: Sequence[Interval]) -> Analysed:
-    """Return a clip whose review has these intervals, with the detector switched off."""
+    """Return a clip whose review has the intervals `listed`, with the detector switched off."""
     data = analyse_clip(read_bvh(path))
     found = replace(data.analysis.detect(), intervals=tuple(listed))
     return replace(data, review=Review.of(found), blind=True)
@@ -58,8 +61,8 @@ def to_review(path: Path, listed: Sequence[Interval]) -> Analysed:
 def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple[Path, Path]:
     """Write an exercise, its clip next to it, and the key; return the paths of clip and key.
 
-    Raises FormatError if a clip or a key of that name exists already. Only the exercise itself is
-    replaced, because the file dialog has asked about it.
+    Raises FormatError if there already is a clip or a key of that name. Only the exercise itself
+    may be overwritten, because the file dialog has asked whether to do so.
     """
     copy, key = exercise_files(exercise)
     clip = read_bvh(source)
@@ -75,7 +78,7 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
 
 
 def exercise_files(exercise: Path) -> tuple[Path, Path]:
-    """Return the paths for the clip and the key of a new exercise; neither may exist."""
+    """Return the paths for the clip and the key of a new exercise; neither file may exist."""
     name = exercise.stem if exercise.suffix.lower() == ".json" else exercise.name
     if name.lower().endswith(".key"):
         why = tr("this name is reserved for a key. Choose another name.")
@@ -89,7 +92,7 @@ def exercise_files(exercise: Path) -> tuple[Path, Path]:
 
 
 def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]:
-    """Open an exercise of a class on a copy of its clip."""
+    """Open an exercise of a class on a copy of its clip, which is made in `folder`."""
     exercise = read_exercise(path)
     beside = path.with_name(exercise.clip)
     if not is_file(beside):
@@ -119,9 +122,9 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
 
 
 def scored(files: Sequence[Path]) -> str:
-    """Score the students' answers against the key; return the table as CSV.
+    """Score the students' answers by the key; return the table of scores as CSV.
 
-    files: the key and the answers, in any order.
+    files: the paths of the key and the answers, in any order.
     """
     by_schema = [(schema_of(path), path) for path in files]
     keys = [path for schema, path in by_schema if schema == TRUTH]

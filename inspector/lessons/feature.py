@@ -21,13 +21,13 @@ from inspector.teaching.feature import feature as teaching
 
 
 class Lessons(FeatureParts):
-    """The guide card, and the actions of the Teach menu."""
+    """The guide card and the actions of the Teach menu."""
 
     def __init__(self, window: HostWindow) -> None:
         self.guide = GuideCard(window.part(teaching).teaching.typesetter, window.colours)
 
     def connect(self, window: HostWindow) -> None:
-        """Connect the lessons to the program that they drive."""
+        """Connect the lessons to the window, which they control."""
         docks, taught = window.docks, window.part(teaching)
         program = GuidedProgram(
             document=window.document,

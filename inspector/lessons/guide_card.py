@@ -1,4 +1,4 @@
-"""The guide card of lessons and exercises: the page, its task, and whether it is done."""
+"""The guide card of lessons and exercises: a page, its task, and whether the task is done."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from inspector.widgets.typeset import Typesetter
 
 
 class GuideCard(QWidget):
-    """A card with a page, its task and the buttons of the lesson or exercise."""
+    """A card with a page, its task, and the buttons of the lesson or exercise."""
 
     linked = Signal(str)  # the address of a clicked link
 
@@ -45,7 +45,7 @@ class GuideCard(QWidget):
         self.set_done(self.done)
 
     def prepare(self, formulas: Sequence[str]) -> None:
-        """Typeset formulas before their pages are shown."""
+        """Typeset formulas before the pages that contain them are shown."""
         self._typesetter.start(formulas)
 
     def show_page(self, title: str, body: str, task: str) -> None:
@@ -60,7 +60,7 @@ class GuideCard(QWidget):
         self.body.show_markdown(markdown)
 
     def set_task(self, text: str) -> None:
-        """Show the task, a sentence that may have Markdown emphasis."""
+        """Show the task, a sentence that may contain Markdown emphasis."""
         self._task = text
         self.set_done(self.done)
 
@@ -76,7 +76,7 @@ class GuideCard(QWidget):
     def set_buttons(
         self, buttons: list[QPushButton], controls: list[QWidget], leave: QToolButton
     ) -> None:
-        """Show buttons in a row, controls in a row above, and the button to leave in the head."""
+        """Show buttons in a row, controls in a row above, and the `leave` button at the top."""
         rows = (self._buttons, buttons), (self.controls, controls), (self._leave, [leave])
         for row, wanted in rows:
             while item := row.takeAt(0):
@@ -88,11 +88,11 @@ class GuideCard(QWidget):
 
 
 def leave_button(tip: str) -> QToolButton:
-    """Return the small button in the card's head that ends a lesson or an exercise."""
+    """Return the small button at the top of the card that ends a lesson or an exercise."""
     return tool_button(tr_as("button", "End"), tip, flat=False)
 
 
 def _plain(markdown: str) -> str:
-    """Return Markdown emphasis as rich text, with HTML escaped."""
+    """Return text with Markdown emphasis as rich text, with HTML escaped."""
     bold = re.sub(r"\*\*(.*?)\*\*", r"<b>\1</b>", escape(markdown, quote=False))
     return re.sub(r"\*(.*?)\*", r"<i>\1</i>", bold)

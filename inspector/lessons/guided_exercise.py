@@ -1,4 +1,4 @@
-"""The exercise: errors hidden in a sample clip, an ordinary review of it, and a score."""
+"""The exercise: errors are hidden in a sample clip, which is reviewed as usual and then scored."""
 
 from __future__ import annotations
 
@@ -47,7 +47,11 @@ def exercise_page() -> tuple[str, str, str]:
 def make_exercise(
     clip: Path, folder: Path, seed: int, kind: str
 ) -> tuple[Analysed, tuple[InjectedError, ...]]:
-    """Return a copy of a clip with hidden errors, ready for review, and the errors. Thread-safe."""
+    """Return a copy of a clip with hidden errors, ready for review, and the errors. Thread-safe.
+
+    folder: the folder for the copy; seed: the seed of the random errors; kind: the kind of
+    exercise.
+    """
     source = read_bvh(clip)
     dirty, errors, listed = hidden(source, seed, kind.lower())
     path = folder / f"exercise_{seed}.bvh"
@@ -61,7 +65,7 @@ class Exercise(QObject):
     ended = Signal()
 
     def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], window: QWidget) -> None:
-        """`clips`: sample clips; the seed chooses one."""
+        """Set up the exercise; `clips`: the sample clips, of which the seed chooses one."""
         super().__init__(window)
         self._program, self._clips = program, clips
         self.running = False
@@ -101,7 +105,7 @@ class Exercise(QObject):
         program.document.intervals_changed.connect(self._judged)
 
     def begin(self) -> None:
-        """Show the page and its controls; no clip is opened yet."""
+        """Show the page of the exercise with its controls; no clip is opened yet."""
         self.running = True
         self.result = None
         self._errors, self._class = (), None
@@ -112,7 +116,7 @@ class Exercise(QObject):
         self.score_button.setEnabled(False)
 
     def _offer(self, last: QPushButton) -> None:
-        """Show the controls, the start button and the button `last`."""
+        """Show the controls, the start button, and the button `last`."""
         controls = [self.kind, self.seed_label, self.seed, self.for_class]
         self._program.guide.set_buttons([self.start, last], controls, self.leave)
 
@@ -156,7 +160,7 @@ class Exercise(QObject):
             self._program.guide.set_task(task)
 
     def show_score(self) -> None:
-        """Show the score, with links to missed errors and false verdicts."""
+        """Show the score, with links to the missed errors and the wrong verdicts."""
         guide = self._program.guide
         self.result = result = score_exercise(self._errors, self._program.document.intervals)
         guide.show_text(score_text(result, self._program.document.first_frame))
@@ -223,7 +227,7 @@ class Exercise(QObject):
 
     @property
     def not_handed_in(self) -> str:
-        """A sentence if a class exercise has verdicts that are not handed in; '' if not."""
+        """A sentence if a class exercise has verdicts that are not handed in, or ''."""
         borrowed = self._program.document.borrowed
         if self._class is None or not (borrowed is not None and borrowed.signed):
             return ""
@@ -232,7 +236,10 @@ class Exercise(QObject):
         return tr("{clip} has verdicts that you have not handed in.", clip=self._class.clip)
 
     def before_leaving(self, then: Callable[[], object]) -> None:
-        """Call `then` once the verdicts of a class are handed in or the person gives them up."""
+        """Call `then` once it is safe to leave a class exercise.
+
+        That is when its verdicts are handed in, or when the person chooses to leave without that.
+        """
         asked = self._class
 
         def answer(do: Callable[[], object]) -> None:
@@ -248,7 +255,7 @@ class Exercise(QObject):
             then()
 
     def ask_hand_in(self, then: Callable[[], object]) -> None:
-        """Ask for a file to hand in to, and call `then` once it is written."""
+        """Ask for a file in which to hand in the verdicts, and call `then` once it is written."""
         name = self._program.settings.reviewer.strip() or tr("answers")
         wanted = Path(f"{name.replace('/', '-')}.json")
 
@@ -259,7 +266,10 @@ class Exercise(QObject):
         ask_where(self._window, tr("Hand in"), "*.json", write, wanted=wanted, suffix="json")
 
     def hand_in(self, path: Path) -> bool:
-        """Write all intervals with verdicts, the person's name and the time; True on success."""
+        """Write all intervals with their verdicts, the person's name and the time.
+
+        Returns True on success.
+        """
         if self._class is None:
             return False
         document = self._program.document
@@ -280,7 +290,7 @@ class Exercise(QObject):
         return True
 
     def go_to(self, address: str) -> None:
-        """Follow a link in the score to its chain and frame."""
+        """Follow a link in the score: select its chain and go to its frame."""
         chain, _, frame = address.removeprefix("at:").rpartition("/")
         if self.running and chain:
             document = self._program.document
@@ -290,7 +300,7 @@ class Exercise(QObject):
 
 
 def score_text(result: ExerciseScore, first_frame: int) -> str:
-    """Return the score as Markdown; frames count from `first_frame`."""
+    """Return the score as Markdown; first_frame: the number of the clip's first frame."""
     lines = [
         tr(
             "**Hits {hits}** · **misses {misses}** · **false verdicts {wrong}**",

@@ -1,4 +1,4 @@
-"""The parts of the program that lessons and exercises use, without the window itself."""
+"""The parts of the program that lessons and exercises use, independent of the window."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from inspector.viewport.viewport import Viewport
 
 @dataclass(frozen=True, eq=False)
 class GuidedProgram:
-    """The parts that a guided page reads and drives.
+    """The parts of the program that a lesson or an exercise reads and controls.
 
-    actions: by id. list_all: removes the filter from the list of intervals and returns a function
-    that restores it. show_intervals, show_teaching: bring that tab to the front.
+    actions: the actions of the program by id; list_all: a function that removes the filter from the
+    list of intervals and returns a function that restores it; show_intervals, show_teaching:
+    functions that bring the tab to the front.
     """
 
     document: Document

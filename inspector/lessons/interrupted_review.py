@@ -1,4 +1,4 @@
-"""Puts the person's clip aside during a tour or an exercise, and brings it back afterwards."""
+"""Puts the person's clip aside during a lesson or an exercise, and brings it back afterwards."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ _OVER = tr(
 
 
 class Aside:
-    """The clip that was open before, and a folder for the borrowed clip.
+    """The person's clip that was open before, and a folder for the borrowed clip.
 
-    The person's review stays in memory. Its unsaved part is also in its journal on disk.
+    A borrowed clip is one that a lesson or an exercise has opened. The person's review stays in
+    memory; its unsaved changes are also in its journal on disk.
     """
 
     def __init__(self, document: Document) -> None:
@@ -39,13 +40,13 @@ class Aside:
 
     @property
     def own(self) -> Analysed | None:
-        """The person's own clip, open or put aside."""
+        """The person's own clip, open or put aside, or None if there is none."""
         if self._kept is not None:
             return self._kept[0]
         return None if self._document.borrowed is not None else self._document.data
 
     def folder(self) -> Path:
-        """Return the folder of the borrowed clip and of the files that its review writes."""
+        """Return the folder for the borrowed clip and for the files that its review writes."""
         if self._folder is None:
             self._folder = Path(tempfile.mkdtemp(prefix="twist-inspector-"))
         return self._folder
@@ -53,7 +54,8 @@ class Aside:
     def show(self, data: Analysed, why: str, *, signed: bool = False) -> None:
         """Open a borrowed clip; the first one puts the person's own clip aside.
 
-        why, signed: fields of Borrowed.
+        why: a sentence that says why its review is not saved; signed: True if decisions carry the
+        reviewer's name nevertheless.
         """
         document = self._document
         document.leaving.emit()
@@ -67,12 +69,18 @@ class Aside:
         document.show_clip(data, borrowed=Borrowed(self._to_keep(), why, signed))
 
     def _to_keep(self) -> Path:
-        """Return the folder for exports of a borrowed clip: that of the own clip, or home."""
+        """Return the folder for exports of a borrowed clip.
+
+        This is the folder of the person's own clip, or the home folder.
+        """
         own = self._kept[0].clip.path.absolute() if self._kept is not None else None
         return Path.home() if own is None or ASSETS in own.parents else own.parent
 
     def put_back(self) -> None:
-        """Show the person's clip as it was; without one, keep the borrowed clip open to look at."""
+        """Show the person's clip again, exactly as it was.
+
+        If there was none, the borrowed clip stays open, only to be looked at.
+        """
         if self._folder is None:
             return
         document = self._document

@@ -32,9 +32,9 @@ _GUIDE_WIDTH = 330  # pixels
 
 @dataclass(eq=False)
 class LessonActions:
-    """Lessons, the exercise and the five trackers.
+    """The actions that start lessons, the exercise and the five trackers.
 
-    dock: holds the guide card, shown during a lesson below the dock `above`.
+    dock: the dock with the guide card, which is shown during a lesson below the dock `above`.
     """
 
     program: GuidedProgram
@@ -57,7 +57,7 @@ class LessonActions:
         self.program.guide.linked.connect(self.hidden_errors.go_to)
 
     def _add_menu(self) -> None:
-        """Add a menu of the bundled lessons; it is filled when it opens for the first time."""
+        """Add a menu of the lessons that come with the program; it is filled when first opened."""
         self.lessons_menu = QMenu(tr("Lessons"), self.window)
         below = self.program.actions["open_lesson"]
         for menu in self.window.menuBar().findChildren(QMenu):
@@ -77,7 +77,7 @@ class LessonActions:
 
     @property
     def on(self) -> bool:
-        """True while a lesson or an exercise is running and its page is shown."""
+        """True while a lesson or an exercise is running and its page is visible."""
         return (self.player.running or self.hidden_errors.running) and not self.dock.isHidden()
 
     def tour(self) -> None:
@@ -111,11 +111,11 @@ class LessonActions:
         self.program.document.message.emit(str(error), True)
 
     def export_page(self) -> None:
-        """Write the running lesson, or one that the person chooses, as a web page."""
+        """Write a lesson as a web page: the running lesson, or one that the person chooses."""
         self.page_export.ask(self._lesson if self.player.running else None)
 
     def copy_place(self) -> None:
-        """Copy the current place to the clipboard as the settings of a lesson page."""
+        """Copy the current place and view to the clipboard, as the settings of a lesson page."""
         place, message = present_place(self.program), self.program.document.message
         if place is None:
             message.emit(tr("Open a clip first."), False)

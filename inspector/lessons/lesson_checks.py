@@ -1,4 +1,4 @@
-"""The conditions of a lesson page: how each is checked, and how "Show me" meets it."""
+"""The conditions of a lesson page: how to check each one, and how "Show me" fulfils it."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _TWIST = np.radians(75.0)
 
 @dataclass(eq=False)
 class Visit:
-    """An open page: its start, and the singularities that were nudged on it.
+    """A visit to a page: where it starts, and which singularities were nudged during the visit.
 
-    frame: at the start of the page; chain: the chain that the page is about, '' for any.
+    frame: the frame at the start; chain: the chain that the page is about, or '' for any chain.
     """
 
     program: GuidedProgram
@@ -38,13 +38,17 @@ Check = tuple[Callable[[Visit, Condition], bool], Callable[[Visit, Condition], o
 
 
 def all_hold(visit: Visit, conditions: Sequence[Condition]) -> bool:
-    """True if every condition is met. Each one is checked, because some keep a memory."""
+    """Return True if every condition is met.
+
+    Each condition is checked even if an earlier one is not met, because some checks remember what
+    they have seen.
+    """
     met = [CHECKS[c.name][0](visit, c) for c in conditions]
     return all(met)
 
 
 def do(visit: Visit, conditions: Sequence[Condition]) -> None:
-    """Meet the conditions as the person would, in an order in which all of them hold at the end."""
+    """Fulfil the conditions as the person would, so that all of them hold at the end."""
     for condition in sorted(conditions, key=lambda c: list(CHECKS).index(c.name)):
         check, act = CHECKS[condition.name]
         if condition.name == "nudged" or not check(visit, condition):  # once met, it stays met
@@ -76,7 +80,7 @@ def _see(visit: Visit, condition: Condition) -> None:
 
 
 def _alter(visit: Visit, **change: Any) -> None:
-    """Alter the frame on the page's chain, with the teaching tab in front."""
+    """Edit the frame for the page's chain, with the teaching tab in front."""
     document = visit.program.document
     visit.program.show_teaching()
     if visit.chain and document.chain != visit.chain:
@@ -118,7 +122,7 @@ def _twist(visit: Visit, condition: Condition) -> None:
 
 
 def _opposed(visit: Visit, _: Condition) -> bool:
-    """True if the frame had an error before the correction, even if it is corrected now."""
+    """Return True if the frame had an error before the correction, even if it is corrected now."""
     taught = visit.program.taught
     if not taught.what_if.counter or (numbers := taught.numbers) is None:
         return False
@@ -145,7 +149,7 @@ def _go_along(visit: Visit, _: Condition) -> None:
 
 
 def _nudged(visit: Visit, condition: Condition) -> bool:
-    """True once every singularity that the condition names has been nudged."""
+    """Return True once every singularity that the condition names has been nudged."""
     what_if = visit.program.taught.what_if
     if abs(what_if.nudge) >= _NUDGED:
         if what_if.swing is not None and what_if.swing >= _TURNED:
@@ -177,7 +181,10 @@ def _apply(visit: Visit, _: Condition) -> None:
 
 
 def _find_judged(visit: Visit, condition: Condition, decision: Decision) -> Judged | None:
-    """Return the selected interval if kind and decision match, or the first that matches."""
+    """Return an interval of the right kind with this decision, or None.
+
+    This is the selected interval if it matches, or the first one that does.
+    """
     document = visit.program.document
     own = [j for j in (document.interval,) if j is not None]
     for judged in (*own, *document.intervals):
@@ -206,7 +213,10 @@ def _accept(visit: Visit, condition: Condition) -> None:
 
 
 def _insert(visit: Visit, condition: Condition) -> None:
-    """Insert an interval of the required kind at the page's frame, if possible on its chain."""
+    """Insert an interval of the required kind at the page's frame.
+
+    The page's chain is used if it can have such an interval.
+    """
     document = visit.program.document
     assert document.data is not None
     for chain in sorted(document.data.chains_and_limbs, key=lambda c: c.name != visit.chain):

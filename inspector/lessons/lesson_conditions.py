@@ -43,8 +43,10 @@ CONDITIONS = {
 
 @dataclass(frozen=True)
 class Condition:
-    """A condition. name: a key of CONDITIONS; amount: degrees, frames or a share; words: its
-    words.
+    """A condition of a task.
+
+    name: a key of CONDITIONS; amount: a number of degrees or frames, or a share; words: the words
+    that follow the name.
     """
 
     name: str
@@ -53,9 +55,9 @@ class Condition:
 
 
 def read_conditions(text: str) -> tuple[Condition, ...]:
-    """Read conditions separated by commas; raise ValueError with what was expected.
+    """Read conditions separated by commas; raises ValueError with a text of what was expected.
 
-    All conditions of a page must hold at the same time, so conflicting ones are refused.
+    All conditions of a page must hold at the same time, so conflicting conditions are rejected.
     """
     conditions = [_condition(part.strip()) for part in text.split(",")]
     names = {condition.name for condition in conditions}
@@ -79,7 +81,10 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
 
 
 def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
-    """True if the page's own settings already meet all conditions, which leaves nothing to do."""
+    """Return True if the page's own settings already meet all conditions.
+
+    In that case the task leaves nothing to do.
+    """
     altered = place.what_if
     swing = None if altered.nudge or altered.toward else altered.swing
     set_so: dict[str, Callable[[Condition], bool]] = {

@@ -1,4 +1,4 @@
-"""A lesson in a Markdown file: its pages, and the clip and place that each page shows."""
+"""A lesson in a Markdown file: its pages, and the clip and the place that each page shows."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ _PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")
 class LessonPage:
     """A page of a lesson.
 
-    body: Markdown with TeX between $…$; task: what to do; done: the conditions of the task; at: the
-    line of its heading, from 1; lines: the lines of its settings, by key.
+    body: the text, as Markdown with TeX between $…$; task: the task, or ''; done: the conditions
+    under which the task is done; at: the line number of its heading, from 1; lines: the line
+    numbers of its settings, by key.
     """
 
     title: str
@@ -40,7 +41,10 @@ class LessonPage:
     lines: Mapping[str, int] = field(default_factory=dict, compare=False)
 
     def line(self, key: str) -> int:
-        """Return the line of a setting, or of the heading if the page inherits the setting."""
+        """Return the line number of a setting.
+
+        If the page inherits the setting, this is the line number of its heading.
+        """
         return self.lines.get(key, self.at)
 
 
@@ -54,7 +58,7 @@ class LessonFile:
 
 
 def read_lesson(path: Path) -> LessonFile:
-    """Read a lesson; raise FormatError with the file, the line and what was expected."""
+    """Read a lesson; raises FormatError with the file, the line and what was expected."""
     try:
         text = bytes_of(path, _MOST_BYTES).decode("utf-8-sig")
     except (TwistError, UnicodeDecodeError) as error:
@@ -78,7 +82,10 @@ def read_lesson(path: Path) -> LessonFile:
 
 
 def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, str]], int]:
-    """Return key → (line, value), and the first line after the front matter."""
+    """Return the settings of the front matter, and the line number of the line after it.
+
+    The settings are returned as key → (line number, value).
+    """
     if not lines or lines[0].strip() != "---":
         expected = tr("a lesson that begins with '---', 'title: …' and 'clip: …'")
         raise _error(path, 1, expected, lines[0] if lines else "")
@@ -94,7 +101,7 @@ def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, st
 
 
 def _headings(lines: list[str], first: int) -> list[int]:
-    """Return the lines of the headings; '#' inside a fence is no heading."""
+    """Return the line numbers of the headings; '#' inside a code fence is no heading."""
     out, fenced = [], False
     for k in range(first, len(lines)):
         if lines[k].startswith("```"):
@@ -105,7 +112,7 @@ def _headings(lines: list[str], first: int) -> list[int]:
 
 
 def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPlace) -> LessonPage:
-    """Read the page from one heading to the next."""
+    """Read a page, from its heading to the next one; before: the previous page, if any."""
     opened = [k for k in range(start, stop) if lines[k].strip() == FENCE]
     if len(opened) > 1:
         raise _error(
@@ -148,7 +155,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
 
 
 def body_and_task(lines: list[str]) -> tuple[str, str]:
-    """Return the text, and the quoted paragraph at its end as one line."""
+    """Return the text of a page, and its task as one line: the quoted paragraph at the end."""
     text = "\n".join(lines).strip().split("\n")
     at = len(text)
     while at > 0 and text[at - 1].startswith(">"):
@@ -160,7 +167,10 @@ def body_and_task(lines: list[str]) -> tuple[str, str]:
 def _pairs(
     path: Path, lines: list[str], start: int, stop: int, known: tuple[str, ...]
 ) -> dict[str, tuple[int, str]]:
-    """Return lines 'key: value' as key → (line from 1, value)."""
+    """Return lines of the form 'key: value' as key → (line number, value).
+
+    Line numbers count from 1; known: the allowed keys.
+    """
     out: dict[str, tuple[int, str]] = {}
     for k in range(start, stop):
         line = lines[k].strip()
@@ -177,7 +187,7 @@ def _pairs(
 
 
 def _clip(path: Path, line: int, name: str) -> Path:
-    """Return the path of a clip next to the lesson or of a bundled clip; no others are allowed."""
+    """Return the path of a clip, which must be next to the lesson or come with the program."""
     if Path(name).name != name or "\\" in name:
         raise _error(path, line, tr("the name of a BVH file without a folder"), name)
     for folder in (path.parent, ASSETS):

@@ -1,4 +1,4 @@
-"""The place that a lesson page shows in a clip: its block of settings, read and written."""
+"""The place in a clip that a lesson page shows: reads and writes its block of settings."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ LOOKS = ("before", "after", "both")
 
 @dataclass(frozen=True)
 class Camera:
-    """The direction from which the limb is seen, radians: azimuth 0 is the front of the figure.
+    """The direction from which the limb is seen, in radians; azimuth 0 is in front of the figure.
 
-    zoom: 1 shows the limb as large as the program does by default, 2 twice as large.
+    zoom: the size of the limb, 1 for the size at which the program shows it by default.
     """
 
     azimuth: float
@@ -37,9 +37,15 @@ class Camera:
 class LessonPlace:
     """The place and view that a page shows.
 
-    frame: from 0; chain: '' for none; camera: None if the program chooses it; show: symbols whose
-    rows are listed, () for all; lit: a symbol or ''; stage: like TaughtFrame.stage; tab: one of
-    TABS; look: one of LOOKS; skin: the striped skin instead of bones.
+    - frame: the frame number, from 0
+    - chain: the name of a chain or limb, '' for none
+    - camera: the view of the limb, None if the program chooses it
+    - show: the symbols whose rows are listed, () for all
+    - lit: the symbol to highlight, or ''
+    - stage: the stage of P's rotation, as in TaughtFrame.stage
+    - tab: the tab in front, one of TABS
+    - look: the look of the figure, one of LOOKS
+    - skin: True for the striped skin, False for bones
     """
 
     clip: Path
@@ -130,7 +136,7 @@ def _within(text: str, low: float, high: float, expected: str) -> float:
 
 
 def _degrees(low: int, high: int) -> Callable[[str], float]:
-    """Return a reader for an angle within the range of its slider."""
+    """Return a function that reads an angle in degrees from `low` to `high`, as radians."""
     expected = tr("an angle in degrees from {low} to {high}", low=low, high=high)
     return lambda text: float(np.radians(_within(text, low, high, expected)))
 
@@ -220,5 +226,8 @@ def _alterations(place: LessonPlace) -> list[str]:
 
 
 def _short(number: float, digits: int) -> str:
-    """Return a number without trailing zeros and without −0."""
+    """Return a number as text without trailing zeros and without −0.
+
+    digits: the number of decimals.
+    """
     return f"{round(float(number), digits) + 0.0:.{digits}f}".rstrip("0").rstrip(".")

@@ -1,4 +1,4 @@
-"""Plays a lesson: its pages drive the real program, each with a task and a check."""
+"""Plays a lesson: each page sets up the program and has a task that is checked."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ Clips = dict[Path, Analysed]  # by their path in the lesson
 
 
 def read_clips(lesson: LessonFile, folder: Path) -> Clips:
-    """Return copies of a lesson's clips; raise TwistError if a page does not fit its clip."""
+    """Return copies of a lesson's clips, made in `folder`.
+
+    Raises TwistError if a page does not fit its clip.
+    """
     clips: Clips = {}
     for page in lesson.pages:
         place = page.place
@@ -38,7 +41,7 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
 
 
 class LessonPlayer(QObject):
-    """Guides a person through a lesson on copies of its clips; the own clip is put aside."""
+    """Guides a person through a lesson on copies of its clips; the person's clip is put aside."""
 
     began = Signal()  # the first page is about to be shown
     ended = Signal()
@@ -76,7 +79,10 @@ class LessonPlayer(QObject):
         return self.at >= 0 or self._task.running
 
     def begin(self, lesson: LessonFile, failed: Callable[[Exception], object]) -> None:
-        """Read copies of the clips in the background, then show the first page."""
+        """Read copies of the clips in the background, then show the first page.
+
+        failed: a function that is called with the error if that fails.
+        """
         folder = self._program.aside.folder()
         self.pages = lesson.pages
         self._program.guide.prepare([t for page in lesson.pages for t in formulas(page.body)])

@@ -1,4 +1,4 @@
-"""The text of a page: Markdown with TeX between $…$, typeset like the equations."""
+"""The text of a page: Markdown with TeX between $…$, typeset in the same way as the equations."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _MARKDOWN = _FEATURES.MarkdownDialectGitHub | _FEATURES.MarkdownNoHTML
 
 
 def formulas(markdown: str) -> tuple[str, ...]:
-    """Return the formulas of a text as TeX, each once."""
+    """Return the formulas of a text as TeX, without repetitions."""
     return tuple(dict.fromkeys(_TEX.findall(markdown)))
 
 
@@ -49,7 +49,7 @@ class LessonText(QTextBrowser):
         self._render()
 
     def show_markdown(self, text: str) -> None:
-        """Show a text from its top."""
+        """Show a text, scrolled to its top."""
         self._markdown = text
         if wanted := formulas(text):
             self._typesetter.start(wanted)
@@ -73,14 +73,14 @@ class LessonText(QTextBrowser):
     def loadResource(self, kind: int, name: QUrl | str) -> object:
         """Return the picture of a formula; Qt asks for it again after every change of the text.
 
-        Any other address of a lesson gets an empty picture. Without one Qt would look for a file,
-        and would block if that is a pipe.
+        Any other address in a lesson gets an empty picture, because Qt would look for a file, and
+        would block if that is a pipe.
         """
         address = name.toString() if isinstance(name, QUrl) else name
         return self._pictures.get(address, _nothing())
 
     def _picture(self, tex: str) -> QImage:
-        """Draw a formula with its baseline one font descent above the lower edge."""
+        """Draw a formula with its baseline one font descent above the lower edge of the picture."""
         formula = self._typesetter.formula(tex)
         assert formula is not None
         metrics, ratio = self.fontMetrics(), self.devicePixelRatioF()
@@ -101,7 +101,7 @@ class LessonText(QTextBrowser):
         return picture
 
     def _lower_images(self) -> None:
-        """Align the baselines of formulas with the text; Qt puts an image on top of it."""
+        """Align the baselines of formulas with the text; by default Qt sets images higher."""
         lowered = QTextCharFormat()
         lowered.setVerticalAlignment(QTextCharFormat.VerticalAlignment.AlignBaseline)
         block = self.document().begin()
@@ -122,7 +122,7 @@ def _nothing() -> QImage:
 
 
 def _images(block: QTextBlock) -> list[tuple[int, int]]:
-    """Return the position and length of each image in a block."""
+    """Return the position and the length of each image in a block of text."""
     out, at = [], block.begin()
     while not at.atEnd():
         fragment = at.fragment()

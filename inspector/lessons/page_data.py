@@ -1,4 +1,4 @@
-"""Data of the clips for a lesson's web page: only the frames around those of its pages."""
+"""The data of the clips for a lesson's web page: only the frames near those of its pages."""
 
 from __future__ import annotations
 
@@ -30,20 +30,23 @@ _KINDS = {"f4": "<f4", "u2": "<u2", "i2": "<i2", "u1": "u1", "u4": "<u4"}
 
 @dataclass(frozen=True)
 class Window:
-    """The range of frames of a page, first to last inclusive."""
+    """The range of frames of a page, from first to last, both included."""
 
     first: int
     last: int
 
 
 def packed(values: Any, kind: str) -> dict[str, str]:
-    """Return an array as little-endian numbers in base64; kind: a key of _KINDS."""
+    """Return an array as little-endian numbers in base64.
+
+    kind: the type of the numbers, a key of _KINDS.
+    """
     data = np.ascontiguousarray(values, dtype=_KINDS[kind]).tobytes()
     return {"kind": kind, "data": base64.b64encode(data).decode("ascii")}
 
 
 class PageData:
-    """Collects the data that the pages of a lesson show, shared data only once."""
+    """Collects the data that the pages of a lesson show; data shared by pages are stored once."""
 
     def __init__(
         self, lesson: LessonFile, open_clip: Callable[[Path], Analysed], seconds: float
@@ -59,7 +62,7 @@ class PageData:
         self._numbers: dict[tuple[int, str], int] = {}
 
     def gathered(self) -> dict[str, Any]:
-        """Return figures, spans, chains and pages, ready for JSON."""
+        """Return the figures, spans, chains and pages, in a form that can be written as JSON."""
         for clip in self._clips:
             self._figure_of[clip] = len(self._figures)
             self._figures.append(self._figure(clip))
@@ -85,7 +88,10 @@ class PageData:
         return Window(max(page.place.frame - reach, 0), last)
 
     def _joined(self) -> list[tuple[Path, Window]]:
-        """Join overlapping windows of a clip; each span includes the previous frame as well."""
+        """Return spans of frames in which overlapping windows of a clip are joined.
+
+        Each span also includes the frame before its first window.
+        """
         out: list[tuple[Path, Window]] = []
         wanted = zip((page.place.clip for page in self._lesson.pages), self._windows, strict=True)
         for clip, window in sorted(wanted, key=lambda w: (str(w[0]), w[1].first)):
@@ -105,7 +111,7 @@ class PageData:
     # -- what is in them ----------------------------------------------------------------------
 
     def _figure(self, clip: Path) -> dict[str, Any]:
-        """Return the bodies of a clip and the ground."""
+        """Return the mesh of the figure in a clip, and the lines of the ground."""
         data = self._clips[clip]
         skeleton = data.motion.skeleton
         up = guess_up(data.positions, find_chains(data.motion), skeleton)
@@ -135,7 +141,7 @@ class PageData:
         }
 
     def _skin(self, clip: Path, height: float) -> dict[str, Any] | None:
-        """Return the striped skin of a clip's limbs if a page shows it."""
+        """Return the striped skin of the limbs of a clip if a page shows it."""
         if not any(page.place.skin and page.place.clip == clip for page in self._lesson.pages):
             return None
         skin = build_skin(self._bones[clip], self._clips[clip].chains, height)
@@ -149,7 +155,7 @@ class PageData:
         }
 
     def _span(self, clip: Path, window: Window) -> dict[str, Any]:
-        """Return the local rotations of the frames, and the positions of moving joints."""
+        """Return the local rotations of the joints and the recorded positions, in a window."""
         motion = self._clips[clip].motion.sliced(window.first, window.last + 1)
         return {
             "figure": self._figure_of[clip],
@@ -162,7 +168,7 @@ class PageData:
         }
 
     def _chain(self, data: Analysed, chain: Chain, span: int) -> int:
-        """Return the number of a chain in a span; add its signals the first time."""
+        """Return the index of a chain in a span; the first time, add its signals."""
         key = span, chain.name
         if key not in self._chains:
             self._numbers[key] = len(self._chains)
@@ -219,7 +225,10 @@ class PageData:
         }
 
     def _after(self, data: Analysed, span: int) -> dict[str, Any] | None:
-        """Return the joints that a correction by all intervals not rejected changes, or None."""
+        """Return the joints that the correction changes, with their corrected rotations, or None.
+
+        The correction applies all intervals that are not rejected.
+        """
         window = self._spans[span][1]
         start, stop = window.first, window.last + 1
         motion = data.motion.sliced(start, stop)
@@ -237,7 +246,7 @@ class PageData:
 
 
 def _ends(chain: Chain | None) -> dict[str, int] | None:
-    """Return P and C of a chain, and E of a limb (−1 for a chain)."""
+    """Return the joints P and C of a chain or limb, and E of a limb (−1 for a chain)."""
     if chain is None:
         return None
     end = chain.end if isinstance(chain, Limb) else -1
@@ -245,7 +254,7 @@ def _ends(chain: Chain | None) -> dict[str, int] | None:
 
 
 def _strong(bones: Sequence[BoneSegment], chain: Chain | None, data: Analysed) -> list[int]:
-    """Return the indices of the bones of a chain or limb."""
+    """Return the indices of the bones to emphasise: the bones of a chain or limb."""
     if chain is None:
         return []
     pairs: Iterable[tuple[int, int]] = {

@@ -15,10 +15,10 @@ _OF_CHAINS = ("swing", "counter")  # measured for chains only
 
 
 def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | None:
-    """Return the chain or limb of a page, or None if it names none; data: its clip.
+    """Return the chain or limb that a page names, or None if it names none; data: the page's clip.
 
     Raises FormatError if the clip lacks the chain, the frame, or something that the task needs:
-    enough frames, an interval of the kind, the angles of a chain.
+    enough frames, an interval of the required kind, or the angles of a chain.
     """
     place, last = page.place, data.motion.frames - 1
 
@@ -68,7 +68,7 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
 
 
 def _kinds(data: Analysed) -> set[str]:
-    """Return the kinds of intervals that a clip has or a person can insert, as words."""
+    """Return the kinds of intervals that a clip has or that a person can insert, as words."""
     kinds = {judged.interval.kind for judged in data.review.state.intervals}
     limbs = len(data.chains_and_limbs) - len(data.chains)
     kinds |= {Kind.COUNTER_TWIST} if data.chains else set()

@@ -1,4 +1,4 @@
-"""Texts of a lesson's web page: Markdown without HTML, and TeX as outlines."""
+"""The texts of a lesson's web page: Markdown without HTML, and TeX as outlines."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ _TEX = re.compile(r"\$([^$\n]+)\$(?!\$)")
 
 
 class Formulas:
-    """Formulas by their TeX, as SVG in the colour of the text."""
+    """Formulas by their TeX source, as SVG in the colour of the text."""
 
     def __init__(self, texts: Iterable[str]) -> None:
         self._known: dict[str, Any] = outlines(dict.fromkeys(texts))
 
     def outline(self, tex: str) -> dict[str, Any]:
-        """Return the path of a formula, y down, and its box (left, top, width, height), 100 units
-        an em.
+        """Return the outline of a formula as an SVG path, and its box (left, top, width, height).
+
+        The y axis points down; there are 100 units per em.
         """
         vertices, codes = self._set(tex)
         corners = vertices[codes != 79]  # a closing code has no point of its own
@@ -46,7 +47,10 @@ class Formulas:
         ).format(words or tex, size, below, left, top, wide, high, shape["d"])
 
     def _set(self, tex: str) -> Any:
-        """Return vertices and codes; raise ValueError if the text cannot be typeset."""
+        """Return the vertices and codes of a formula's path.
+
+        Raises ValueError if the text cannot be typeset.
+        """
         if tex not in self._known:
             self._known |= outlines([tex])
         if tex not in self._known:
@@ -55,7 +59,7 @@ class Formulas:
 
 
 def markdown_html(text: str, formulas: Formulas) -> Markup:
-    """Return Markdown as HTML with TeX between $…$ typeset; HTML in it is escaped."""
+    """Return Markdown as HTML with TeX between $…$ typeset; HTML in the text is escaped."""
     markdown = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
     markdown.validateLink = _goes_to_the_web  # type: ignore[method-assign, assignment]
     markdown.inline.ruler.before("escape", "tex", _take_tex)
@@ -64,7 +68,7 @@ def markdown_html(text: str, formulas: Formulas) -> Markup:
 
 
 def _goes_to_the_web(address: str) -> bool:
-    """True for a web or mail address; scripts and local files are refused."""
+    """Return True for a web or mail address; scripts and local files are not allowed."""
     return address.startswith(("https://", "http://", "mailto:"))
 
 
@@ -90,7 +94,7 @@ def _tex_rule(formulas: Formulas) -> Any:
 
 
 def _path(vertices: Any, codes: Any) -> str:
-    """Return a matplotlib path as an SVG path, with y down."""
+    """Return a matplotlib path as an SVG path, with the y axis pointing down."""
     out, at = [], 0
     while at < len(vertices):
         letter, count = _LETTERS[int(codes[at])]

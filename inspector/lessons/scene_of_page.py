@@ -1,4 +1,4 @@
-"""Brings the program to the place of a page, and returns its current place."""
+"""Shows the place of a page in the program, and returns the place that the program shows."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NOTHING_KEPT = tr("A lesson saves nothing. When it ends, your own clip comes ba
 
 
 class ViewBefore:
-    """The view of the figure before a lesson, to be restored afterwards."""
+    """The view of the figure before a lesson, which is restored afterwards."""
 
     def __init__(self, program: GuidedProgram) -> None:
         self._program = program
@@ -63,7 +63,7 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
 
 
 def present_place(program: GuidedProgram) -> LessonPlace | None:
-    """Return the current place of the program, or None without a clip."""
+    """Return the place that the program shows now, or None without a clip."""
     document, taught, viewport = program.document, program.taught, program.viewport
     data = document.data
     if data is None:
@@ -84,7 +84,10 @@ def present_place(program: GuidedProgram) -> LessonPlace | None:
 
 
 def _interval_at(program: GuidedProgram, place: LessonPlace) -> int | None:
-    """Return the id of the interval at a review page's frame, or None."""
+    """Return the id of the interval at the page's frame, or None.
+
+    A page that shows the teaching tab selects no interval.
+    """
     if place.tab == TABS[0]:
         return None
     for judged in program.document.intervals:
@@ -102,13 +105,19 @@ def _facing(program: GuidedProgram) -> Array | None:
 
 
 def _from_side(best: OrbitCamera, camera: Camera, facing: Array) -> OrbitCamera:
-    """Return a camera with the page's direction and zoom."""
+    """Return the camera `best` with the direction and zoom of the page.
+
+    facing: the direction in which the figure faces.
+    """
     turned = replace(best, ahead=facing, azimuth=camera.azimuth, elevation=camera.elevation)
     return turned.zoomed(camera.zoom)
 
 
 def _present_camera(program: GuidedProgram) -> Camera | None:
-    """Return the current camera relative to the limb's default; None if it is the default."""
+    """Return the current camera relative to the limb's default camera.
+
+    Returns None if it is the default camera.
+    """
     viewport, facing = program.viewport, _facing(program)
     now = viewport.camera
     if now is None or facing is None:

@@ -24,8 +24,9 @@ _SEEDS = 2**31
 class TeachersFiles(QObject):
     """Asks for the files of a class exercise; reads and writes them in the background.
 
-    clips: samples for when no clip is open; kind: returns the kind of exercise to write; show:
-    shows a sentence to the person, True if something went wrong.
+    clips: the sample clips to use if no clip is open; kind: a function that returns the kind of
+    exercise to write; show: a function that shows a sentence to the person, with True if something
+    went wrong.
     """
 
     def __init__(
@@ -48,7 +49,7 @@ class TeachersFiles(QObject):
         ask_where(self._window, title, "*.json", self.write, wanted=wanted, suffix="json")
 
     def write(self, path: Path) -> None:
-        """Write an exercise made from the open clip or a sample, with a random seed."""
+        """Write an exercise made from the open clip or from a sample, with a random seed."""
         own, seed, kind = self._aside.own, secrets.randbelow(_SEEDS), self._kind()
         source = own.clip.path if own is not None else self._clips[seed % len(self._clips)]
 

@@ -1,4 +1,4 @@
-"""A lesson as one web page that needs no network: texts, equations, sliders and the figure in 3D.
+"""A lesson as one web page that needs no network: texts, equations, sliders and the 3D figure.
 
 Its template, styles and scripts are in assets/lesson_page. The 3D library three.js comes from the
 package trimesh, which contains it for its own viewer.
@@ -45,7 +45,7 @@ _LIBRARY_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
 
 def export_page(lesson: LessonFile, path: Path) -> None:
-    """Write a lesson as a web page; raise TwistError if that fails. Thread-safe."""
+    """Write a lesson as a web page; raises TwistError if that fails. Thread-safe."""
     write_atomically(path, encoded(page_text(lesson)))
 
 
@@ -66,7 +66,10 @@ def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
 
 
 def three_js() -> str:
-    """Return three.js from the package trimesh, with its licence; raise TwistError if missing."""
+    """Return three.js from the package trimesh, with its licence.
+
+    Raises TwistError if it is missing.
+    """
     package = find_spec("trimesh")
     if package is None or package.origin is None:
         raise _without_library(tr("it is not installed"))
@@ -133,13 +136,13 @@ def _read(name: str) -> str:
 
 
 def _json(data: Any) -> str:
-    """Return JSON in which no text can end the script element."""
+    """Return data as JSON that cannot end the script element that contains it."""
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def _looks(formulas: Formulas) -> dict[str, Any]:
-    """Return the colours of both themes and the labels of the gizmo."""
+    """Return the colours of both themes, and the labels of the gizmo."""
     return {
         "themes": {"light": _theme(LIGHT), "dark": _theme(DARK)},
         "ghost": GHOST_ALPHA,
@@ -153,7 +156,7 @@ def _looks(formulas: Formulas) -> dict[str, Any]:
 
 
 def _words() -> dict[str, str]:
-    """Return the texts of the scripts that differ in the chosen language."""
+    """Return the texts used by the scripts that differ in the chosen language."""
     texts = {found for name in _SCRIPTS for found in texts_of_script(_read(name))}
     translated = {text: tr_as(meaning, text) for meaning, text in sorted(texts)}
     return {text: own for text, own in translated.items() if own != text}

@@ -21,7 +21,7 @@ _WONDER_S = 1.0  # seconds until progress is shown
 
 
 class ClipOpener(QObject):
-    """Reads and analyses one clip at a time; opening another one cancels the first."""
+    """Reads and analyses clips, one at a time; opening a clip cancels the opening of another."""
 
     began = Signal(str)  # a description of the work
     share = Signal(float)  # progress, 0…1, if the work takes long
@@ -30,7 +30,10 @@ class ClipOpener(QObject):
     locate = Signal(object)  # ask for the clip of this session file
 
     def __init__(self, tell: SignalInstance, ask: SignalInstance, parent: QObject) -> None:
-        """`tell`, `ask`: the document's `message` and `question`."""
+        """Set up an opener without a clip.
+
+        `tell`, `ask`: the signals `message` and `question` of the document.
+        """
         super().__init__(parent)
         self._tell, self._ask = tell, ask
         self._task = OneTask(self)
@@ -42,7 +45,7 @@ class ClipOpener(QObject):
         return self._task.running
 
     def open(self, path: Path, profile: Profile | None = None) -> None:
-        """Open a clip; profile: τ for a clip without a session."""
+        """Open a clip; profile: the τ to use if the clip has no session."""
         what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse_file(path, profile, tell), self.analysed.emit)
 
@@ -52,7 +55,7 @@ class ClipOpener(QObject):
         self._start(what, lambda tell: analyse_session(path, clip, tell), self.analysed.emit)
 
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
-        """Let a detector analyse the open clip, unless that was done before, then call `then`."""
+        """Call `then` once the detector `method` has analysed the clip, which may start that."""
         if clip.kept(method) is not None:
             then()
         else:
@@ -62,11 +65,14 @@ class ClipOpener(QObject):
     def prepare(
         self, what: str, work: Callable[[Tell], _Made], then: Callable[[_Made], object]
     ) -> None:
-        """Run work for the open clip in the background, then call `then` with its result."""
+        """Run `work` for the open clip in the background, then call `then` with its result.
+
+        what: a description of the work for the progress bar.
+        """
         self._start(what, work, then)
 
     def cancel(self) -> None:
-        """Cancel the opening of a clip."""
+        """Cancel the opening of a clip, or other work in the background."""
         if self.busy:
             self._task.cancel()
             self.over.emit()

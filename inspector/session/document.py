@@ -77,9 +77,10 @@ class Document(OpenClip):
     def show_clip(
         self, data: Analysed, aside: PutAside | None = None, *, borrowed: Borrowed | None = None
     ) -> None:
-        """Show an analysed clip; aside: its review if that was put aside.
+        """Show an analysed clip.
 
-        borrowed: given for a clip that is not the person's own.
+        aside: the review of this clip, if it was put aside earlier; borrowed: facts about a clip
+        that a lesson or an exercise has opened, None for the person's own clip.
         """
         self.opener.cancel()
         self.leaving.emit()
@@ -111,9 +112,10 @@ class Document(OpenClip):
         return self.data.clip.path.parent if self.data is not None else Path()
 
     def proposed(self, ending: str, *, own: bool = False) -> Path:
-        """Return a path for a file made from the clip; for a borrowed clip, one that is free.
+        """Return a path to propose for a file made from the clip.
 
-        own: add the format to the name if a clip of another format would get the same one.
+        For a borrowed clip, no file exists at that path. ending: the end of the file name; own: add
+        the clip's format to the name if a clip of another format would get the same name.
         """
         clip = self.data.clip.path if self.data is not None else Path("clip")
         stem = own_name(clip) if own else clip.stem
@@ -148,7 +150,7 @@ class Document(OpenClip):
     # -- the review ---------------------------------------------------------------------------
 
     def do(self, command: Command) -> bool:
-        """Apply a command to the review; False if that failed."""
+        """Apply a command to the review; return False if that failed."""
         if not self._may_change():
             return False
         try:
@@ -199,10 +201,10 @@ class Document(OpenClip):
     def decide(
         self, decision: Decision, ids: Sequence[int] = (), order: Sequence[int] = ()
     ) -> None:
-        """Decide on intervals, or on the selected one, then select the next undecided one.
+        """Decide on the given or selected intervals, then select the next undecided one.
 
-        Intervals that have this decision already are not changed. order: ids in the order of the
-        list; by chain and start if empty.
+        Intervals that already have this decision are not changed. order: interval ids in the order
+        of the list; if empty, intervals are ordered by chain and start.
         """
         if self.data is None:
             return
@@ -227,7 +229,7 @@ class Document(OpenClip):
         return done
 
     def sign(self, reviewer: str) -> None:
-        """Set the reviewer's name, also for decisions since the clip was opened."""
+        """Set the reviewer's name, also for decisions made since the clip was opened."""
         self.reviewer = reviewer
         mine = (j for j in self.intervals if (j.id, j.decided_at) in self._unsigned)
         ids = tuple(j.id for j in mine if not j.reviewer)
@@ -242,9 +244,10 @@ class Document(OpenClip):
     def unasked(
         self, at_least: float | None = None, *, include_open: bool = False
     ) -> tuple[int, ...]:
-        """Return the ids of undecided intervals with a displayed confidence of `at_least`.
+        """Return the ids of undecided intervals with a displayed confidence of at least `at_least`.
 
-        Without a number, return those that the detector's own limit corrects automatically.
+        Without that number, return the undecided intervals that the detector itself rates confident
+        enough for an automatic correction.
         """
         if at_least is None:
             return self.review.state.unasked(include_open=include_open)
@@ -253,9 +256,10 @@ class Document(OpenClip):
         )
 
     def accept_undecided(self, at_least: float | None = None) -> bool:
-        """Accept all sure intervals in one step; False if that failed.
+        """Accept undecided intervals of high confidence in one step; return False if that failed.
 
-        at_least: the confidence that a person chose, who then decides in bulk. Without it these are
+        at_least: the smallest confidence to accept, chosen by a person, so that these count as the
+        person's decisions. Without it, the detector's own limit applies, and they count as
         automatic corrections.
         """
         ids = self.unasked(at_least)
@@ -264,12 +268,15 @@ class Document(OpenClip):
         return not ids or self._decide(ids, Decision.ACCEPTED, in_bulk=True)
 
     def begin_drag(self) -> int:
-        """Return a number for the commands of one drag, which are undone together."""
+        """Return a new number for the commands of one drag, which are undone together."""
         self._drag += 1
         return self._drag
 
     def edit(self, interval_id: int, interval: Interval, drag: int = 0) -> None:
-        """Change the frames (kept inside the clip) or the offset of an interval."""
+        """Change the frames or the offset of an interval; the frames are kept inside the clip.
+
+        drag: a number from `begin_drag` if this is part of a drag.
+        """
         start, stop = max(interval.start, 0), min(interval.stop, self.frames)
         if (there := self.found(interval_id)) is None or start >= stop:
             return  # it belongs to the last clip or was undone
@@ -280,7 +287,8 @@ class Document(OpenClip):
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
         """Add an interval by hand and select it: the given one, or one proposed around a frame.
 
-        If an interval of the same kind has the same frames, select that one: two would add up.
+        If an interval of the same kind already has the same frames, that one is selected and none
+        is added, because the offsets of both would add up.
         """
         if self.data is None or not self.chain:
             return
@@ -305,12 +313,12 @@ class Document(OpenClip):
             self.select_interval(number)
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
-        """Set τ, radians, of a chain (by default the selected one) and detect again."""
+        """Set τ (radians) of a chain, by default the selected one, and detect again."""
         if name := chain or self.chain:
             self.set_taus({name: tau}, drag)
 
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
-        """Set τ, radians, of several chains and detect again, as one step of the history."""
+        """Set τ (radians) of several chains and detect again, as one step that can be undone."""
         if not (self.data and tau and self._may_detect()):
             return
         if why := not_usable(self.data.analysis, self.review.state.method):
@@ -324,9 +332,9 @@ class Document(OpenClip):
                 self.do(Redetect(dict(tau), found, drag=drag))
 
     def change_chains(self, rig: Rig, what: str, message: str = "") -> None:
-        """Analyse other chains, then use them, as one step of the history called `what`.
+        """Analyse a different set of chains, then use it, as one step of the history called `what`.
 
-        message: the sentence to show when it is done.
+        message: the sentence to show when this is done.
         """
 
         def change(command: ChangeChains) -> None:
@@ -337,7 +345,7 @@ class Document(OpenClip):
             self.rigs.change(self.review.state, rig, what, change)
 
     def use_profile(self, profile: Profile) -> None:
-        """Detect with the τ of a profile, and its detector if it names one, as one step."""
+        """Detect with the τ of a profile, and with its detector if it names one, as one step."""
         if self.data is None or not self._may_change() or not self._may_detect():
             return
         clip, method = self.data.analysis, profile.method
@@ -357,12 +365,15 @@ class Document(OpenClip):
             self.opener.ask(clip, method, detect)
 
     def use_method(self, method: str) -> None:
-        """Detect with another detector at its own τ; a person's decisions stay."""
+        """Switch to another detector with its own τ, and keep the person's decisions."""
         if self.data is not None and method != self.review.state.method:
             self.use_profile(Profile({}, method))
 
     def _may_detect(self) -> bool:
-        """False in an exercise, where detection would find the hidden errors."""
+        """Return True unless the clip is an exercise, in which case show why.
+
+        In an exercise, detection would find the hidden errors.
+        """
         if self.data is not None and self.data.blind:
             self.message.emit(BLIND, False)
             return False
@@ -385,7 +396,7 @@ class Document(OpenClip):
         self.intervals_changed.emit()
 
     def _take_chains(self) -> Sequence[SignalInstance]:
-        """Take the chains of the review; return the signals to emit."""
+        """Use the chains of the review; return the signals to emit."""
         state, data = self.review.state, self.data
         if data is None or data.analysis.rig == state.rig:
             return ()
@@ -400,9 +411,9 @@ class Document(OpenClip):
         return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
-        """True if the detector in use is the review's; if not, load the review's detector.
+        """Return True if the detector in use is the review's; if not, start loading the review's.
 
-        An undo may have gone back to another detector.
+        They can differ because an undo may have restored a review made with another detector.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

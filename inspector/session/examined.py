@@ -7,7 +7,7 @@ from inspector.session.opening import Analysed
 
 
 def reason_unexamined(data: Analysed | None) -> str:
-    """Return a sentence why a clip could not be examined at all; '' if it could."""
+    """Return a sentence that says why a clip could not be examined at all, or '' if it could."""
     why = data.analysis.not_examined if data is not None else ""
     return tr("The clip could not be examined: {why}.", why=of_core(why)) if why else ""
 
@@ -21,7 +21,7 @@ def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
 
 
 def in_a_line(sentences: tuple[str, ...]) -> str:
-    """Return the first sentence and the number of further ones."""
+    """Return the first sentence followed by how many more there are, to fit in one line."""
     if len(sentences) < 2:
         return "".join(sentences)
     more = plural("{n} more", "{n} more", len(sentences) - 1)

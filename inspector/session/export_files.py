@@ -43,11 +43,12 @@ class ExportChoice:
 
 @dataclass(frozen=True, eq=False)
 class Export:
-    """An export with the review as it was when the export began.
+    """An export, with the review as it was when the export began.
 
-    left_out: a sentence about what cannot be corrected; changed: a sentence if the clip on disk has
-    changed, or ''; ours: SHA-256 of files that this program wrote, including those of this export;
-    own: files that only the review may write; by: the person's name; analysis: for the report.
+    left_out: a sentence about intervals that cannot be corrected, or ''; changed: a sentence if the
+    clip on disk has changed, or ''; ours: the SHA-256 of files that this program wrote, including
+    the files of this export; own: the files that only the review may write; by: the person's name;
+    analysis: the analysis of the clip, for the report.
     """
 
     choice: ExportChoice
@@ -63,10 +64,10 @@ class Export:
 
 
 def prepare_export(document: Document, choice: ExportChoice) -> Export:
-    """Accept the automatic corrections if chosen, and freeze the review for an export.
+    """Accept the automatic corrections if that was chosen, and freeze the review for an export.
 
-    Raises TwistError if the source, or a file that this program did not write, would be
-    overwritten.
+    Raises TwistError if the export would overwrite the source or a file that this program did not
+    write.
     """
     data = document.data
     assert data is not None
@@ -93,7 +94,7 @@ def prepare_export(document: Document, choice: ExportChoice) -> Export:
 
 
 def files_of(choice: ExportChoice) -> tuple[Path, ...]:
-    """Return every file that an export writes."""
+    """Return the paths of all files that an export writes."""
     path = choice.path
     replay = (replay_path(path),) if choice.session else ()
     report = report_files(path.parent, own_name(path)) if choice.report else ()
@@ -101,9 +102,10 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
 
 
 def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
-    """Return existing files that an export would replace, and whether this program wrote them.
+    """Return the existing files that an export would replace.
 
-    ours: SHA-256 of files that this program wrote; the report lists those of earlier runs.
+    The value of each is True if this program wrote it. ours: the SHA-256 of files that this program
+    wrote in this run; files of earlier runs are recognised by the report.
     """
     known = _written_marks(choice, ours)
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
@@ -112,7 +114,7 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
 
 
 def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
-    """Return large files that :func:`replaced` would read, so that a thread can hash them first."""
+    """Return the large files that :func:`replaced` would read, so that a thread can hash them."""
     known = _written_marks(choice, ours)
     return tuple(path for path in files_of(choice) if path in known and takes_long(path))
 
@@ -120,7 +122,10 @@ def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ..
 def _written_marks(
     choice: ExportChoice, ours: Mapping[Path, str]
 ) -> dict[Path, tuple[object, ...]]:
-    """Return the SHA-256 of files written by this run or, according to the report, earlier."""
+    """Return the SHA-256 of the files written by this run and by earlier runs, by path.
+
+    Files of earlier runs are listed in the report.
+    """
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
     marks: Mapping[str, tuple[object, ...]] = {}
     with suppress(TwistError):
@@ -139,11 +144,11 @@ def _lists(listing: Path) -> bool:
 def check_targets(
     choice: ExportChoice, clip: Clip, ours: Mapping[Path, str], own: frozenset[Path]
 ) -> None:
-    """Raise TwistError if an export would replace a file that must stay.
+    """Raise TwistError if an export would replace a file that must not be replaced.
 
-    ours: SHA-256 of files that this program wrote, compared with the files on disk; own: files that
-    only the review may write. Session and report are replaced only if this program wrote them, even
-    if the person agrees to replace the export itself.
+    ours: the SHA-256 of files that this program wrote, to compare with the files on disk; own: the
+    files that only the review may write. An existing session or report is replaced only if this
+    program wrote it, even if the person agrees to replace the exported clip.
     """
     path, replay = choice.path, replay_path(choice.path)
     if real_path(path) == real_path(clip.path) or same_file(path, clip.path):
@@ -174,17 +179,20 @@ def check_targets(
 
 
 def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
-    """True if no ordinary file is there, or it is unchanged since this program wrote it."""
+    """Return True if there is no regular file, or if it is unchanged since this program wrote it.
+
+    known: by path, the SHA-256 of each version that this program wrote.
+    """
     if not is_file(path):
         return True
     return path in known and file_mark(path) in known[path]
 
 
 def write(export: Export, tell: Tell = nobody) -> str:
-    """Correct, track and write everything chosen; return a sentence about what was changed.
+    """Correct, track and write everything that was chosen; return a sentence about the changes.
 
-    tell: called with the progress of the tracking. Raises OSError if writing fails, and TwistError
-    if another program has written one of the files in the meantime.
+    tell: a function that is called with the progress of the tracking. Raises OSError if writing
+    fails, and TwistError if another program has written one of the files in the meantime.
     """
     choice, clip, state = export.choice, export.clip, export.state
     refined = accepted_motion(clip, export.chains, state, tell=tell)
@@ -258,7 +266,7 @@ def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> st
 
 
 def _moved(change: Difference) -> str:
-    """Return a sentence about the joints that moved, relative to the figure's height."""
+    """Return a sentence about how far joints moved, relative to the figure's height."""
     rest, still = change.rest_of_height, change.rest_of_height < _STILL
     if not change.moved and still:
         return tr("No joint moved.")

@@ -12,7 +12,7 @@ from twistcore.errors import TwistError
 
 
 class Exporter(QObject):
-    """Writes exports and shows progress and result; the review can continue meanwhile."""
+    """Writes exports and shows their progress and result; the review can continue meanwhile."""
 
     ended = Signal()
     written = Signal(object, str)  # the Export on disk, and the sentence shown about it
@@ -49,7 +49,7 @@ class Exporter(QObject):
         task.start()
 
     def finish(self) -> bool:
-        """Wait until the export is written; False if it failed, which is then shown."""
+        """Wait until the export is written; return False, and show why, if it failed."""
         if self._export is None:
             return True
         loop = QEventLoop()

@@ -11,7 +11,10 @@ from twistcore.review.reasons import redetected_intervals
 
 
 def reasons_of(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
-    """Return the intervals of a review's detector at its τ; give it up if it fails."""
+    """Return the intervals that a review's detector finds at the review's τ.
+
+    If the detector fails, no longer use it for this clip.
+    """
     try:
         return redetected_intervals(analysis, state)
     except TwistError as error:
@@ -20,7 +23,7 @@ def reasons_of(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ..
 
 
 def not_usable(analysis: ClipAnalysis, method: str) -> str:
-    """Return the message about a review's detector that is missing or fails; '' if it works."""
+    """Return a message if a review's detector is missing or fails, or '' if it works."""
     if why := analysis.failure(method):
         return tr(
             "The detector of this review fails on the clip: {why}. You can judge and export the "
@@ -37,7 +40,7 @@ def not_usable(analysis: ClipAnalysis, method: str) -> str:
 
 
 def another_used(analysis: ClipAnalysis, method: str) -> str:
-    """Return the message about a clip that another detector searched instead."""
+    """Return the message that says which other detector was used to search a clip."""
     if why := analysis.failure(method):
         return tr(
             "The default detector was used for {clip}, with its automatic τ: {why}.",

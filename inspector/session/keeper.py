@@ -1,4 +1,7 @@
-"""Keeps the review of the open clip safe: session, journal, lock and leftovers of earlier runs."""
+"""Keeps the review of the open clip safe with a session file, a journal and a lock.
+
+Also finds the journals that earlier runs left behind, and restores or deletes them.
+"""
 
 from __future__ import annotations
 
@@ -42,15 +45,18 @@ class PutAside:
 
 
 class Keeper(QObject):
-    """Session file, journal and lock of the open clip.
+    """The session file, journal and lock of the open clip.
 
-    A journal of an earlier run stays until the person continues with it or discards it.
+    The journal of an earlier run stays until the person continues or discards it.
     """
 
     locked = Signal()  # another window holds the review
 
     def __init__(self, message: SignalInstance, parent: QObject) -> None:
-        """`message`: emits a sentence to show; True if something went wrong."""
+        """Set up a keeper without a clip.
+
+        `message`: a signal that shows a sentence, with True if something went wrong.
+        """
         super().__init__(parent)
         self.message = message
         self.read_only = False
@@ -65,7 +71,7 @@ class Keeper(QObject):
     # -- opening clips ------------------------------------------------------------------------
 
     def begin(self, data: Analysed) -> None:
-        """Start keeping another clip's review, and look for leftovers of earlier runs."""
+        """Start keeping the review of another clip, and look for journals of earlier runs."""
         known = {data.session: data.session_sha256} if data.session is not None else {}
         self._watch(KeptReview(data.clip, data.review, data.session, known))
         if self.read_only:
@@ -84,11 +90,11 @@ class Keeper(QObject):
 
     @property
     def session_file(self) -> Path | None:
-        """The path of the session file, once there is one."""
+        """The path of the session file, or None if there is none yet."""
         return self._kept.session_file if self._kept is not None else None
 
     def put_aside(self) -> PutAside | None:
-        """Return what is needed to continue this review later."""
+        """Return the data needed to continue this review later."""
         if self._kept is None:
             return None
         self.journal.flush()
@@ -110,9 +116,11 @@ class Keeper(QObject):
         self.read_only = not self._take_lock(kept)
 
     def _find_leftovers(self, data: Analysed) -> list[Leftover]:
-        """Return journals next to the clip and its session and in the refuge, the latest first.
+        """Return the journals of this clip from earlier runs, the latest first.
 
-        Journals of another open window are skipped, unless this window has just taken its lock.
+        They may be next to the clip, next to its session, or in the refuge (a folder of the user).
+        Journals that are in use by another window are skipped, unless this window has just taken
+        over the lock.
         """
         assert self._kept is not None
         robbed, self._robbed = self._robbed == data.clip.path, None
@@ -128,7 +136,7 @@ class Keeper(QObject):
         return sorted(found, key=lambda left: written(left.path), reverse=True)
 
     def end(self) -> None:
-        """Stop keeping the clip; its journal stays unless everything in it is saved."""
+        """Stop keeping the clip; delete its journal only if everything in it is saved."""
         self.journal.end()
         self.leftovers, self.notes = [], []
         if self.lock is not None:
@@ -139,7 +147,8 @@ class Keeper(QObject):
     def continue_with(self, leftover: Leftover) -> None:
         """Continue a recovered review in its own journal.
 
-        A journal without limbs is replaced by a new one once that is on disk.
+        If limbs were added to the review, a new journal is started instead; the old one is deleted
+        once the new one is on disk.
         """
         self.journal.continue_with(leftover.recovered, fresh=leftover.completed)
         if not leftover.completed:
@@ -148,7 +157,7 @@ class Keeper(QObject):
             self.forget(leftover)
 
     def forget(self, leftover: Leftover) -> None:
-        """Delete a leftover that was answered or has nothing new.
+        """Delete a journal that the person has dealt with or that contains nothing new.
 
         A journal with unreadable lines is only renamed.
         """
@@ -158,7 +167,10 @@ class Keeper(QObject):
             self._done_with(leftover, lambda: leftover.path.unlink(missing_ok=True))
 
     def keep(self, leftover: Leftover, mark: str = ".earlier") -> str:
-        """Rename a leftover so that it is not offered again; return the name, '' if that failed."""
+        """Rename a journal so that it is not offered again; return its new name.
+
+        Returns '' if that failed.
+        """
         kept = free_name(leftover.path, mark)
         done = self._done_with(leftover, lambda: leftover.path.rename(kept))
         return kept.name if done else ""
@@ -182,7 +194,10 @@ class Keeper(QObject):
     # -- the session file ---------------------------------------------------------------------
 
     def save(self, path: Path | None = None) -> tuple[bool, str]:
-        """Write the session file, at `path` if given; return success and a sentence to show."""
+        """Write the session file, at `path` if given.
+
+        Returns True on success, and a sentence to show.
+        """
         kept = self._kept
         if kept is None:
             return False, tr("Nothing was saved: the clip is no longer open for review.")
@@ -219,9 +234,9 @@ class Keeper(QObject):
         return True, message
 
     def _write_session(self, kept: KeptReview, path: Path) -> str:
-        """Write a session, taking its lock; return a sentence to show.
+        """Write a session after taking its lock; return a sentence to show.
 
-        Raises TwistError if another window holds that session.
+        Raises TwistError if another window holds the lock of that session.
         """
         data = session_bytes(kept.clip, kept.review.state)
         lock = _lock_of(path)
@@ -246,7 +261,7 @@ class Keeper(QObject):
 
     @property
     def files(self) -> frozenset[Path]:
-        """Files that only the review may write: session, journal and lock."""
+        """The files that only the review may write: session, journal and lock."""
         if self._kept is None:
             return frozenset()
         ends = ("", JOURNAL_SUFFIX, f"{JOURNAL_SUFFIX}.lock")
@@ -256,7 +271,7 @@ class Keeper(QObject):
     # -- places and lock ----------------------------------------------------------------------
 
     def may_change(self) -> bool:
-        """True if this window may change the review; if not, emit `locked`."""
+        """Return True if this window may change the review; if not, emit `locked`."""
         kept, lock = self._kept, self.lock
         if kept and lock and not self.read_only and not lock.is_ours():
             self.journal.flush()
@@ -268,7 +283,7 @@ class Keeper(QObject):
         return not self.read_only
 
     def take_over(self) -> str:
-        """Take the lock from its holder; return '' or a sentence why that failed."""
+        """Take the lock from its holder; return '', or a sentence that says why that failed."""
         if self.lock is None or self._kept is None:
             return ""
         try:

@@ -1,4 +1,4 @@
-"""Journals that earlier runs left, and what they hold that the open review lacks."""
+"""Finds the journals of earlier runs, and the decisions in them that the open review lacks."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ from twistcore.skeleton.limb import Limb
 
 @dataclass(frozen=True, eq=False)
 class Leftover:
-    """A journal that an earlier run left.
+    """A journal that an earlier run left behind.
 
-    same_clip: the journal belongs to this version of the clip; completed: limbs were added to its
-    review, so that the journal cannot be continued as it is.
+    same_clip: True if the journal belongs to this version of the clip; completed: True if limbs
+    were added to its review, so that the journal cannot be continued as it is.
     """
 
     recovered: Recovered
@@ -51,14 +51,14 @@ class Leftover:
 
 
 def waiting(clip: Path) -> list[Path]:
-    """Return all journals of a clip that no running program holds, the latest first."""
+    """Return all journals of a clip that no running program uses, the latest first."""
     places = dict.fromkeys((session_path(clip), refuge_path(clip), *kept_sessions(clip)))
     there = {path for place in places for path in journals(place)}
     return sorted((p for p in there if not is_held(p)), key=written, reverse=True)
 
 
 def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
-    """Return the clips of a folder with an unsaved review that can be restored."""
+    """Return the clips of a folder that have an unsaved review that can be restored."""
     beside = journal_owners(folder)
     away = journal_owners(refuge_path(folder / "clip.bvh").parent)
     by_name = [p for p in clips if session_path(p).name in beside]
@@ -68,9 +68,10 @@ def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
 
 
 def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
-    """Return clips with unsaved decisions, each with its latest journal and their number.
+    """Return the clips with unsaved decisions.
 
-    Replays whole journals, which may take seconds; call it in a thread.
+    Each is returned with its latest journal and the number of unsaved decisions. This replays whole
+    journals, which may take seconds, so call it in a thread.
     """
     found = []
     for clip in clips:
@@ -81,9 +82,9 @@ def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
 
 
 def decisions_in(journal: Path) -> int:
-    """Return how many intervals a journal decides or edits differently from its session.
+    """Return the number of intervals that a journal decides or edits differently from its session.
 
-    0 if the journal cannot be read or has no steps.
+    Returns 0 if the journal cannot be read or has no steps.
     """
     try:
         recovered = recover(journal)
@@ -95,10 +96,10 @@ def decisions_in(journal: Path) -> int:
 
 
 def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:
-    """Read a journal; return its leftover and a sentence to show, '' if all is well.
+    """Read a journal; return it as a Leftover, and a sentence to show, or '' if all is well.
 
-    None for a journal that cannot be used; a damaged one is set aside. A journal older than the
-    detection of limb flips gets the clip's flips, undecided.
+    Returns None in place of a journal that cannot be used; a damaged one is renamed. A journal
+    written before the program detected limb flips gets the flips of the clip, undecided.
     """
     try:
         recovered = recover(path, clip)
@@ -131,7 +132,7 @@ def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Lefto
 
 
 def _has_chains(state: ReviewState, clip: Clip) -> bool:
-    """True if the clip has exactly the chains of the review, apart from limbs."""
+    """Return True if the clip has exactly the chains of the review, not counting limbs."""
     try:
         every = state.rig.chains(clip.motion)
     except TwistError:
@@ -141,7 +142,7 @@ def _has_chains(state: ReviewState, clip: Clip) -> bool:
 
 
 def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
-    """True if the leftover may hold anything that a review of the clip lacks."""
+    """Return True if the journal may contain anything that a review of the clip lacks."""
     left = leftover.recovered.review.state
     if leftover.same_clip:
         return leftover.recovered.damaged > 0 or not same_review(clip, left, state)
@@ -149,12 +150,15 @@ def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
 
 
 def same_review(clip: Clip, one: ReviewState, other: ReviewState) -> bool:
-    """True if two reviews of a clip would be saved as the same file."""
+    """Return True if two reviews of a clip would be saved as the same file."""
     return _content(clip, one) == _content(clip, other)
 
 
 def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
-    """Return how many of its decisions a review lacks, and their total; settings count as one."""
+    """Return how many of a journal's decisions a review lacks, and the journal's total.
+
+    A difference in settings counts as one decision.
+    """
     left = leftover.recovered.review.state
     kept = [judged for judged in left.intervals if judged.kept]
     has = {_work(judged) for judged in state.intervals}
@@ -166,7 +170,11 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
 
 
 def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
-    """True if the leftover excluded frames from tuning, or included them again, unlike here."""
+    """Return True if the journal's changes to the frames left out of tuning are missing here.
+
+    began, left: the states of the review when the journal began and when it ended; state: the
+    review in which they may be missing.
+    """
     was, wanted, here = (s.left_out for s in (began, left, state))
     again = missing_from(was, wanted)  # included in tuning again
     not_again = joined_spans(again) != missing_from(again, here)
@@ -174,7 +182,7 @@ def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewStat
 
 
 def _work(judged: Judged) -> tuple[object, ...]:
-    """Return a person's decision about an interval, with its frames if the person set them."""
+    """Return the person's decision about an interval, with its frames if the person set them."""
     interval = judged.interval
     same = interval.offset.strides == (0,) or not np.ptp(interval.offset)
     offset = interval.offset[:1] if same else interval.offset

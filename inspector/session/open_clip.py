@@ -1,4 +1,4 @@
-"""The open clip, the playhead and the selection, without anything that changes a review."""
+"""The open clip, the playhead and the selection, without any methods that change a review."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from twistcore.tuning.learned_confidence import LearnedConfidence
 
 
 class Show(StrEnum):
-    """The poses that the 3D view shows."""
+    """Which poses the 3D view shows: before, after or both."""
 
     BEFORE = "before"
     AFTER = "after"
@@ -32,9 +32,9 @@ class Show(StrEnum):
 class Borrowed:
     """Facts about a clip that a lesson or an exercise has opened in a temporary folder.
 
-    write_to: the folder for files made from it; why: a sentence why its review is not saved;
-    signed: decisions carry the reviewer's name nevertheless, as in a class exercise; over: the
-    lesson has ended, and the clip stays open only to be looked at.
+    write_to: the folder for files made from the clip; why: a sentence that says why its review is
+    not saved; signed: True if decisions carry the reviewer's name nevertheless, as in a class
+    exercise; over: True if the lesson has ended and the clip stays open only to be looked at.
     """
 
     write_to: Path
@@ -88,7 +88,7 @@ class OpenClip(QObject):
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """All intervals of the open clip by chain and start, () without a clip."""
+        """All intervals of the open clip, by chain and start; empty without a clip."""
         return self.review.state.intervals if self.data else ()
 
     def told(self, judged: Judged) -> Judged:
@@ -105,7 +105,7 @@ class OpenClip(QObject):
         return self.learned(own) if self.learned is not None and counter_twist else own
 
     def use_learned(self, learned: LearnedConfidence | None) -> None:
-        """Show learned confidences; None: show the detector's own."""
+        """Show learned confidences, or the detector's own confidences if `learned` is None."""
         if learned != self.learned:
             self.learned = learned
             self.confidence_changed.emit()
@@ -116,7 +116,7 @@ class OpenClip(QObject):
         return self.found(self.interval_id)
 
     def found(self, interval_id: int | None) -> Judged | None:
-        """Return the interval with an id, or None if the open clip has none."""
+        """Return the interval with an id, or None if the open clip has none with that id."""
         return next((j for j in self.intervals if j.id == interval_id), None)
 
     @property
@@ -137,22 +137,25 @@ class OpenClip(QObject):
         return self.data.limb(self.chain) if self.data else None
 
     def offset(self, chain: str) -> Array:
-        """Return the offset of a chain by all intervals not rejected, radians, (frames,)."""
+        """Return the sum of the offsets of a chain's intervals, except rejected ones.
+
+        The result is in radians, (frames,).
+        """
         return self._corrected.offset(chain) if self._corrected else np.zeros(0)
 
     @property
     def corrected(self) -> Corrected:
         """The clip corrected by every interval that is not rejected.
 
-        Undecided intervals are included, so that a person sees what accepting them would do.
+        Undecided intervals are included, so that a person sees the effect of accepting them.
         """
         assert self._corrected is not None
         return self._corrected
 
     def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
-        """Return global rotations (joints, 4) and positions (joints, 3) of a frame.
+        """Return the global rotations (joints, 4) and positions (joints, 3) of a frame.
 
-        after: of the corrected clip.
+        after: take them from the corrected clip.
         """
         assert self.data is not None
         if after:
@@ -162,14 +165,14 @@ class OpenClip(QObject):
     # -- cursor and selection -----------------------------------------------------------------
 
     def go_to(self, frame: int) -> None:
-        """Move the playhead to a frame, limited to the clip."""
+        """Move the playhead to a frame, limited to the frames of the clip."""
         frame = max(0, min(int(frame), self.frames - 1))
         if self.data and frame != self.frame:
             self.frame = frame
             self.frame_changed.emit(frame)
 
     def select_chain(self, name: str) -> None:
-        """Select a chain, and deselect an interval of another chain."""
+        """Select a chain; deselect the interval if it belongs to another chain."""
         if name == self.chain:
             return
         self.find_chain(name)
@@ -179,9 +182,9 @@ class OpenClip(QObject):
             self.select_interval(None)
 
     def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
-        """Select an interval and its chain; with `jump`, move the playhead to it.
+        """Select an interval and its chain; jump: also move the playhead to it.
 
-        An id that does not exist any more is ignored.
+        An id that no longer exists is ignored.
         """
         judged = self.found(interval_id)
         if judged is None and interval_id is not None:
@@ -198,9 +201,10 @@ class OpenClip(QObject):
     def step_interval(
         self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()
     ) -> bool:
-        """Select the next (+1) or previous (−1) interval, wrapping around; order: see `decide`.
+        """Select the next (+1) or previous (−1) interval, wrapping around at the end.
 
-        If none is selected, start from the playhead. False if there is no other interval.
+        If none is selected, start from the playhead. undecided: skip decided intervals; order:
+        interval ids in the order of the list. Returns False if there is no other interval.
         """
         if self.data is None:
             return False
@@ -215,8 +219,9 @@ class OpenClip(QObject):
         return True
 
     def _from_playhead(self, direction: int, undecided: bool, listed: set[int]) -> int | None:
-        """Return the next or previous interval from the playhead, by time or chain, wrapping
-        around.
+        """Return the id of the next or previous interval, starting from the playhead.
+
+        Intervals are ordered by time or by chain, and the search wraps around at the end.
         """
         state, by_time = self.review.state, self.order == "time"
         row = {name: k for k, name in enumerate(state.tau)}
@@ -246,7 +251,7 @@ class OpenClip(QObject):
         return next(ahead, chosen[0].id if chosen else None)
 
     def set_first_frame(self, first: int) -> None:
-        """Number the clip's first frame 0 or 1."""
+        """Set the number of the clip's first frame, 0 or 1."""
         if first != self.first_frame:
             self.first_frame = first
             self.numbering_changed.emit()
@@ -257,7 +262,7 @@ class OpenClip(QObject):
         self.hidden_changed.emit()
 
     def show_person(self, person: str) -> None:
-        """Show only the intervals of one person ('' for everyone); select one of their chains."""
+        """Show only the intervals of one person and select one of their chains; '': everyone."""
         self.person = person
         self.hidden = self._others()
         self.hidden_changed.emit()
@@ -269,17 +274,17 @@ class OpenClip(QObject):
 
     @property
     def listed_chains(self) -> tuple[Chain, ...]:
-        """The chains and limbs of the listed person, or of everyone."""
+        """The chains and limbs whose intervals are listed: one person's, or everyone's."""
         chains, others = self.data.chains_and_limbs if self.data else (), self._others()
         return tuple(chain for chain in chains if chain.name not in others)
 
     def _others(self) -> frozenset[str]:
-        """Return the chains of all people except the listed one."""
+        """Return the chains of all people except the one whose intervals are listed."""
         chains = self.data.chains_and_limbs if self.data and self.person else ()
         return frozenset(c.name for c in chains if c.person != self.person)
 
     def set_show(self, show: Show) -> None:
-        """Show the pose before, after or both."""
+        """Choose which poses the 3D view shows: before, after or both."""
         if show != self.show:
             self.show = show
             self.show_changed.emit()

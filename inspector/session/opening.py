@@ -1,4 +1,4 @@
-"""Reads and analyses a clip: everything that does not change during a review."""
+"""Reads and analyses a clip, and prepares all data that stay the same during a review."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from twistcore.work.progress import Tell, nobody, part
 
 @dataclass(frozen=True)
 class Stamp:
-    """Cheap signs that a file has changed: its time, size and number."""
+    """Attributes that quickly show whether a file has changed: time, size and file number."""
 
     modified: int  # nanoseconds
     size: int
@@ -47,12 +47,13 @@ class Stamp:
 
 @dataclass(frozen=True, eq=False)
 class Analysed:
-    """A clip as opened: its analysis and the initial review.
+    """A clip as it was opened: its analysis and its initial review.
 
-    session, session_sha256: the file that the review was read from; earlier: a review of another
-    version of this clip; added: the number of intervals of kinds that are new since the session was
-    saved, None if no kind is new; stamp: of the clip's file before it was read, None for a clip in
-    memory; blind: an exercise, in which the detector is switched off.
+    session, session_sha256: the file that the review was read from, and its SHA-256; earlier: a
+    review of another version of this clip; added: the number of intervals whose kinds did not exist
+    when the session was saved, None if all kinds existed; stamp: the stamp of the clip's file
+    before it was read, None for a clip in memory; blind: True in an exercise, where the detector is
+    switched off.
     """
 
     clip: Clip
@@ -78,11 +79,11 @@ class Analysed:
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """All chains and limbs."""
+        """All chains and limbs of the clip."""
         return self.analysis.chains_and_limbs
 
     def limb(self, name: str) -> LimbFlips | None:
-        """Return the flips of a limb, or None for the name of a chain."""
+        """Return the flips of the limb with this name, or None if it is the name of a chain."""
         return self.analysis.flips.limbs.get(name)
 
     def proposed(self, chain: str, frame: int) -> Interval:
@@ -98,8 +99,9 @@ class Analysed:
         return interval_over(chain, self.signals[chain], start, stop)
 
     def angle(self, chain: str) -> Array:
-        """Return the angle that an offset corrects, radians, (frames,): θp of a chain, φ of a
-        limb.
+        """Return the angle that an offset corrects, radians, (frames,).
+
+        The angle is θp for a chain, and φ for a limb.
         """
         limb = self.limb(chain)
         return self.signals[chain].theta_p if limb is None else limb.swivel.angle
@@ -138,10 +140,10 @@ _READ, _DETECTED = 0.1, 0.9
 
 
 def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
-    """Read and analyse a clip with its latest session; raise TwistError.
+    """Read and analyse a clip together with its latest session; raises TwistError. Thread-safe.
 
-    profile: τ for a clip without a session. A session has its own τ and chains; without one, the
-    rig's chains are used. tell: called with the progress. Thread-safe.
+    profile: the τ to use if the clip has no session; a session has its own τ and chains. Without a
+    session, the chains come from the rig. tell: a function that is called with the progress.
     """
     sessions = kept_sessions(path)
     if not sessions:
@@ -166,7 +168,10 @@ def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody
 def _read(
     path: Path, profile: Profile | None, tell: Tell, session: Session | None = None
 ) -> Analysed:
-    """Read a clip and start a new review; session: its chains are used if they fit."""
+    """Read a clip and start a new review.
+
+    session: a session whose chains are used if they fit the clip.
+    """
     stamp = stamp_of(path)
     clip = read_clip(path, tell=part(tell, 0.0, _READ))
     rig, message = _rig_of(session, clip.motion)
@@ -177,7 +182,7 @@ def _read(
 
 
 def _rig_of(session: Session | None, motion: Motion) -> tuple[Rig, str]:
-    """Return the rig of the session or of the skeleton, and a sentence if it is damaged."""
+    """Return the rig of the session or of the skeleton, and a sentence if its file is damaged."""
     if session is not None:
         with suppress(TwistError):
             session.state.rig.chains(motion)
@@ -196,13 +201,16 @@ def _belongs(session: Session, clip: Clip) -> bool:
 def analyse_clip(
     clip: Clip, profile: Profile | None = None, tell: Tell = nobody, rig: Rig = AS_FOUND
 ) -> Analysed:
-    """Analyse a clip in memory; tell: called with the progress."""
+    """Analyse a clip in memory; tell: a function that is called with the progress."""
     found, missing = _searched(clip, profile, tell, rig)
     return replace(found, notes=(another_used(found.analysis, missing),)) if missing else found
 
 
 def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tuple[Analysed, str]:
-    """Return a clip searched with a profile, and the profile's detector if it was not usable."""
+    """Search a clip with the τ and detector of a profile; return the result.
+
+    Also returns the name of the profile's detector if that could not be used.
+    """
     profile = profile or Profile({})
     wanted = method = profile.method or DEFAULT_METHOD
     tell(0.0)
@@ -224,11 +232,12 @@ def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tupl
 
 
 def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
-    """Read a session and its clip; raise TwistError.
+    """Read a session and its clip; raises TwistError.
 
     Without `clip_path`, the clip is looked for at its old path and next to the session. A clip that
     has changed gets a new review, with the session's review as `earlier`. The session of an export
-    is never written; its review continues in the clip's own session. tell: gets the progress.
+    is never overwritten; its review continues in the clip's own session. tell: a function that is
+    called with the progress.
     """
     session, sha256 = read_session_file(path)
     if clip_path is None:
@@ -268,7 +277,7 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
 
 
 def of_later_kinds(state: ReviewState) -> str:
-    """Return a sentence about intervals of unknown kinds, '' if there are none."""
+    """Return a sentence about intervals of unknown kinds, or '' if there are none."""
     kinds = [j.interval.kind for j in state.intervals if not j.interval.kind.known]
     if not kinds:
         return ""
@@ -281,16 +290,16 @@ def of_later_kinds(state: ReviewState) -> str:
 
 
 def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return a review with intervals of all kinds that are new to it, undecided.
+    """Return the review with undecided intervals added for every kind that it lacks.
 
-    Adds limbs with their τ, flips and lone jumps if it has no limbs, and noise bursts and frozen
-    frames if it has none of that kind. Returns the same object if nothing is new.
+    Adds limbs with their τ, flips and lone jumps if the review has no limbs, and noise bursts and
+    frozen frames if it has none of that kind. Returns the same object if there is nothing to add.
     """
     return _with_faults(_with_limbs(state, analysis), analysis)
 
 
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return a review with capture faults of every kind that it has no interval of."""
+    """Return the review with capture faults added for every kind of fault that it lacks."""
     known = {judged.interval.kind for judged in state.intervals}
     there, method = set(state.tau), analysis.usable(state.method)
     new = [
@@ -326,7 +335,8 @@ def opening_notes(
 ) -> Iterator[tuple[str, bool]]:
     """Yield sentences about a clip that was just opened, each with True if something is wrong.
 
-    away: the folder of its review, if that is not the clip's; notes: problems with the review.
+    away: the folder of the clip's review, if that is not the clip's own folder; notes: problems
+    with the review.
     """
     if data.session is not None:
         message = tr("Your review in {session} continues.", session=data.session.name)
@@ -372,7 +382,7 @@ def opening_notes(
 
 
 def stamp_of(path: Path) -> Stamp | None:
-    """Return the stamp of a file, or None if it is missing."""
+    """Return the stamp of a file, or None if the file is missing."""
     try:
         status = path.stat()
     except OSError:
@@ -381,9 +391,9 @@ def stamp_of(path: Path) -> Stamp | None:
 
 
 def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
-    """Return a sentence if the clip has changed on disk, or ''.
+    """Return a sentence if the clip has changed on disk since it was read, or ''.
 
-    then: the stamp when it was read. The bytes are compared only if the stamps differ.
+    then, now: the stamps at that time and now. The bytes are compared only if the stamps differ.
     """
     if now == then:
         return ""

@@ -1,4 +1,4 @@
-"""Plays a clip in real time, dropping frames if necessary."""
+"""Plays a clip in real time, skipping frames if necessary."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _EDGE_S = 0.25  # to either side of an edge
 
 
 class Player(QObject):
-    """Moves the document's playhead with the clock, and loops at the end of the clip."""
+    """Moves the document's playhead with the clock, and starts again at the end of the clip."""
 
     changed = Signal()  # playing state or speed
 
@@ -32,7 +32,7 @@ class Player(QObject):
 
     @property
     def playing(self) -> bool:
-        """True while the playhead moves by itself."""
+        """True while the clip is playing."""
         return self._timer.isActive()
 
     def toggle(self) -> None:
@@ -45,16 +45,16 @@ class Player(QObject):
             self.changed.emit()
 
     def pause(self) -> None:
-        """Stop where the playhead is."""
+        """Stop playing and leave the playhead where it is."""
         if self.playing:
             self._timer.stop()
             self._once = None
             self.changed.emit()
 
     def play_edge(self, *, other: bool = False) -> bool:
-        """Play once across the interval's edge nearest to the playhead, and stop on it.
+        """Play once across the interval's edge that is nearest to the playhead, and stop on it.
 
-        other: use the other edge. False if no interval is selected.
+        other: use the other edge. Returns False if no interval is selected.
         """
         document = self._document
         if (judged := document.interval) is None or document.data is None:
@@ -73,7 +73,7 @@ class Player(QObject):
         return True
 
     def set_loop(self, on: bool) -> None:
-        """Switch looping over the selected interval, with half a second around it."""
+        """Loop over the selected interval and half a second on either side, or end the loop."""
         self.looping = on
         self._begin()
 

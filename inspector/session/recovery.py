@@ -21,7 +21,7 @@ from twistcore.review.left_out import joined_spans
 
 
 class Recovery(QObject):
-    """Asks questions and acts on the answers; unanswered ones come again at the next start."""
+    """Asks questions and acts on the answers; unanswered questions come again at the next start."""
 
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is obsolete
@@ -36,7 +36,11 @@ class Recovery(QObject):
         when_ready: Callable[[ReviewState, Callable[[], object]], None],
         parent: QObject,
     ) -> None:
-        """`do`: applies a command; use: opens a review; when_ready: waits for its chains."""
+        """Set up the questions without a clip.
+
+        `do`: a function that applies a command; use: a function that opens a review; when_ready: a
+        function that waits until the chains of a review are analysed.
+        """
         super().__init__(parent)
         self._keeper, self._do, self._use, self._when_ready = keeper, do, use, when_ready
         self._data: Analysed | None = None  # the open clip
@@ -57,14 +61,14 @@ class Recovery(QObject):
             self._ask_next()
 
     def end(self, data: Analysed) -> None:
-        """Withdraw all questions about the last clip; data: the next clip."""
+        """Withdraw all questions about the previous clip; data: the next clip."""
         self._data = data
         self._look.cancel()
         self._asks_about_disk = False
         self.withdrawn.emit()
 
     def look_around(self) -> None:
-        """Check the lock and the clip's file when the window is activated."""
+        """Check the lock and the clip's file; called when the window is activated."""
         if self._data is not None:
             if not self._keeper.read_only:
                 self._keeper.may_change()
@@ -82,7 +86,7 @@ class Recovery(QObject):
     def check_clip(self) -> str:
         """Return a sentence if the clip has changed on disk, or ''.
 
-        Asks the person once whether to open the clip again.
+        If so, ask the person once whether to open the clip again.
         """
         data = self._data
         if data is None or data.stamp is None:
@@ -98,7 +102,10 @@ class Recovery(QObject):
         return self._changed
 
     def _ask_next(self) -> None:
-        """Ask about the latest leftover, then about a review of an earlier version."""
+        """Ask about the latest journal of an earlier run.
+
+        Without one, ask about the review of an earlier version of the clip.
+        """
         data = self._open()
         if self._keeper.leftovers:
             self._offer(self._keeper.leftovers[0])
@@ -141,7 +148,7 @@ class Recovery(QObject):
 
     @property
     def _touched(self) -> bool:
-        """True if the open review has been changed or restored."""
+        """Return True if the open review has been changed or restored."""
         review = self._keeper.review
         return bool(review.position) or not review.saved
 
@@ -150,9 +157,10 @@ class Recovery(QObject):
         return self._data
 
     def restore(self, leftover: Leftover) -> None:
-        """Continue the review of a leftover journal.
+        """Continue the review in a journal of an earlier run.
 
-        A review of another version, or one older than decisions here, is added to the open review.
+        If that review is of another version of the clip, or if the open review has been changed
+        already, its decisions are added to the open review.
         """
         if leftover not in self._keeper.leftovers:
             return
@@ -169,7 +177,7 @@ class Recovery(QObject):
             self._ask_next()
 
     def _add(self, leftover: Leftover) -> bool:
-        """Add a leftover's decisions to the open review; True once they are on disk."""
+        """Add a journal's decisions to the open review; return True once they are on disk."""
         left, here = leftover.recovered.review.state, self._keeper.review.state
         fitting = _fitting(left.intervals, self._open().motion.frames)
         steps: list[Command] = [CarryOver(fitting, leftover.same_clip)]
@@ -193,7 +201,7 @@ class Recovery(QObject):
         return True
 
     def discard(self, leftover: Leftover) -> None:
-        """Delete a leftover."""
+        """Delete a journal of an earlier run."""
         if leftover in self._keeper.leftovers:
             self._keeper.forget(leftover)
             self._ask_next()
@@ -217,7 +225,7 @@ class Recovery(QObject):
             self.open_again.emit(self._source())
 
     def _source(self) -> Path:
-        """Return the file to open for this clip: the session if it is elsewhere, or the clip."""
+        """Return the file to open again: the session if it is in another folder, or the clip."""
         path, session = self._open().clip.path, self._keeper.session_file
         own = session is None or session == session_path(path) or not is_there(session)
         return path if own or session is None else session

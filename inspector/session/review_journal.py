@@ -1,4 +1,4 @@
-"""Writes every step of the open review to a journal on disk, and retries until it is there."""
+"""Writes every step of the open review to a journal on disk, and retries if that fails."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _RETRY_MS = 5000  # time until a failed write is tried again
 
 @dataclass(eq=False)
 class KeptReview:
-    """A review, its clip and its session file.
+    """A review with its clip and its session file.
 
-    known: SHA-256 of session files when this program last read or wrote them.
+    known: the SHA-256 of session files when this program last read or wrote them.
     """
 
     clip: Clip
@@ -37,21 +37,24 @@ class KeptReview:
 
     @property
     def places(self) -> tuple[Path, ...]:
-        """The session paths for journal and lock: the session itself, then the refuge."""
+        """The session paths next to which journal and lock can be, the preferred one first.
+
+        These are the session itself and the session path in the refuge (a folder of the user).
+        """
         wanted = self.session_file or session_path(self.clip.path)
         return tuple(dict.fromkeys((wanted, refuge_path(self.clip.path))))
 
     @property
     def all_places(self) -> tuple[Path, ...]:
-        """`places` and the session path next to the clip."""
+        """The paths of `places`, and the default session path next to the clip."""
         return tuple(dict.fromkeys((*self.places, session_path(self.clip.path))))
 
 
 class ReviewJournal(QObject):
     """The journal of the open review.
 
-    The file is created with the first command, so that looking at a clip leaves no file. A drag is
-    one entry, its end.
+    The file is created with the first command, so that merely looking at a clip creates no file. A
+    drag is recorded as one entry, with its final values.
     """
 
     failing = Signal(str)  # steps are not on disk; emitted again for every step
@@ -87,13 +90,13 @@ class ReviewJournal(QObject):
     # -- one review after the other -----------------------------------------------------------
 
     def watch(self, kept: KeptReview) -> None:
-        """Start recording another review, after `end` of the last one."""
+        """Start recording another review, after `end` was called for the previous one."""
         self._kept = kept
 
     def go_on(self, path: Path | None, steps: int) -> None:
         """Continue a review that was put aside, in its old journal if that is complete.
 
-        steps: the number of steps when it was put aside.
+        steps: the number of steps of the review when it was put aside.
         """
         kept = self._open
         self._detached = True
@@ -107,7 +110,7 @@ class ReviewJournal(QObject):
         self._begin(kept.review.state)
 
     def continue_with(self, recovered: Recovered, *, fresh: bool = False) -> None:
-        """Continue a recovered review in its own journal or, with `fresh`, in a new one."""
+        """Continue a recovered review in its own journal, or in a new one if `fresh`."""
         self.give_up()  # the open review had no steps
         self._open.review = recovered.review
         if fresh:
@@ -118,13 +121,13 @@ class ReviewJournal(QObject):
         self._first, self._detached = 0, False
 
     def close(self) -> None:
-        """Close the file; the next window with this review offers it."""
+        """Close the file, so that the next window that opens this review offers it."""
         if self._journal is not None:
             self._journal.close()
             self._journal = None
 
     def give_up(self) -> None:
-        """Delete the file, because its steps are saved or given up."""
+        """Delete the file, because its steps are saved or are no longer wanted."""
         self._pending = None
         self.steps = 0
         self._detached = False
@@ -134,7 +137,7 @@ class ReviewJournal(QObject):
             self._journal = None
 
     def end(self) -> None:
-        """Stop recording; the file stays unless everything in it is saved."""
+        """Stop recording; delete the file only if everything in it is saved."""
         self.flush()
         if self._journal is not None:
             self.retry()
@@ -151,7 +154,7 @@ class ReviewJournal(QObject):
     # -- recording ----------------------------------------------------------------------------
 
     def record(self, command: Command, drag: int = 0) -> None:
-        """Write a command to disk; a step of a drag waits for the end of the drag."""
+        """Write a command to disk; a step of a drag is written only when the drag ends."""
         if self._pending is not None and not command.continues(self._pending):
             self.flush()
         if drag:
@@ -165,7 +168,10 @@ class ReviewJournal(QObject):
             self._append(command_to_json(command))
 
     def record_step(self, entry: Mapping[str, Any]) -> None:
-        """Write an undo or redo to disk; as a whole state if it goes back before the journal."""
+        """Write an undo or a redo to disk.
+
+        If an undo goes back to before the journal began, the whole state is written.
+        """
         self.flush()
         if (kept := self._kept) is None:
             return
@@ -174,14 +180,14 @@ class ReviewJournal(QObject):
         self._append(state_entry(kept.clip, kept.review.state) if self._detached else entry)
 
     def flush(self) -> None:
-        """Write a waiting drag to disk."""
+        """Write the last step of a drag to disk if it is still waiting."""
         self._idle.stop()
         if self._pending is not None:
             pending, self._pending = self._pending, None
             self._append(command_to_json(pending))
 
     def retry(self) -> bool:
-        """Try to write missing steps again; True if all steps are on disk."""
+        """Try again to write missing steps; return True once all steps are on disk."""
         if self._behind and self._kept is not None:
             journal = self._journal
             if journal is not None and journal.is_there():
@@ -192,7 +198,7 @@ class ReviewJournal(QObject):
         return not self._behind
 
     def where(self) -> str:
-        """Return where the unsaved steps are, as the end of a sentence."""
+        """Return words that end a sentence and say where the unsaved steps are."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
             return tr("in the journal {name}", name=journal.path.name)
@@ -231,14 +237,14 @@ class ReviewJournal(QObject):
             self._write(lambda: begun.append(entry))
 
     def _begin_before_last(self) -> Journal | None:
-        """Begin a journal with the review before its last command; None if that fails."""
+        """Begin a journal with the review as before its last command; return None if that fails."""
         review = self._open.review
         if self._begin(review.state_before_last, back=1):
             self._first, self._detached = review.position - 1, False
         return self._journal
 
     def _begin(self, state: ReviewState, *, back: int = 0) -> bool:
-        """Begin a journal with a state `back` steps ago; False if no place is writable."""
+        """Begin a journal with a state `back` steps ago; return False if no folder is writable."""
         clip, steps = self._open.clip, max(0, self.steps - back)
 
         def begin(place: Path) -> None:

@@ -1,9 +1,9 @@
-"""The lock on a clip's review: one window may decide, the others only look.
+"""The lock on a clip's review: only one window may change the review, others only show it.
 
-An operating-system lock on the file shows whether its holder is alive. So a reused process id or
-an empty file after a crash locks nobody out. The text of the file, in the format of a QLockFile
-(process id, program, computer), is shown to the person. If it names another computer, whose locks
-may be invisible here, the person is asked.
+An operating-system lock on the file shows whether its holder is still running, so that neither a
+reused process id nor an empty file after a crash locks anybody out. The text of the file, in the
+format of a QLockFile (process id, program, computer), is shown to the person. If it names another
+computer, whose locks may be invisible here, the person is asked.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link would lead to somebody else's 
 class Holder:
     """The holder of a lock: process id, program and computer from the file; 0 or '' if unknown.
 
-    since: local time.
+    since: the local time at which the lock was taken.
     """
 
     process: int
@@ -60,7 +60,10 @@ class ReviewLock:
         self._handle: int | None = None
 
     def take(self) -> bool:
-        """Take the lock; False if somebody else has it. Raises OSError if it cannot be written."""
+        """Take the lock; return False if another program holds it.
+
+        Raises OSError if the file cannot be written.
+        """
         self.holder = None
         while True:
             handle, writable = _open(self.path)
@@ -83,7 +86,7 @@ class ReviewLock:
                     os.close(handle)
 
     def is_free(self) -> bool:
-        """True if nobody holds the lock any more."""
+        """Return True if nobody holds the lock any more."""
         with suppress(OSError):
             if self.take():
                 self.release()
@@ -91,16 +94,17 @@ class ReviewLock:
         return False
 
     def take_over(self) -> bool:
-        """Take the lock from its holder; raises OSError if that fails (running program on
-        Windows).
+        """Take the lock from its holder.
+
+        Raises OSError if that fails, as on Windows while that program is running.
         """
         self.path.unlink(missing_ok=True)
         return self.take()
 
     def is_ours(self) -> bool:
-        """True if we still hold the lock; a deleted file is created again.
+        """Return True if this window still holds the lock; a deleted file is created again.
 
-        False once another window has taken it over; `holder` is then set.
+        Returns False once another window has taken the lock over; `holder` is then set.
         """
         if self._handle is not None and _same(self.path, self._handle):
             return True
@@ -110,7 +114,7 @@ class ReviewLock:
         return False
 
     def release(self) -> None:
-        """Release the lock, and delete the file if it is ours."""
+        """Release the lock, and delete its file if this window holds it."""
         if self._handle is not None and _same(self.path, self._handle):
             if sys.platform == "win32":
                 self._let_go()
@@ -144,7 +148,7 @@ def _same(path: Path, handle: int) -> bool:
 
 
 def _read(handle: int) -> Holder | None:
-    """Return the holder named in the file, or None if it names nobody."""
+    """Return the holder named in the file, or None if it names none."""
     os.lseek(handle, 0, os.SEEK_SET)
     lines = os.read(handle, 4096).decode("utf-8", "replace").splitlines()
     if len(lines) < 3 or not lines[0].strip().isdecimal():

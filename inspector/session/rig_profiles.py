@@ -1,4 +1,7 @@
-"""Rig profiles: a person's chains for a skeleton, one file each, read when a clip is opened."""
+"""Rig profiles: the chains that a person chose for a skeleton, read when a clip is opened.
+
+Each skeleton has its own file.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +22,9 @@ def rig_path(skeleton: Skeleton) -> Path:
 
 
 def kept_rig(motion: Motion) -> tuple[Rig, str]:
-    """Return the rig profile of a motion's skeleton and a sentence to show, '' if all is well.
+    """Return the rig profile of a motion's skeleton, and a sentence to show, or '' if all is well.
 
-    A damaged file is set aside, and the chains are found automatically.
+    If the file is damaged, it is renamed and the chains are found automatically.
     """
     path = rig_path(motion.skeleton)
     if not is_there(path):
@@ -39,7 +42,10 @@ def kept_rig(motion: Motion) -> tuple[Rig, str]:
 
 
 def keep_rig(rig: Rig, skeleton: Skeleton, source: str) -> None:
-    """Write the rig profile of a skeleton; raises OSError. Without changes, delete the file."""
+    """Write the rig profile of a skeleton, or delete it if the person changed nothing.
+
+    Raises OSError.
+    """
     path = rig_path(skeleton)
     if not rig:
         path.unlink(missing_ok=True)

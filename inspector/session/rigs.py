@@ -1,4 +1,4 @@
-"""Analyses of the open clip with other chains, made in the background."""
+"""Analyses the open clip with other sets of chains, in the background."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _KEPT = 4  # each may take hundreds of megabytes
 
 
 class Rigs:
-    """The analyses of the open clip by rig; only the last few are kept."""
+    """The analyses of the open clip by rig (set of chains); only the last few are kept."""
 
     def __init__(self, opener: ClipOpener) -> None:
         self._opener = opener
@@ -25,12 +25,12 @@ class Rigs:
         self.present: ClipAnalysis | None = None
 
     def begin(self, data: Analysed) -> None:
-        """Start with another clip."""
+        """Start with another clip, and drop all analyses of the previous one."""
         self.present = data.analysis
         self._known = {data.analysis.rig: data.analysis}
 
     def take(self, rig: Rig) -> ClipAnalysis:
-        """Make the prepared analysis of a rig the current one, and return it."""
+        """Make the finished analysis of a rig the current one, and return it."""
         self.present = self._known.pop(rig)
         self._known[rig] = self.present
         for oldest in list(self._known)[:-_KEPT]:
@@ -38,11 +38,11 @@ class Rigs:
         return self.present
 
     def known(self, rig: Rig) -> ClipAnalysis | None:
-        """Return the analysis of a rig, or None if it is not prepared."""
+        """Return the analysis of a rig, or None if there is none yet."""
         return self._known.get(rig)
 
     def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:
-        """Call `then` once the chains of a state are analysed."""
+        """Call `then` once the clip is analysed with the chains of the review's state."""
         present = self.present
         assert present is not None
         known, method = self._known.get(state.rig), present.usable(state.method)
@@ -58,7 +58,10 @@ class Rigs:
     def change(
         self, state: ReviewState, rig: Rig, what: str, do: Callable[[ChangeChains], object]
     ) -> None:
-        """Analyse other chains, then call `do` with the command that switches to them."""
+        """Analyse other chains, then call `do` with the command that switches to them.
+
+        what: the name of that step in the history.
+        """
         present = self.present
         assert present is not None
 
@@ -69,7 +72,7 @@ class Rigs:
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)
 
     def _made(self, present: ClipAnalysis, rig: Rig, method: str, tell: Tell) -> ClipAnalysis:
-        """Analyse a rig in a thread; the review and the clip do not change meanwhile."""
+        """Analyse a rig in a thread, while the review and the clip do not change."""
         known = self._known.get(rig)
         if known is None:
             known = present.with_rig(rig)

@@ -1,6 +1,6 @@
-"""Names and places of a clip's session, journals and lock.
+"""The names and folders of a clip's session, journals and lock.
 
-If the clip's folder is read-only, they are in the refuge, a folder of the user.
+If the clip's folder is read-only, these files are in the refuge, a folder of the user.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ def session_path(clip: Path) -> Path:
 
 
 def replay_path(export: Path) -> Path:
-    """Return the path of the session that replays an export."""
+    """Return the path of the session with which an export can be repeated."""
     return export.with_name(own_name(export) + REPLAY_SUFFIX)
 
 
 def is_session(path: Path) -> bool:
-    """True if a file name is that of a session, including `.twist.json.earlier`."""
+    """Return True if the file name is that of a session; `.twist.json.earlier` also counts."""
     return _SESSION.fullmatch(path.name) is not None
 
 
 def refuge_path(clip: Path) -> Path:
-    """Return the path of the session if the clip's folder is read-only."""
+    """Return the path at which the session is saved if the clip's folder is read-only."""
     mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
     name = own_name(clip)
     if len(os.fsencode(name)) > _LONGEST_NAME:  # the names of its journal and lock must fit as well
@@ -68,7 +68,7 @@ def _refuge() -> Path:
 def at_first(
     places: Iterable[Path], make: Callable[[Path], _Made]
 ) -> tuple[Path, _Made, OSError | None]:
-    """Call `make` at the first place that works; return place, result and the error before it.
+    """Call `make` at each place until it works; return the place, the result and the last error.
 
     Raises the last OSError if no place works.
     """
@@ -87,9 +87,9 @@ def at_first(
 def kept_sessions(clip: Path) -> list[Path]:
     """Return the existing sessions of a clip, the latest first.
 
-    Looks next to the clip, in the refuge, and at the place of the last "Save as". Sessions of a
-    clip in another format do not count. If there is no other, an older name without the format
-    counts.
+    These may be next to the clip, in the refuge, or where "Save as" last saved one. Sessions of a
+    clip in another format do not count. A session whose name has no format, as in earlier versions,
+    is used only if there is no other.
     """
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
@@ -108,7 +108,7 @@ def kept_sessions(clip: Path) -> list[Path]:
 
 
 def remember_place(clip: Path, session: Path) -> None:
-    """Remember where a clip's session was saved, unless that is a default place."""
+    """Remember where a clip's session was saved, unless that is one of the default paths."""
     refuge = refuge_path(clip)
     if session not in (session_path(clip), refuge):
         with suppress(OSError):
@@ -121,7 +121,7 @@ def _pointer(refuge: Path) -> Path:
 
 
 def journals(session: Path) -> list[Path]:
-    """Return the journals next to a session, even if the session was never saved."""
+    """Return the journals next to a session path, even if the session was never saved."""
     start = session.name + JOURNAL_SUFFIX
     try:
         with os.scandir(session.parent) as entries:
@@ -142,7 +142,7 @@ def journal_owners(folder: Path) -> set[str]:
 
 
 def written(path: Path) -> int:
-    """Return when a file was last written, nanoseconds; 0 if it is missing."""
+    """Return when a file was last written, in nanoseconds, or 0 if the file is missing."""
     try:
         return path.stat().st_mtime_ns
     except OSError:
@@ -150,9 +150,9 @@ def written(path: Path) -> int:
 
 
 def make_latest(path: Path, others: Iterable[Path]) -> None:
-    """Make sure that a file just written is newer than others.
+    """Make sure that a file that was just written has a later time than the others.
 
-    Needed only if the clock was set back or another computer wrote them.
+    This is needed only if the clock was set back or another computer wrote them.
     """
     newest = max((written(other) for other in others if other != path), default=0)
     if written(path) <= newest:
@@ -161,7 +161,7 @@ def make_latest(path: Path, others: Iterable[Path]) -> None:
 
 
 def set_aside(path: Path, why: str) -> str:
-    """Rename a damaged file; return a sentence about it."""
+    """Rename a damaged file; return a sentence that says so and why."""
     aside = free_name(path, ".damaged")
     try:
         path.replace(aside)
@@ -174,10 +174,10 @@ def set_aside(path: Path, why: str) -> str:
 
 
 def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
-    """Write a session; rename another review at that path and return a sentence about it.
+    """Write a session; if another review is at that path, rename it and return a sentence about it.
 
-    known: SHA-256 of session files when this program last read or wrote them; updated. Raises
-    OSError, in which case nothing is changed.
+    known: the SHA-256 of session files when this program last read or wrote them; it is updated.
+    Raises OSError, in which case nothing is changed.
     """
     message = ""
     if is_there(path):
@@ -197,7 +197,7 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
 
 
 def decided_in(clip: Path) -> tuple[int, int] | None:
-    """Return the numbers of decided and of all intervals in a clip's session, or None."""
+    """Return the numbers of decided intervals and of all intervals in a clip's session, or None."""
     with suppress(IndexError, TwistError):
         document = parsed_json(bytes_of(kept_sessions(clip)[0]))
         intervals = items(has(document, "intervals")["intervals"], "intervals")

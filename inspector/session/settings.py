@@ -1,7 +1,7 @@
 """The settings of the program, in one JSON file.
 
-A feature of the window declares its own settings in its folder, each a FeatureSetting: files are
-read once the window's modules are imported.
+Each feature of the window declares its own settings in its folder, as objects of FeatureSetting.
+Settings can therefore be read only after the window's modules are imported.
 """
 
 from __future__ import annotations
@@ -37,25 +37,25 @@ T = TypeVar("T")
 
 @dataclass
 class Settings:
-    """The settings; CHECKS has the allowed values.
+    """The settings of the program; CHECKS says which values are allowed.
 
     - theme: 'system', 'light' or 'dark'
-    - geometry, layout: Qt's bytes as hex
-    - first_frame: number of the first frame, 0 or 1
-    - step: frames for Ctrl+arrow
-    - keys: keys by action id, if they differ from the defaults
-    - zoom_to_interval: N, A and R zoom the plots to the interval
-    - order: order of going through intervals, 'chain' or 'time'
-    - reviewer_asked: the name of the reviewer was asked for
-    - turn_ms: milliseconds for the camera's turn to another limb, 0 for at once
-    - autosave: save sessions automatically
-    - columns: of the list of intervals, empty for as many as fit
-    - interval_sort: the column to sort by, with '-' in front for descending, '' for none
-    - skin: draw limbs with the striped skin instead of wedges
-    - side_by_side: draw before and after in two pictures
-    - language: 'system' or a code such as 'de'; an unknown code means 'system'
-    - of_features: values of each FeatureSetting by its name
-    - of_others: entries that this version does not know, kept for a newer one
+    - geometry, layout: the window's geometry and layout as Qt saves them, in hexadecimal
+    - first_frame: the number of the first frame, 0 or 1
+    - step: the number of frames that Ctrl+arrow moves
+    - keys: the keys of actions by action id, if they differ from the defaults
+    - zoom_to_interval: True if N, A and R zoom the plots to the interval
+    - order: the order in which N, A and R visit intervals, 'chain' or 'time'
+    - reviewer_asked: True if the program has already asked for the reviewer's name
+    - turn_ms: how long the camera turns to another limb, in milliseconds, 0 for at once
+    - autosave: True if sessions are saved automatically
+    - columns: the columns of the list of intervals, empty for as many as fit
+    - interval_sort: the column to sort by, with '-' in front for descending order, '' for none
+    - skin: True to draw limbs with the striped skin instead of wedges
+    - side_by_side: True to draw the poses before and after in two pictures
+    - language: 'system' or a language code such as 'de'; an unknown code means 'system'
+    - of_features: the value of each FeatureSetting by its name
+    - of_others: entries that this version does not know, kept for a newer version
     """
 
     theme: str = "system"
@@ -93,7 +93,7 @@ class Settings:
         return _of_features[name].of(self) if name in _of_features else getattr(self, name)
 
     def put(self, name: str, value: Any) -> None:
-        """Set a field, or a feature's setting, by its name."""
+        """Set the value of a field, or of a feature's setting, by its name."""
         if name in _of_features:
             _of_features[name].put(self, value)
         else:
@@ -108,9 +108,11 @@ _of_features: dict[str, FeatureSetting[Any]] = {}
 class FeatureSetting(Generic[T]):
     """A setting that a feature of the window declares in its own folder.
 
-    Settings files have it under its name. default: its initial value;
-    check: of a value from a file; merge: chooses between entries of an object that two programs
-    have changed, by default ours.
+    - name: its name in settings files
+    - default: its initial value
+    - check: the check of a value that was read from a file
+    - merge: chooses between two entries of an object if two programs have changed it; by default,
+      the entry of this program is kept
     """
 
     name: str
@@ -124,12 +126,12 @@ class FeatureSetting(Generic[T]):
         _of_features[self.name] = self
 
     def of(self, settings: Settings) -> T:
-        """Return the value in some settings."""
+        """Return the value of this setting in `settings`."""
         found: T = settings.of_features.get(self.name, self.default)
         return found
 
     def put(self, settings: Settings, value: T) -> None:
-        """Set the value in some settings."""
+        """Set the value of this setting in `settings`."""
         settings.of_features[self.name] = value
 
 
@@ -157,7 +159,7 @@ CHECKS: dict[str, Check] = {
 
 
 def checks_by_name() -> Mapping[str, Check]:
-    """Return the check of every field of a settings file, with the settings of features."""
+    """Return the check of every field of a settings file by name, including features' settings."""
     return {**CHECKS, **{name: setting.check for name, setting in _of_features.items()}}
 
 
@@ -170,7 +172,7 @@ def settings_path() -> Path:
 
 
 def load_settings(path: Path) -> tuple[Settings, str]:
-    """Return the settings and a sentence to show, '' if all is well; raises nothing.
+    """Return the settings, and a sentence to show, or '' if all is well; never raises.
 
     Damaged fields get their defaults, and damaged entries of lists and objects are dropped. A copy
     of the damaged file is kept next to it.
@@ -229,7 +231,7 @@ def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
 
 
 def save_settings(path: Path, settings: Settings) -> str:
-    """Write the settings; return '' or a sentence why that failed. Raises nothing."""
+    """Write the settings; return '', or a sentence that says why that failed. Never raises."""
     if trouble := _trouble(path):
         return _unwritten(path, trouble)
     document = asdict(settings)
@@ -246,10 +248,11 @@ def save_settings(path: Path, settings: Settings) -> str:
 
 
 def save_changes(path: Path, settings: Settings, before: Settings) -> str:
-    """Write only the changes since `before` into the current file; returns as `save_settings`.
+    """Write only the changes since `before` into the current file.
 
-    Another window may have changed the file: values that were not changed here stay, also single
-    entries of lists and objects.
+    Returns '', or a sentence that says why that failed. Another window may have changed the file:
+    values that were not changed here keep the file's value, as do single entries of lists and
+    objects.
     """
     there, damaged = before, tuple[str, ...]()
     if path.is_file() and not _trouble(path):
@@ -266,7 +269,7 @@ def _with_values(settings: Settings, values: Mapping[str, Any]) -> Settings:
 
 
 def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
-    """Return their settings with our changes since `before`."""
+    """Return the settings `theirs` with the changes from `before` to `ours`."""
     changed: dict[str, Any] = {}
     for name, check in checks_by_name().items():
         old, new, other = (s.value(name) for s in (before, ours, theirs))
@@ -316,7 +319,7 @@ def _whole(digits: str) -> float:
 
 
 def _set_aside(path: Path, data: bytes) -> Path:
-    """Keep a copy next to a file, unless there is one already; raises OSError."""
+    """Keep a copy next to a file, unless there already is one; raises OSError."""
     for aside in path.parent.glob(f"{glob.escape(path.name)}.damaged*"):
         if aside.is_file() and read_file(aside) == data:
             return aside

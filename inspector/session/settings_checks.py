@@ -23,7 +23,10 @@ def _of(
     good: Callable[[Any], bool] = lambda _: True,
     keep: Callable[[Any], Any] = lambda value: value,
 ) -> Check:
-    """Return a check for values of these types that are `good`; `keep` converts them."""
+    """Return a check that accepts a value if its type is listed and `good` returns True for it.
+
+    keep: a function that converts an accepted value.
+    """
 
     def check(value: Any) -> Any:
         if type(value) not in kinds or not good(value):
@@ -34,29 +37,29 @@ def _of(
 
 
 def any_of(*allowed: str) -> Check:
-    """Return a check for one of these words."""
+    """Return a check that accepts only these words."""
     return _of(str, good=lambda value: value in allowed)
 
 
 def whole_between(low: int, high: int) -> Check:
-    """Return a check for a whole number from `low` to `high`; booleans fail."""
+    """Return a check that accepts whole numbers from `low` to `high`, but no booleans."""
     return _of(int, good=lambda value: low <= value <= high)
 
 
 def truth(value: Any) -> bool:
-    """Check for a boolean, not a number."""
+    """Check that a value is a boolean, not a number, and return it."""
     if not isinstance(value, bool):
         raise ValueError
     return value
 
 
 def number_between(low: float, high: float) -> Check:
-    """Return a check for a number from `low` to `high`, converted to float."""
+    """Return a check that accepts numbers from `low` to `high` and converts them to float."""
     return _of(int, float, good=lambda value: low <= value <= high, keep=float)
 
 
 def text_up_to(longest: int) -> Check:
-    """Return a check for text without lone surrogates."""
+    """Return a check that accepts text of at most `longest` characters without lone surrogates."""
     # UnicodeEncodeError is a ValueError.
     return _of(str, good=lambda value: len(value) <= longest, keep=_encodable)
 
@@ -67,19 +70,19 @@ def _encodable(value: str, errors: str = "strict") -> str:
 
 
 def file_path(value: Any) -> str:
-    """Check for a file path; bytes that are not UTF-8 are escaped as in Python."""
+    """Check that a value is a file path, and return it; bytes that are not UTF-8 are escaped."""
     if not isinstance(value, str) or not 0 < len(value) <= _LONGEST_PATH or "\0" in value:
         raise ValueError
     return _encodable(value, "surrogateescape")
 
 
 def file_path_or_none(value: Any) -> str:
-    """Check for a file path or ''."""
+    """Check that a value is a file path or '', and return it."""
     return "" if value == "" else file_path(value)
 
 
 def sealed_bytes(longest: int) -> Check:
-    """Return a check for hexadecimal digits with a matching checksum, which is removed."""
+    """Return a check that accepts hexadecimal digits with a matching checksum, and removes it."""
 
     def unsealed(value: str) -> str:
         digits, _, _ = value.partition(_SEAL)
@@ -97,7 +100,7 @@ def sealed(digits: str) -> str:
 
 
 def both(first: Check, second: Check) -> Check:
-    """Return a check for a list of two."""
+    """Return a check that accepts a list of two, with a check for each."""
     return _of(
         list,
         tuple,
@@ -107,25 +110,25 @@ def both(first: Check, second: Check) -> Check:
 
 
 def list_of(entry: Check, most: int) -> Check:
-    """Return a check for a list with at most `most` entries, all valid."""
+    """Return a check that accepts a list of at most `most` entries if all are valid."""
     return _of(
         list, good=lambda some: len(some) <= most, keep=lambda some: [entry(one) for one in some]
     )
 
 
 def first_of(entry: Check, most: int) -> Check:
-    """Return a check for a list that keeps the first `most` valid entries."""
+    """Return a check that accepts a list and keeps its first `most` valid entries."""
     return _of(list, keep=lambda some: _good(entry, some)[:most])
 
 
 def last_by(key: Check, entry: Check, most: int) -> Check:
-    """Return a check for an object that keeps the last `most` valid entries."""
+    """Return a check that accepts an object and keeps its last `most` valid entries."""
     pair = both(key, entry)
     return _of(dict, keep=lambda some: dict(_good(pair, some.items())[-most:]))
 
 
 def record(**checks: Check) -> Check:
-    """Return a check for an object with these entries, all valid; others are dropped."""
+    """Return a check that accepts an object if all these entries are valid, and drops others."""
     return _of(
         dict,
         good=lambda some: checks.keys() <= some.keys(),
@@ -134,7 +137,7 @@ def record(**checks: Check) -> Check:
 
 
 def shallow(value: Any, depth: int = 20) -> Any:
-    """Check for any JSON value that is not nested too deeply to be written."""
+    """Accept any JSON value that is not nested too deeply to be written."""
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError
     if isinstance(value, dict | list):
@@ -146,7 +149,7 @@ def shallow(value: Any, depth: int = 20) -> Any:
 
 
 def _good(check: Check, values: Iterable[Any]) -> list[Any]:
-    """Return the checked values, without invalid ones."""
+    """Return the checked values, without the invalid ones."""
     good = []
     for value in values:
         with suppress(ValueError):

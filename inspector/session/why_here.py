@@ -1,4 +1,4 @@
-"""Explains why nothing was found at a frame of the open clip."""
+"""Explains why the detector found nothing at a frame of the open clip."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ NEAR = 3  # frames; a peak this close to the playhead is meant
 
 
 def reviewed(document: Document) -> Detection | None:
-    """Return the review's intervals and τ; None without a clip or before its detector is ready.
+    """Return the review's intervals and τ, or None without a clip or while its detector loads.
 
-    None also in an exercise, where a reason would give the answer away.
+    Also returns None in an exercise, where a reason would reveal the answer.
     """
     if document.data is None or document.data.blind or not document.chain:
         return None
@@ -33,7 +33,10 @@ def reviewed(document: Document) -> Detection | None:
 
 
 def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None:
-    """Return the nearest peak above τ outside all intervals within `reach` frames, or None."""
+    """Return the frame of the nearest peak above τ that is in no interval, or None.
+
+    reach: the largest distance from `frame`, in frames.
+    """
     if (found := reviewed(document)) is None or document.chain not in found.tau:
         return None
     peaks = unexplained_peaks(found, document.chain)
@@ -42,14 +45,21 @@ def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None
 
 
 def reason_here(document: Document, frame: int) -> Reason | None:
-    """Return why nothing is found at a frame of the selected chain; None without a detection."""
+    """Return why nothing was found at a frame of the selected chain.
+
+    Returns None if there is no detection to explain, for example without a clip.
+    """
     if (found := reviewed(document)) is None or document.chain not in found.tau:
         return None
     return why_not(found, document.chain, frame, first=document.first_frame)
 
 
 def reason_near(document: Document, frame: int) -> Reason | None:
-    """Return the reason at a frame inside an interval or above τ, or at the nearest peak."""
+    """Return the reason at this frame, or at a nearby peak.
+
+    The reason at the frame itself is returned if it is in an interval or above τ there. Returns
+    None if there is also no peak nearby.
+    """
     if (reason := reason_here(document, frame)) is None:
         return None
     if reason.why == Why.INTERVAL or reason.strength >= reason.tau:
@@ -65,7 +75,7 @@ def told(document: Document, reason: Reason) -> str:
 
 
 def peaks(document: Document) -> Iterator[Reason]:
-    """Yield the reasons of all peaks above τ outside all intervals, by chain."""
+    """Yield the reason of every peak above τ that is in no interval, by chain."""
     if (found := reviewed(document)) is not None:
         for chain in found.chains_and_limbs:
             yield from peaks_without_interval(found, chain.name, first=document.first_frame)

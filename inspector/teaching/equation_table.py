@@ -28,8 +28,8 @@ _STAGED = frozenset(("a", "q", "w", "n", "alpha", "swing", "twist", "theta_p"))
 class Equation:
     """An equation "symbol = right" with its number in the paper and its value.
 
-    corrected: how the printed equation differs, '' if it does not; shown: returns the value as
-    text, by default of the quantity with the symbol's name.
+    corrected: how the printed equation differs, or '' if it is the same; shown: a function that
+    returns the value as text; by default, the value is the quantity with the symbol's name.
     """
 
     symbol: str
@@ -50,19 +50,22 @@ class Equation:
 
 @dataclass(frozen=True)
 class Section:
-    """Rows under a heading; title: with {P}, {C} and {G} for the joints' names."""
+    """Equations under a heading.
+
+    title: the text of the heading, with {P}, {C} and {G} for the joints' names.
+    """
 
     title: str
     rows: tuple[Equation, ...]
 
     @property
     def bare_title(self) -> str:
-        """The title without joint names, for when there is no chain."""
+        """The title without joint names, for use when no chain is selected."""
         return re.sub(r" = \{.\}", "", self.title)
 
 
 def _of_one_swing(value_of: Callable[[Decomposition], str]) -> Callable[[FrameNumbers], str]:
-    """Return a text function that gives 'undefined' at a swing of 180°."""
+    """Return a function that calls `value_of`, but returns 'undefined' at a swing of 180°."""
     return lambda of: value_of(of.frame) if of.frame.swing_is_one else _UNDEFINED
 
 
@@ -92,7 +95,7 @@ def _dtheta_c(of: FrameNumbers) -> str:
 
 
 def _opposed(of: FrameNumbers) -> str:
-    """Return yes or no to 'below zero?', with the number."""
+    """Return whether the product of the changes is below zero, and the product, as text."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     product = float(np.degrees(np.degrees(of.frame.product)))
@@ -105,7 +108,7 @@ def _opposed(of: FrameNumbers) -> str:
 
 
 def _strength(of: FrameNumbers) -> str:
-    """Return m compared with τ."""
+    """Return m and how it compares with τ, as text."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     m, tau = of.frame.strength, of.correction.tau

@@ -1,4 +1,4 @@
-"""The list of equations with live numbers; each symbol is a button that highlights it."""
+"""The list of equations with current values; each symbol is a button that highlights it."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class _Typeset:
 
     @property
     def _line(self) -> float:
-        """Line height in pixels."""
+        """The line height in pixels."""
         return _LINE * QFontInfo(self._widget.font()).pixelSize()
 
     @property
@@ -60,14 +60,14 @@ class _Typeset:
         return _SIZE * self._line / EM
 
     def size(self) -> QSize:
-        """Return the width of the formula and the height of its row."""
+        """Return the width of the formula and the height of its row, in pixels."""
         formula = self._typesetter.formula(self._tex)
         width = formula.box.width() * self._scale if formula else 20.0
         high = round(self._high * self._line)
         return QSize(round(width) + 2 * _ASIDE, high)
 
     def paint(self, painter: QPainter, ink: QColor) -> None:
-        """Draw the formula from the left, on the baseline."""
+        """Draw the formula from the left edge, on the baseline."""
         formula = self._typesetter.formula(self._tex)
         if formula is None:
             return
@@ -105,7 +105,7 @@ class SymbolButton(QAbstractButton):
         self._inked()
 
     def set_calm(self, *, calm: bool) -> None:
-        """Use the text colour if the value is no warning."""
+        """Use the normal text colour if the value is not a warning."""
         if calm != self._calm:
             self._calm = calm
             self._inked()
@@ -122,7 +122,7 @@ class SymbolButton(QAbstractButton):
             self.setAccessibleDescription(value)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Let a screen reader read the value."""
+        """Make a screen reader read the value."""
         self.setAccessibleDescription(self._value)
         super().focusInEvent(event)
 
@@ -144,7 +144,7 @@ class SymbolButton(QAbstractButton):
 
 
 class _InRow(QLabel):
-    """A sign or number without a height of its own, so that formulas set the row's height."""
+    """A sign or number that takes no height of its own, so that formulas set the row's height."""
 
     def sizeHint(self) -> QSize:
         """Return the width of the text and no height."""
@@ -173,7 +173,7 @@ class RightSide(QWidget):
 
 
 class Equations(QWidget):
-    """All equations under headings that fold; emits `clicked` for a symbol."""
+    """All equations under headings that can be folded; `clicked` is emitted with a symbol."""
 
     clicked = Signal(str)
 
@@ -240,7 +240,7 @@ class Equations(QWidget):
         self._rows[equation.symbol] = (button, equals, both, number)
 
     def refresh(self) -> None:
-        """Update the value of every row and the joints' names."""
+        """Update the values of all rows and the names of the joints."""
         numbers = self._taught.numbers if self._taught.active else None
         for equation in itertools.chain(*(section.rows for section in SECTIONS)):
             text = equation.value(numbers) if numbers is not None else ""
@@ -255,7 +255,7 @@ class Equations(QWidget):
                 button.set_calm(calm=not event)
 
     def show_only(self, symbols: Iterable[str] | None) -> None:
-        """Show only the rows of these symbols, even if folded; None: all."""
+        """Show only the rows of these symbols, even under folded headings; None: show all rows."""
         self._only = None if symbols is None else frozenset(symbols)
         self._arrange()
 
@@ -283,7 +283,7 @@ class Equations(QWidget):
             button.setChecked(name == symbol)
 
     def paint_into(self, painter: QPainter, size: QSizeF) -> None:
-        """Paint the list as outlines, scaled to fit into `size`."""
+        """Draw the list as outlines, scaled to fit into `size`."""
         self.ensurePolished()
         own = self.size() if self.isVisible() else self.sizeHint()
         if not self.isVisible():

@@ -21,7 +21,7 @@ from inspector.widgets.building import bring_to_front, scrolled
 
 
 class Teaching(FeatureParts):
-    """The taught frame and the tab that shows it."""
+    """The state of the teaching tab, and the tab that shows it."""
 
     def __init__(self, window: HostWindow) -> None:
         actions = window.actions_by_id
@@ -31,19 +31,23 @@ class Teaching(FeatureParts):
         self.teaching.moved_far.connect(actions["focus_chain"].trigger)
 
     def connect(self, window: HostWindow) -> None:
-        """Activate teaching while the tab is visible."""
+        """Connect the tab to the window; teaching is active while the tab is visible."""
         self._dock, self._window = window.docks["teaching"], window
         self._dock.visibilityChanged.connect(self._set_shown)
 
     def _set_shown(self, on: bool) -> None:
-        """Show the taught joint as a wedge in one picture, because the gizmo is drawn on it."""
+        """Activate or deactivate teaching; while it is active, draw wedges in one picture.
+
+        The gizmo is drawn on the wedges, so the striped skin and the pictures side by side are
+        switched off.
+        """
         for look in ("skin", "side_by_side"):
             wanted = not on and bool(self._window.settings.value(look))
             self._window.actions_by_id[look].setChecked(wanted)
         self.teaching.set_shown(on)
 
     def content(self) -> QWidget:
-        """Return the content of the dock, at least as wide as the symbols."""
+        """Return the content of the dock, which is at least as wide as the symbols."""
         area = scrolled(self.teaching)
         self.teaching.least_width.connect(area.setMinimumWidth)
         return area

@@ -1,4 +1,4 @@
-"""Numbers of a joint that turns through ±180° and of five trackers that follow it."""
+"""Computes a joint that turns through ±180° and the five trackers that follow it."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _TRACKED = ("axis-angle, raw", "Euler XYZ, raw", "Euler XYZ, wrapped")
 
 
 def turning(speed: float) -> Array:
-    """Return a joint turning about a fixed axis at `speed` turns a second, (FRAMES, 4).
+    """Return a joint that turns about a fixed axis, as quaternions (FRAMES, 4).
 
-    The turn starts slowly.
+    speed: turns per second; the rotation starts slowly.
     """
     time = np.arange(FRAMES) * DT
     eased = np.where(time < 1.0, 0.5 * time**2, time - 0.5)
@@ -31,7 +31,7 @@ def turning(speed: float) -> Array:
 
 
 def followers(q_hat: Array) -> dict[str, Array]:
-    """Return each tracker's distance from the input by name, degrees, (frames,).
+    """Return how far each tracker is from the input, in degrees, (frames,), by name.
 
     All trackers have the same gains.
     """
@@ -46,7 +46,7 @@ def followers(q_hat: Array) -> dict[str, Array]:
 
 
 def euler_angles(q_hat: Array) -> Array:
-    """Return the input as raw Euler angles X, Y and Z, degrees, (frames, 3)."""
+    """Return the input as unprocessed Euler angles X, Y and Z, in degrees, (frames, 3)."""
     return np.degrees(coordinates(q_hat, Representation("", "XYZ")))
 
 

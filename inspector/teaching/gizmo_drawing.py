@@ -1,4 +1,4 @@
-"""Draws the gizmo in a layer above the figure in the 3D view."""
+"""Draws the gizmo, which shows the tab's symbols in space, on top of the figure."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ _TOGETHER = {
 
 
 def lit_parts(symbol: str) -> frozenset[str]:
-    """Return the parts of the gizmo to highlight for a symbol; empty: all are equally bright."""
+    """Return the parts of the gizmo to highlight for a symbol; none if the symbol is ''."""
     return frozenset((symbol, *_TOGETHER.get(symbol, ()))) if symbol else frozenset()
 
 
 class GizmoGuest:
-    """The gizmo of the teaching tab as a guest of the 3D view while the tab is shown."""
+    """The gizmo of the teaching tab, which the 3D view shows while the tab is visible."""
 
     def __init__(self, viewport: Viewport, taught: TaughtFrame, typesetter: Typesetter) -> None:
         self._viewport, self._taught = viewport, taught
@@ -72,7 +72,7 @@ class GizmoGuest:
     # -- called by the view -------------------------------------------------------------------
 
     def pose(self, scene: Scene, show: Show) -> Pose:
-        """Return the captured figure, or the what-if with the captured figure as its ghost."""
+        """Return the captured figure, or the what-if with the captured figure as a ghost."""
         what_if = None if show == Show.BEFORE else self._taught.pose()
         return altered_pose(self._taught.document, scene, what_if)
 
@@ -121,7 +121,7 @@ class GizmoGuest:
         )  # fmt: skip
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
-        """Return the gizmo's points and the view direction that shows swing and dial best."""
+        """Return the points of the gizmo, and the view direction that shows swing and dial best."""
         d, chain = self._taught.quantities, self._taught.chain
         shapes = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
         if shapes is None or d is None or chain is None:
@@ -165,7 +165,7 @@ class GizmoGuest:
     # -- drawing ------------------------------------------------------------------------------
 
     def _shapes(self, scene: Scene, pose: Pose) -> Sketch | None:
-        """Return the gizmo of a pose, or None without a chain."""
+        """Return the gizmo's shapes for a pose, or None without a chain."""
         d, chain = self._taught.quantities, self._taught.chain
         if d is None or chain is None:
             return None
@@ -181,7 +181,7 @@ class GizmoGuest:
         return shapes
 
     def _attend(self, scene: Scene, shapes: Sketch) -> None:
-        """Create the layer and the pieces over the right-hand picture, if there are none."""
+        """Create the layer and the labels over the right-hand picture, if there are none yet."""
         below = scene.renderers()[-1]
         if self._layer is not None and self._below is below:
             return
@@ -234,7 +234,7 @@ class GizmoGuest:
 
 
 def _stage_words(stage: float) -> str:
-    """Return words for a stage of P's rotation, 0…2."""
+    """Return text for a stage of P's rotation, 0…2."""
     if stage <= 0.0:
         return tr("no rotation: along <b>a</b>")
     if stage <= 1.0:

@@ -1,8 +1,8 @@
-"""The family of (n, θp) pairs that give the same pose at a swing of 180°. Geometry only.
+"""The family of (n, θp) pairs that give the same pose at a swing of 180°; geometry only.
 
-A half turn about any axis perpendicular to `a` points the bone opposite to `a`, so the axis is not
-visible in the pose. If n is turned by φ about `a`, a θp larger by 2φ gives the same pose:
-q = swing(n, 180°) ⊗ twist(θp) = swing(n turned by φ, 180°) ⊗ twist(θp + 2φ).
+A half turn about any axis perpendicular to `a` points the bone opposite to `a`, so the pose does
+not show which axis was used. If n is turned by φ about `a`, then a θp that is larger by 2φ gives
+the same pose: q = swing(n, 180°) ⊗ twist(θp) = swing(n turned by φ, 180°) ⊗ twist(θp + 2φ).
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
 
 
 def family(d: Decomposition) -> tuple[Array, Array]:
-    """Return normals n, (MEMBERS, 3), in P's parent coordinates, and θp for each.
+    """Return normals n, (MEMBERS, 3), in the coordinates of P's parent, and θp for each.
 
-    The first pair is the frame's own.
+    The first pair of n and θp is the one in the frame.
     """
     n = d.n if d.n.any() else perpendicular(d.a)
     normals: Array = turned(n, d.a, _TURNS[:, None])
@@ -42,10 +42,10 @@ def family(d: Decomposition) -> tuple[Array, Array]:
 
 
 def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) -> None:
-    """Add a fan of normals around P, each with a dial; invisible at any other swing.
+    """Add a fan of normals around P, each with a dial; nothing is drawn unless the swing is 180°.
 
-    The hands of all dials point in the same direction, because the pose is the same. Their zeros
-    differ.
+    The hands of all dials point in the same direction, because the pose is the same, but the dials
+    have different zeros.
     """
     spokes, rings = np.zeros((MEMBERS, 2, 3)), np.zeros((MEMBERS, _STEPS + 1, 3))
     sectors, hands = np.zeros((MEMBERS, _STEPS + 2, 3)), np.zeros((MEMBERS, 2, 3))
@@ -77,8 +77,9 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
 
 
 def _around(start: Array, axis: Array, angles: Array) -> Array:
-    """Return unit vectors (n, 3) turned by angles (n or 1, m) about a perpendicular axis: (n, m,
-    3).
+    """Return unit vectors (n, m, 3): each `start` (n, 3) turned about an axis perpendicular to it.
+
+    angles: radians, (n or 1, m).
     """
     across = np.cross(axis, start)
     angles = np.atleast_2d(angles)[..., None]
@@ -87,7 +88,7 @@ def _around(start: Array, axis: Array, angles: Array) -> Array:
 
 
 def _fans() -> Index:
-    """Return the quads (n, 4) of every dial from its centre, point 0, to its rim."""
+    """Return the faces (n, 4) of every dial, from its centre (its first point) to its rim."""
     rim = segments(np.arange(1, _STEPS + 2))
     one = np.column_stack([np.zeros(len(rim), np.int64), rim, rim[:, 1]])
     return (one + (_STEPS + 2) * np.arange(MEMBERS)[:, None, None]).reshape(-1, 4)

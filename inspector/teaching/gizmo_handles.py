@@ -1,6 +1,7 @@
-"""The handles of the gizmo: their places on the screen, and the effect of a drag.
+"""The handles of the gizmo: where they are on the screen, and what dragging them does.
 
-Pure functions of the camera and of places in the world; pixels are in a picture with y down.
+These are pure functions of the camera and of positions in the world; pixels are counted from the
+top of the picture.
 """
 
 from __future__ import annotations
@@ -27,8 +28,12 @@ Size = tuple[int, int]  # of a picture, pixels
 class Handles:
     """The handles of a gizmo, in world coordinates.
 
-    above: global rotation of P's parent, (4,); root: P; tip: the tip of w; centre, radius: of the
-    dial; axis: w; hand: the dial's hand; both are unit vectors. All but `above` and `radius` (3,).
+    - above: the global rotation of P's parent, (4,)
+    - root: the position of P, (3,)
+    - tip: the tip of the arrow w, (3,)
+    - centre, radius: the centre (3,) and the radius of the dial
+    - axis: the unit vector w, (3,)
+    - hand: the direction of the dial's hand, a unit vector (3,)
     """
 
     above: Array
@@ -41,7 +46,7 @@ class Handles:
 
     @property
     def ring(self) -> Array:
-        """Points of the dial's edge, (n, 3)."""
+        """The points of the dial's edge, (n, 3)."""
         return self.centre + self.radius * fan(self.hand, self.axis, 2.0 * np.pi)
 
     @property
@@ -55,7 +60,10 @@ class Handles:
 
 
 def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Handles:
-    """Return the handles of a gizmo drawn by `gizmo_shapes.sketch`; unit: its bone length."""
+    """Return the handles of a gizmo drawn by `gizmo_shapes.sketch`.
+
+    unit: the bone length that sets the gizmo's size.
+    """
     axis = rotate(q_parent, d.a)
     return Handles(
         above=multiply(q_parent, conjugate(d.q)),
@@ -69,7 +77,7 @@ def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Ha
 
 
 def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
-    """Return the handle at a pixel (2,), or ''."""
+    """Return the handle at a pixel (2,), or '' if there is none."""
     tip, _ = camera.project(held.tip, *size)
     if np.linalg.norm(tip - at) <= REACH:
         return W
@@ -82,7 +90,7 @@ def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
 class SwingDrag:
     """A drag of the tip of w, which follows the mouse on a sphere around P.
 
-    Beyond the edge of the sphere the tip continues on the far side.
+    If the mouse leaves the sphere, the tip continues on the far side.
     """
 
     def __init__(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> None:
@@ -91,7 +99,7 @@ class SwingDrag:
         self._far = float((held.tip - held.root) @ ray) > 0.0  # on the far side of the sphere
 
     def way(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> Array:
-        """Return the new direction of w, a unit vector (3,) in the world."""
+        """Return the new direction of w, a unit vector (3,) in world coordinates."""
         ray = camera.ray(at - self._slip, *size)
         root = held.root - camera.position
         aside = float(root @ ray) * ray - root  # from P to the closest point of the ray
@@ -105,9 +113,9 @@ class SwingDrag:
 
 
 class TwistDrag:
-    """A drag of the dial, whose hand follows the mouse around the centre, also several turns.
+    """A drag of the dial, whose hand follows the mouse around the centre, even for several turns.
 
-    If the ring is seen edge-on, it rolls under the mouse instead.
+    If the dial is seen edge-on, it rolls under the mouse instead.
     """
 
     def __init__(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> None:
@@ -118,7 +126,10 @@ class TwistDrag:
         self._last = self._angle(held, camera, size, at)
 
     def turn(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
-        """Return the angle since the drag began, radians, with the mouse at a pixel (2,)."""
+        """Return the angle turned since the drag began, in radians.
+
+        at: the pixel of the mouse, (2,).
+        """
         now = self._angle(held, camera, size, at)
         if now is not None:
             if self._last is not None:
@@ -143,7 +154,7 @@ class TwistDrag:
         return float(np.arctan2(spoke @ np.cross(axis, first), spoke @ first))
 
     def _rolled(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
-        """Return the angle of a ring that rolls under the mouse."""
+        """Return the angle of a dial that rolls under the mouse."""
         centre, _ = camera.project(held.centre, *size)
         ray = camera.ray(centre, *size)
         along = normalise(np.cross(held.axis, -ray))
@@ -153,7 +164,7 @@ class TwistDrag:
 
 
 def _distance(at: Array, line: Array) -> float:
-    """Return the distance of a point (2,) from a line through points (n, 2)."""
+    """Return the distance in pixels of a point (2,) from a line through points (n, 2)."""
     start, along = line[:-1], np.diff(line, axis=0)
     length = np.maximum((along**2).sum(axis=1), 1e-12)
     share = np.clip(((at - start) * along).sum(axis=1) / length, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Dragging the gizmo with the mouse: handles show themselves, and a drag alters the frame."""
+"""Dragging the gizmo with the mouse: handles appear, and a drag changes the frame."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _BESIDE = QPointF(18.0, -22.0)  # pixels from the mouse to the number
 
 
 class Hold(QObject):
-    """Handles mouse events on the gizmo before the camera gets them; ignores all others."""
+    """Handles mouse events on the gizmo before the camera gets them; other events pass through."""
 
     def __init__(self, viewport: Viewport, taught: TaughtFrame) -> None:
         super().__init__(viewport)
@@ -67,7 +67,7 @@ class Hold(QObject):
     # -- called by the gizmo ------------------------------------------------------------------
 
     def show_places(self, places: Handles) -> None:
-        """Update the places of the handles."""
+        """Update the positions of the handles."""
         self.places = places
         if self._watched is None:
             self._watched = self._view.view
@@ -76,7 +76,7 @@ class Hold(QObject):
         self._draw()
 
     def leave(self) -> None:
-        """Stop watching, because the gizmo is removed."""
+        """Stop watching the mouse, because the gizmo is removed."""
         self._drop()
         if self._watched is not None:
             self._watched.removeEventFilter(self)
@@ -86,7 +86,7 @@ class Hold(QObject):
     # -- mouse and keys -----------------------------------------------------------------------
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Filter mouse events of the view and, during a drag, keys and focus of the program."""
+        """Filter the view's mouse events and, during a drag, the program's key and focus events."""
         if isinstance(event, QKeyEvent):
             return self.held and self._key(event)
         if event.type() == QEvent.Type.WindowDeactivate and self.held:
@@ -127,7 +127,7 @@ class Hold(QObject):
         return bool(self.under)
 
     def _key(self, event: QKeyEvent) -> bool:
-        """Cancel the drag on Esc; apply or remove the counter-twist on Ctrl."""
+        """Handle a key during a drag: Esc cancels it; Ctrl applies or removes the counter-twist."""
         escape, press = event.key() == Qt.Key.Key_Escape, event.type() == QEvent.Type.KeyPress
         if escape:
             event.accept()
@@ -141,7 +141,10 @@ class Hold(QObject):
     # -- what it does -------------------------------------------------------------------------
 
     def _found(self, at: QPointF) -> str:
-        """Return the handle at a place of the view; '' while the rotation is animated."""
+        """Return the handle at a point of the view, or '' if there is none.
+
+        There is none while the rotation is animated.
+        """
         camera, places, stage = self._view.camera, self.places, self._taught.stage
         if camera is None or places is None or (stage is not None and stage < 2.0):
             return ""
@@ -164,7 +167,7 @@ class Hold(QObject):
         self._draw()
 
     def _move(self, keys: Qt.KeyboardModifier) -> None:
-        """Alter the frame according to the mouse."""
+        """Change the frame according to the position of the mouse."""
         camera, places = self._view.camera, self.places
         if camera is None or places is None:
             self._let_go()
@@ -195,7 +198,7 @@ class Hold(QObject):
         self._hover("")
 
     def _hover(self, under: str, at: QPointF | None = None) -> None:
-        """Show with cursor, knob and tip what a drag would do."""
+        """Show what a drag would do, with the cursor, a larger knob and a tooltip."""
         view = self._view.view
         if under == self.under or view is None:
             return
@@ -210,7 +213,7 @@ class Hold(QObject):
         self._draw()
 
     def _pixel(self, at: QPointF) -> tuple[tuple[int, int], Array]:
-        """Return the size of the gizmo's picture, and a place of the view in it."""
+        """Return the size of the gizmo's picture, and a point of the view in its pixels."""
         size = self._view.picture_size()
         return size, np.array([at.x() - (self._view.width() - size[0]), at.y()])
 
@@ -241,7 +244,7 @@ class Hold(QObject):
 
 
 class Knobs(QWidget):
-    """Knobs over the 3D view at the handles, larger under the mouse."""
+    """Knobs over the 3D view at the handles; the knob under the mouse is larger."""
 
     def __init__(self, viewport: QWidget) -> None:
         super().__init__(viewport)
@@ -252,8 +255,10 @@ class Knobs(QWidget):
     def show_handles(
         self, theme: Theme, spots: Array, ring: Array, under: str, at: QPointF, words: str
     ) -> None:
-        """Show the knobs of w and dial at `spots` (2, 2), the ring (n, 2), and words near the
-        mouse.
+        """Show the knobs of w and of the dial, the edge of the dial, and words near the mouse.
+
+        spots: the pixels of both knobs, (2, 2); ring: the pixels of the edge, (n, 2); under: the
+        handle under the mouse; at: the position of the mouse.
         """
         view = self.parentWidget()
         assert view is not None
@@ -285,7 +290,7 @@ class Knobs(QWidget):
             self._write(painter)
 
     def _write(self, painter: QPainter) -> None:
-        """Draw the number near the mouse, inside the view."""
+        """Draw the words near the mouse, inside the view."""
         painter.setFont(figures_font(self.font().pointSizeF()))
         size = QFontMetricsF(painter.font()).size(0, self.words)
         box = QRectF(self._at + _BESIDE, size).adjusted(-6.0, -3.0, 6.0, 3.0)

@@ -1,4 +1,4 @@
-"""Names and coordinate axes of P, C and G in the 3D view. Geometry only."""
+"""The names and coordinate axes of P, C and G in the 3D view; geometry only."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LONG = 0.16  # length of an axis, in bone lengths
 
 
 def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
-    """Add a name at every joint of the chain; a visible G_real replaces G."""
+    """Add a name at every joint of the chain; a visible label G_real takes the place of G."""
     parent, child = positions[chain.parent], positions[chain.child]
     out.mark("P", parent, child)
     if chain.grandchild < 0:
@@ -28,7 +28,7 @@ def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
 
 
 def triads(chain: Chain, rotations: Array, positions: Array, unit: float) -> Array:
-    """Return lines (POINTS, 3) along x, y and z of P, C and G, in this order."""
+    """Return lines along the x, y and z axes of P, C and G, in this order, (POINTS, 3) each."""
     joints = [chain.parent, chain.child, max(chain.grandchild, chain.child)]
     axes = matrix_from_quaternion(rotations[joints]).transpose(0, 2, 1)  # rows: x, y, z
     start = np.repeat(positions[joints], 3, axis=0)

@@ -55,7 +55,10 @@ class Labels(QWidget):
         lit: frozenset[str],
         covered: QRectF,
     ) -> None:
-        """Place the labels in a picture without overlaps, also with the area `covered`."""
+        """Place the labels in a picture so that they overlap neither each other nor `covered`.
+
+        covered: the part of the picture that something else covers.
+        """
         view = self.parentWidget()
         assert view is not None
         if self.geometry() != view.rect():
@@ -92,7 +95,7 @@ class Labels(QWidget):
         self.update(before + self._region())
 
     def _free(self, at: Array, way: Array, formula: Formula, covered: QRectF) -> QRectF:
-        """Return a free place near a point, on the given side if possible."""
+        """Return a free position near a point, on the given side if possible."""
         wide = formula.box.width() * self._scale
         high = formula.box.height() * self._scale
         wanted = np.arctan2(way[1], way[0])
@@ -110,7 +113,7 @@ class Labels(QWidget):
         return box
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw every label at its place."""
+        """Draw every label at its position."""
         painter = QPainter(self)
         engine = painter.paintEngine()
         printed = engine is not None and engine.type() == QPaintEngine.Type.User
@@ -136,7 +139,7 @@ class Labels(QWidget):
         painter.fillPath(formula.path, QColor(ink))
 
     def _drawn(self, formula: Formula, ink: str, bright: bool) -> QPixmap:
-        """Return a cached picture of a label."""
+        """Return a picture of a label, from a cache if possible."""
         ratio = self.devicePixelRatioF()
         key = (formula, ink, bright, self._scale, self._paper.rgb(), ratio)
         if key not in self._pixmaps:
@@ -163,7 +166,7 @@ class Labels(QWidget):
 
 @lru_cache(maxsize=64)
 def _written(words: str, family: str) -> Formula:
-    """Return plain words as an outline, like a formula."""
+    """Return plain words as an outline, as for a formula."""
     font = QFont(family)
     font.setPixelSize(round(_WORDS * EM))
     path = QPainterPath()

@@ -1,6 +1,6 @@
-"""The shapes of the gizmo, which show a frame's symbols in space. Geometry only.
+"""The shapes of the gizmo, which show the symbols of a frame in space; geometry only.
 
-The number of points never changes, so a new frame only moves them.
+The number of points is always the same, so that a new frame only moves them.
 """
 
 from __future__ import annotations
@@ -34,10 +34,11 @@ SOLID, CLEAR = "solid", "clear"
 
 @dataclass(frozen=True, eq=False)
 class GizmoPart:
-    """A part of the gizmo: points and the lines or faces between them.
+    """A part of the gizmo: points, and the lines or faces between them.
 
-    symbol: the symbol that it shows; look: BOLD or THIN lines, SOLID or CLEAR faces; points:
-    (n, 3); cells: lines (m, 2) or faces (m, 3 or 4); share: opacity of a line or CLEAR face, 0…1.
+    symbol: the symbol that it shows; look: BOLD or THIN for lines, SOLID or CLEAR for faces;
+    points: the positions, (n, 3); cells: the point indices of lines (m, 2) or faces (m, 3 or 4);
+    share: the opacity of a line or a CLEAR face, 0…1.
     """
 
     symbol: str
@@ -51,8 +52,8 @@ class GizmoPart:
 class Mark:
     """A label at a point.
 
-    symbol: a key of symbols.MARKS; at: its place (3,); away: a point to keep away from; words: the
-    text, by default the symbol.
+    symbol: a key of symbols.MARKS; at: its position (3,); away: a point (3,) to keep away from;
+    words: the text, by default the symbol.
     """
 
     symbol: str
@@ -63,7 +64,7 @@ class Mark:
 
 @dataclass
 class Sketch:
-    """The parts and marks of a frame; unit: the bone length."""
+    """The parts and labels of a frame; unit: the bone length that sets their size."""
 
     unit: float
     parts: list[GizmoPart] = field(default_factory=list)
@@ -95,19 +96,22 @@ class Sketch:
     def sector(
         self, symbol: str, centre: Array, rim: Array, share: float, inner: float = 0.0
     ) -> None:
-        """Add a clear face from a centre to a rim (n, 3); inner: the share that is left out."""
+        """Add a transparent face from a centre to a rim (n, 3).
+
+        inner: the fraction of the way to the rim that is left empty.
+        """
         low = centre + inner * (rim - centre)
         steps = segments(np.arange(len(rim)))
         cells = np.hstack([steps, len(rim) + steps[:, ::-1]])
         self.parts.append(GizmoPart(symbol, CLEAR, np.vstack([low, rim]), cells, share))
 
     def ball(self, symbol: str, centre: Array, radius: float, *, hollow: bool = False) -> None:
-        """Add a small sphere, or its wireframe."""
+        """Add a small sphere, or only its wireframe if `hollow`."""
         look, cells = (THIN, _WIRES) if hollow else (SOLID, TRIANGLES)
         self.parts.append(GizmoPart(symbol, look, centre + radius * SPHERE, cells))
 
     def mark(self, symbol: str, at: Array, away: Array, *, shown: bool = True) -> None:
-        """Add a label if `shown`."""
+        """Add a label if `shown` is True."""
         if shown:
             self.marks.append(Mark(symbol, at, away))
 
@@ -124,9 +128,10 @@ def sketch(
 ) -> Sketch:
     """Return the gizmo of a frame in world coordinates.
 
-    q_parent: P's global rotation (4,); parent, child: places of P and C (3,); reach: the drawn
-    length of v; least: the shortest drawn bone length, in the file's unit; staged: P's rotation is
-    animated, so changes since the previous frame are not shown.
+    q_parent: the global rotation of P, (4,); parent, child: the positions of P and C, (3,); reach:
+    the length at which v is drawn; least: the smallest bone length to draw, in the file's unit;
+    staged: True if P's rotation is animated, in which case changes since the previous frame are not
+    drawn.
     """
     out = Sketch(max(float(np.linalg.norm(child - parent)), least))
     along = rotate(q_parent, d.a)
@@ -167,7 +172,10 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
 
 
 def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
-    """Add the dial: its zero is the mark after the swing alone, its hand the actual mark."""
+    """Add the dial, whose hand shows the direction of a mark on the bone.
+
+    The zero of the dial is the direction of the mark after the swing alone.
+    """
     centre, radius = parent + DIAL_AT * out.unit * along, DIAL_SIZE * out.unit
     hand = rotate(q_parent, perpendicular(d.a))
     zero = turned(hand, along, -d.theta_p)
@@ -216,11 +224,11 @@ def _azimuth(
 
 
 def fan(start: Array, axis: Array, angle: float) -> Array:
-    """Return `start` turned in steps about a perpendicular axis, (_ARC + 1, 3)."""
+    """Return `start` turned in steps about an axis perpendicular to it, (_ARC + 1, 3)."""
     return turned(start, axis, np.linspace(0.0, angle, _ARC + 1)[:, None])
 
 
 def turned(v: Array, axis: Array, angle: Array | float) -> Array:
-    """Return a vector (3,) turned about a perpendicular axis."""
+    """Return a vector (3,) turned about an axis perpendicular to it."""
     turned: Array = np.cos(angle) * v + np.sin(angle) * cross(axis, v)
     return turned

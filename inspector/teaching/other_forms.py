@@ -1,4 +1,4 @@
-"""The same rotation in other forms: twist first, −q, and the file's Euler angles."""
+"""The same rotation in other forms: twist first, as −q, and as the file's Euler angles."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _TIPS = {
 
 
 class OtherForms(QWidget):
-    """A section of the tab, folded at first; its numbers are updated only while it is open."""
+    """A section of the tab, folded at first, that updates its numbers only while it is open."""
 
     def __init__(self, taught: TaughtFrame, typesetter: Typesetter) -> None:
         super().__init__()
@@ -100,7 +100,7 @@ class OtherForms(QWidget):
 
     @property
     def open(self) -> bool:
-        """True if any of its numbers are visible."""
+        """True if any of the numbers are visible."""
         return any(self._lists(name) for name in ROWS)
 
     def _lists(self, name: str) -> bool:
@@ -177,7 +177,7 @@ class OtherForms(QWidget):
         self.values["lock"].setVisible(bool(locks) and self._lists("euler"))
 
     def _channels(self, joint: int) -> EulerChannels | None:
-        """Return a joint's Euler angles: from the file, or the nearest ones for an altered pose."""
+        """Return a joint's Euler angles: from the file or, for an edited pose, the nearest ones."""
         data, taught, frame = self._taught.document.data, self._taught, self._taught.document.frame
         chain, found = taught.chain, taught.numbers
         assert data is not None
@@ -200,7 +200,7 @@ class OtherForms(QWidget):
 
 
 def _lock(found: EulerChannels) -> str:
-    """Return a note that the first and the last axis (nearly) coincide."""
+    """Return a note if the first and the last axis coincide or nearly coincide, or ''."""
     first, middle, last = tuple(found.order)
     at = degree_text(float(wrap(found.angles[1])))
     apart = degree_text(found.between).removeprefix("+")

@@ -14,7 +14,7 @@ _GAP = 6.0
 
 
 class SectionHead(QAbstractButton):
-    """Bold text with an arrow; checked while its section is open."""
+    """Bold text with an arrow; it is checked while its section is open."""
 
     def __init__(self, text: str, *, folded: bool = False) -> None:
         super().__init__()
@@ -41,7 +41,7 @@ class SectionHead(QAbstractButton):
             self.setAccessibleName(text)
 
     def sizeHint(self) -> QSize:
-        """Return the height of a line."""
+        """Return a size with the height of one line."""
         letters = self.fontMetrics()
         return QSize(letters.horizontalAdvance(self.text()) + 22, letters.height() + 2)
 
@@ -50,7 +50,7 @@ class SectionHead(QAbstractButton):
         return QSize(0, self.sizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the arrow if enabled, and the text, elided if necessary."""
+        """Draw the arrow if the heading is enabled, and the text, shortened if necessary."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         role = QPalette.ColorRole

@@ -1,4 +1,4 @@
-"""Animates P's rotation: first the swing from a, then the twist."""
+"""Animates P's rotation: first the swing away from a, then the twist."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TIP = tr(
 
 
 class StagePlayer(QWidget):
-    """Play button, slider, speed and loop button for the stages of P's rotation."""
+    """A play button, slider, speed and loop button for the stages of P's rotation."""
 
     def __init__(self, taught: TaughtFrame) -> None:
         super().__init__()
@@ -67,13 +67,13 @@ class StagePlayer(QWidget):
         self._follow()
 
     def minimumSizeHint(self) -> QSize:
-        """Return the minimum size without the label, which the tooltip repeats."""
+        """Return the minimum size without the label, whose text the tooltip repeats."""
         least, words = super().minimumSizeHint(), self._words
         gone = words.sizeHint().width() + _GAP if not words.isHidden() else 0
         return QSize(least.width() - gone, least.height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show the label if there is room."""
+        """Show the label if there is enough room."""
         super().resizeEvent(event)
         wanted = self.minimumSizeHint().width() + self._words.sizeHint().width() + _GAP
         self._words.setVisible(self.width() >= wanted)
@@ -124,7 +124,10 @@ class StagePlayer(QWidget):
         self._taught.set_stage(stage)
 
     def _follow(self) -> None:
-        """Follow the taught frame; stop if the stage was set elsewhere or the tab is hidden."""
+        """Show the stage of the teaching tab.
+
+        Stop the animation if something else has set the stage or the tab is hidden.
+        """
         stage = self._taught.stage
         if stage != self._at or not self._taught.active:
             self._at = stage

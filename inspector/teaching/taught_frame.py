@@ -1,4 +1,4 @@
-"""State of the teaching tab: the frame's quantities, the what-if, the highlighted symbol.
+"""The state of the teaching tab: quantities of the frame, what-if, highlighted symbol.
 
 A what-if only changes the displayed pose, never the review.
 """
@@ -36,7 +36,7 @@ _ALONG = 1e-6  # tolerance for parallel vectors, in the file's unit
 
 
 class FrameNumbers(NamedTuple):
-    """The numbers of a frame in the tab: the displayed pose and its correction."""
+    """The numbers that the tab shows for a frame: the displayed pose and its correction."""
 
     frame: Decomposition
     correction: FrameCorrection
@@ -51,7 +51,7 @@ class FrameNumbers(NamedTuple):
 
 
 class TaughtFrame(QObject):
-    """The state of the teaching tab while it is shown."""
+    """The state of the teaching tab while it is visible."""
 
     changed = Signal()  # the quantities, or whether the tab is shown
     lit_changed = Signal()
@@ -84,12 +84,12 @@ class TaughtFrame(QObject):
 
     @property
     def quantities(self) -> Decomposition | None:
-        """Eq. 1-13 of the displayed pose, or None without a chain."""
+        """Equations 1 to 13 for the displayed pose, or None without a chain."""
         return None if (numbers := self.numbers) is None else numbers.frame
 
     @property
     def joints(self) -> dict[str, str]:
-        """The names of P, C and G in the file, made legible; empty without a chain."""
+        """The names of P, C and G in the file, made readable; empty without a chain."""
         data, chain = self.document.data, self.chain
         if data is None or chain is None:
             return {}
@@ -99,7 +99,7 @@ class TaughtFrame(QObject):
 
     @property
     def numbers(self) -> FrameNumbers | None:
-        """All quantities of section 3 at the frame, or None without a chain."""
+        """All quantities of section 3 of the paper at the frame, or None without a chain."""
         data, chain, frame = self.document.data, self.chain, self.document.frame
         if data is None or chain is None:
             return None
@@ -120,7 +120,7 @@ class TaughtFrame(QObject):
 
     @property
     def interval(self) -> Judged | None:
-        """The selected interval if it contains the frame, and the frame is not altered."""
+        """The selected interval if it contains the frame and the frame is not edited, or None."""
         judged, frame = self.document.interval, self.document.frame
         altered_too = replace(self.what_if, applied=0.0).changes
         if judged is None or altered_too or judged.interval.chain != self.document.chain:
@@ -128,7 +128,7 @@ class TaughtFrame(QObject):
         return judged if judged.interval.start <= frame < judged.interval.stop else None
 
     def _own_offset(self) -> float | None:
-        """Return the offset of `interval`, radians; None: use the paper's running sum."""
+        """Return the offset of `interval` in radians, or None to use the paper's running sum."""
         if (judged := self.interval) is None:
             return None
         return float(judged.interval.offset[self.document.frame - judged.interval.start])
@@ -149,7 +149,10 @@ class TaughtFrame(QObject):
         return document.review.state.tau.get(document.chain, 0.0) if document.data else 0.0
 
     def pose(self) -> tuple[Array, Array] | None:
-        """Return global rotations (joints, 4) and positions (joints, 3) of the what-if, or None."""
+        """Return the global rotations (joints, 4) and positions (joints, 3) of the what-if.
+
+        Returns None if there is nothing to show but the captured pose.
+        """
         data, chain = self.document.data, self.chain
         numbers = self.numbers if self.what_if.changes or self.stage is not None else None
         if data is None or chain is None or numbers is None:
@@ -162,25 +165,26 @@ class TaughtFrame(QObject):
     # -- what a person does -------------------------------------------------------------------
 
     def set_active(self, on: bool) -> None:
-        """Set whether the tab is shown; while hidden, the clip is displayed unaltered."""
+        """Set whether the tab is visible; while it is hidden, the clip is displayed unedited."""
         if on != self.active:
             self.active = on
             self.changed.emit()
 
     def set_what_if(self, what_if: WhatIf) -> None:
-        """Alter the frame."""
+        """Set the what-if, which edits the displayed frame."""
         if what_if != self.what_if:
             self.what_if = what_if
             self._emit_changed()
 
     def alter(self, **change: Any) -> None:
-        """Change fields of the what-if."""
+        """Change some fields of the what-if."""
         self.set_what_if(replace(self.what_if, **change))
 
     def set_stage(self, stage: float | None) -> None:
-        """Show a stage of P's rotation: 0…1 share of the swing, 1…2 share of the twist as well.
+        """Show a stage of P's rotation, or the whole pose if None.
 
-        The children are carried along. None: the whole pose.
+        From 0 to 1, the stage is the share of the swing; from 1 to 2, it is 1 plus the share of the
+        twist after the whole swing. The child joints move along.
         """
         if stage != self.stage:
             self.stage = stage
@@ -192,14 +196,14 @@ class TaughtFrame(QObject):
         self.set_what_if(WhatIf())
 
     def set_rows(self, symbols: Iterable[str]) -> None:
-        """List only the rows of these symbols; empty: all."""
+        """List only the rows of these symbols, or all rows if empty."""
         rows = frozenset(symbols)
         if rows != self.rows:
             self.rows = rows
             self.rows_changed.emit()
 
     def light(self, symbol: str) -> None:
-        """Highlight a symbol everywhere; a second call for the same symbol ends it."""
+        """Highlight a symbol everywhere; if it is highlighted already, end the highlighting."""
         self.lit = "" if symbol == self.lit else symbol
         self.lit_changed.emit()
 
@@ -234,7 +238,7 @@ def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
 
 
 def reliable(share: float) -> str:
-    """Return the reliability of an angle as text."""
+    """Return the reliability of an angle, `share` in 0…1, as text."""
     percent = tr("under 1") if share < 0.01 else f"{100.0 * share:.0f}"
     return tr("{percent} % reliable", percent=percent)
 

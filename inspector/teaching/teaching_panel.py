@@ -1,4 +1,4 @@
-"""The teaching tab: equations with live numbers, and what-if sliders."""
+"""The teaching tab: equations with current values, and what-if sliders."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _FEW_ROWS = 110  # pixels, so that some equations are always visible
 
 
 class TeachingPanel(QWidget):
-    """The panel of the taught frame; while it is shown, the 3D view has the gizmo."""
+    """The panel of the teaching tab; while it is visible, the 3D view shows the gizmo."""
 
     least_width = Signal(int)  # pixels, known once the symbols are typeset
     moved_far = Signal()  # a slider was released, and the limb may be out of view
@@ -36,7 +36,7 @@ class TeachingPanel(QWidget):
     def __init__(
         self, taught: TaughtFrame, viewport: Viewport, timeline: Timeline, actions: list[QAction]
     ) -> None:
-        """`actions`: shown as buttons in the head."""
+        """Set up the panel; `actions`: the actions to show as buttons at the top."""
         super().__init__()
         self._taught, self._viewport, self._timeline = taught, viewport, timeline
         self.typesetter = Typesetter(self)
@@ -95,7 +95,7 @@ class TeachingPanel(QWidget):
         self._invite()
 
     def _invite(self) -> None:
-        """Show the gizmo while the tab is in front; a limb is shown as in a review."""
+        """Show the gizmo while the tab is in front, unless a limb is selected."""
         if self._taught.active:
             whole = selected_limb(self._taught.document) is not None
             self._viewport.invite(None if whole else self.gizmo)
@@ -141,7 +141,7 @@ class TeachingPanel(QWidget):
     def set_shown(self, on: bool) -> None:
         """Activate or deactivate the tab; the first time, load the typesetter.
 
-        The dock calls this, because Qt sends no show or hide event to a hidden tab.
+        The dock calls this, because Qt sends no show or hide event to a tab that is hidden.
         """
         if on == self._taught.active:
             return
@@ -156,6 +156,6 @@ class TeachingPanel(QWidget):
             QTimer.singleShot(0, self, self._left)
 
     def _left(self) -> None:
-        """End the what-if if another tab is in front, but not if the window is minimised."""
+        """End the what-if if another tab is in front now, but not if the window is minimised."""
         if not self._taught.active and not self.window().isMinimized():
             self._taught.reset()

@@ -1,4 +1,4 @@
-"""Sliders that alter the displayed frame, and a sentence about the result."""
+"""Sliders that edit the displayed frame, and a sentence about the result."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from inspector.widgets.theme import Colours, Theme, figures_font
 
 @dataclass(frozen=True)
 class _Knob:
-    """A slider: its label, range in `unit`, steps per unit and tooltip."""
+    """A slider: its label, its range in `unit`, its steps per unit, and its tooltip."""
 
     text: str
     low: int
@@ -31,12 +31,12 @@ class _Knob:
     steps: int = 10
 
     def value(self, place: int) -> float:
-        """Return the value of a slider position: radians or a share."""
+        """Return the value of a slider position, in radians, or as a share for a slider in %."""
         at = place / self.steps
         return at / 100.0 if self.unit == " %" else float(np.radians(at))
 
     def shown(self, value: float) -> float:
-        """Return a value in `unit`."""
+        """Return a value in the `unit` of the slider."""
         return 100.0 * value if self.unit == " %" else float(np.degrees(value))
 
 
@@ -73,7 +73,7 @@ def _shown(knob: _Knob, value: float) -> str:
 
 
 class SpokenSlider(QSlider):
-    """A slider whose value with its unit is read by a screen reader, not only its position."""
+    """A slider for which a screen reader reads the value with its unit, not only the position."""
 
     def __init__(self) -> None:
         super().__init__(Qt.Orientation.Horizontal)
@@ -86,13 +86,13 @@ class SpokenSlider(QSlider):
             self.setAccessibleDescription(value)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Let a screen reader read the value."""
+        """Make a screen reader read the value."""
         self.setAccessibleDescription(self._value)
         super().focusInEvent(event)
 
 
 class WhatIfBox(QWidget):
-    """Sliders, stage player, buttons for the child, reset button, and a sentence."""
+    """Sliders, the stage player, buttons for the child, a reset button, and a sentence."""
 
     def __init__(self, taught: TaughtFrame, colours: Colours) -> None:
         super().__init__()
@@ -161,7 +161,7 @@ class WhatIfBox(QWidget):
             )
 
     def refresh(self) -> None:
-        """Update the sliders, numbers and the sentence."""
+        """Update the sliders, the numbers and the sentence."""
         numbers = self._taught.numbers if self._taught.active else None
         self.setEnabled(numbers is not None)
         if numbers is None:

@@ -1,4 +1,4 @@
-"""Values of an altered frame for the plots."""
+"""The values of an edited frame, for display in the plots."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from inspector.teaching.taught_frame import TaughtFrame
 
 
 def plotted(taught: TaughtFrame) -> dict[str, float]:
-    """Return the angles of a what-if in radians, by the names of TwistSignals; {} as captured.
+    """Return the angles of a what-if in radians, by the names of TwistSignals.
 
-    Undefined angles are missing. During an animation the result is {}.
+    Undefined angles are left out. The result is empty if the frame is as captured, or during an
+    animation.
     """
     d = taught.quantities if taught.active and taught.what_if.changes else None
     if d is None or (taught.stage is not None and taught.stage < 2.0):

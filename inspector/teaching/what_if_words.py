@@ -1,4 +1,4 @@
-"""One or two sentences that describe the taught frame by its numbers."""
+"""Describes the frame of the teaching tab in one or two sentences, by its numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _HALF_TURN = np.radians(120.0)  # beyond this twist, wrapping may flip a sign
 
 
 def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) -> tuple[str, str]:
-    """Return a description of the frame, and the theme's role for its colour."""
+    """Return a description of the frame, and the colour role of the theme in which to show it."""
     d = numbers.frame
     if stage is not None:
         return _on_its_way(d, stage), "soft"
@@ -30,12 +30,18 @@ def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) ->
 
 
 def theta_per_tip(alpha: float) -> float:
-    """Return the change of θp if w is tipped sideways by 1° near a swing of 180°, radians."""
+    """Return how much θp changes if w is tipped sideways by 1° near a swing of 180°.
+
+    The result is in radians.
+    """
     return float(2.0 * np.arctan2(_TIP, np.pi - alpha))
 
 
 def azimuth_per_tip(reliability: float) -> float:
-    """Return the turn of v⊥ if v is tipped sideways by 1° in a nearly straight limb, radians."""
+    """Return how far v⊥ turns if v is tipped sideways by 1° in an almost straight limb.
+
+    reliability: the reliability of the azimuth; the result is in radians.
+    """
     return float(np.arctan2(_TIP, np.arcsin(min(reliability, 1.0))))
 
 

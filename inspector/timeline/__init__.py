@@ -1,1 +1,1 @@
-"""The time line: curves, strength with τ, intervals, and the overview of the clip."""
+"""The timeline: curves, strength with τ, intervals, and the overview of the clip."""

@@ -19,8 +19,8 @@ ANGLES = (("p", "theta_p"), ("c", "theta_c"))
 class ChainCurves(Curves):
     """The curves of the document's selected chain.
 
-    before, after: its angles as captured and after correction; centres: the usual values of θp and
-    θc, radians.
+    before, after: the chain's angles as captured and after correction; centres: the usual values of
+    θp and θc, in radians.
     """
 
     unreliable_words = tr("azimuth unreliable")
@@ -39,18 +39,21 @@ class ChainCurves(Curves):
         self.after: Angles | TwistSignals = self.before
 
     def follow_review(self) -> None:
-        """Take the values after correction by the review's intervals."""
+        """Update the values after correction from the review's intervals."""
         self.after = self.document.corrected.angles(self._chain)
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Add θc: the clip's θc at the previous frame plus the altered change."""
+        """Return the values with θc added: θc at the previous frame plus the edited change."""
         if "dtheta_c" not in values:
             return values
         sum_before = float(self.before.theta_c[frame] - self.before.dtheta_c[frame])
         return {**values, "theta_c": float(wrap(sum_before + values["dtheta_c"]))}
 
     def both_angles(self, prefix: str, frame: int) -> Title:
-        """Return θp and θc at a frame, before and after correction; prefix 'd': their changes."""
+        """Return θp and θc at a frame, before and after correction, as text.
+
+        prefix: 'd' for their changes since the previous frame, or '' for the angles.
+        """
         title: Title = []
         for k, name in ANGLES:
             symbol = ("Δ" if prefix else "") + "θ" + k + (" ╌" if k == "c" else "")

@@ -24,9 +24,10 @@ def context_menu(
     judged: Judged | None,
     plots: Sequence[tuple[str, Callable[[], None]]] = (),
 ) -> QMenu:
-    """Return the menu for a place in a plot; judged: the interval there, or None.
+    """Return the context menu for a point in a plot.
 
-    degrees: the τ at this height, 0 in plots without τ; plots: entries for the plots themselves.
+    judged: the interval there, or None; degrees: the τ that corresponds to the height of the point,
+    0 in plots without τ; plots: menu entries about the plots themselves.
     """
     menu = QMenu(parent)
     at = max(0, min(document.frames - 1, round(frame)))

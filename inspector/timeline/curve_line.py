@@ -14,10 +14,10 @@ _NOTHING = np.zeros(0)
 
 
 class Line(pg.GraphicsObject):
-    """A line through points; the caller repaints the plot after a change.
+    """A line through points; after a change, the caller must repaint the plot.
 
-    pyqtgraph's own curve has more features but scans all points for its bounding box. The bounding
-    box of this one is the visible range.
+    pyqtgraph's own curve has more features, but searches all points for its bounding box. This line
+    uses the visible range as its bounding box.
     """
 
     def __init__(self, view: pg.ViewBox) -> None:
@@ -30,12 +30,12 @@ class Line(pg.GraphicsObject):
         view.sigRangeChanged.connect(lambda *_: self.prepareGeometryChange())
 
     def show_points(self, x: Array, y: Array) -> None:
-        """Set frames and heights, both (points,); NaN breaks the line."""
+        """Set the points by their frames and heights, (points,) each; NaN breaks the line."""
         self._points = x, y
         self._path = None
 
     def points(self) -> tuple[Array, Array]:
-        """Return frames and heights."""
+        """Return the frames and heights of the points."""
         return self._points
 
     def boundingRect(self) -> QRectF:

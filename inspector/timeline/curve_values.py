@@ -20,7 +20,7 @@ def centre_of(angle: Array) -> float:
 def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]]:
     """Return an angle in degrees within half a turn of `centre`, (frames,), and its seams.
 
-    A seam is a frame after which the angle leaves the range on one side and enters on the other.
+    A seam is a frame after which the angle leaves the range at one side and enters at the other.
     The line is broken there, because a full turn is no movement. Real jumps are drawn.
     """
     y = np.degrees(centre + wrap(angle - centre))
@@ -28,9 +28,9 @@ def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]
 
 
 def rarest(angle: Array) -> float:
-    """Return the direction that an angle is rarely near, radians in (−2π, 0]; (n,) -> number.
+    """Return the direction that an angle is rarely close to, radians in (−2π, 0]; (n,) -> number.
 
-    A line can be broken there without cutting a jump of half a turn.
+    Lines can be broken at this direction without hiding jumps of half a turn.
     """
     count, _ = np.histogram(wrap(angle), _BINS, (-np.pi, np.pi))
     near = np.minimum(np.arange(_BINS), _BINS - np.arange(_BINS)) * 2.0 * np.pi / _BINS
@@ -41,9 +41,9 @@ def rarest(angle: Array) -> float:
 
 
 def above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
-    """Return an angle in degrees in the turn above `seam`, (frames,), and its seams.
+    """Return an angle in degrees, from `seam` to one turn above it, (frames,), and its seams.
 
-    As :func:`degrees_about`, but jumps of half a turn are drawn.
+    The seams are as in :func:`degrees_about`, but jumps of half a turn are drawn.
     """
     y, _ = degrees_about(angle, seam + np.pi)
     across = (np.abs(np.diff(y)) > 180.0) & (np.abs(wrap(np.diff(angle))) < _MOVES)
@@ -53,10 +53,12 @@ def above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
 def thinned(
     y: Array, seams: NDArray[np.int64], first: float, last: float, pixels: int
 ) -> tuple[Array, Array]:
-    """Return the points of a line over the visible frames: all, or the extremes of each pixel.
+    """Return the points of a line over the visible frames.
 
-    y: a value per frame, NaN for a gap. Extremes ignore NaN, so that a short piece between gaps
-    stays visible when zoomed out. Returns x and y with NaN where the line is broken.
+    These are all points, or the lowest and highest value at each pixel if there are more frames
+    than pixels. y: a value per frame, NaN for a gap. NaN is ignored in the lowest and highest
+    values, so that a short piece between gaps stays visible when zoomed out. Returns x and y, with
+    NaN where the line is broken.
     """
     start, stop = max(0, int(first) - 1), min(len(y), int(last) + 3)
     step = (stop - start) // max(1, pixels)
@@ -83,6 +85,9 @@ def thinned(
 
 
 def unreliable_spans(reliability: Array, least: float = RELIABLE) -> NDArray[np.int64]:
-    """Return the spans [start, stop) with a reliability below `least`, integers, (spans, 2)."""
+    """Return the spans [start, stop) in which the reliability is below `least`.
+
+    The result is an array of integers, (spans, 2).
+    """
     low = np.concatenate([[False], reliability < least, [False]])
     return np.flatnonzero(np.diff(low)).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""Values, ranges and numbers that the curves of chains and limbs have in common."""
+"""Values, ranges and number formats that are used for the curves of both chains and limbs."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ NOTHING: Array = np.zeros(0)
 class Curves(ABC):
     """The curves of the document's selection.
 
-    strength: the signal that τ is compared with, degrees, (frames,); unreliable: spans of frames
-    with an unreliable angle, (spans, 2); unreliable_words are drawn there, unreliable_hint is the
-    tooltip.
+    strength: the signal that is compared with τ, in degrees, (frames,); unreliable: the spans of
+    frames in which the angle is unreliable, (spans, 2); unreliable_words: the text that is drawn in
+    these spans; unreliable_hint: the tooltip of these spans.
     """
 
     unreliable_words: str
@@ -45,23 +45,23 @@ class Curves(ABC):
 
     @abstractmethod
     def follow_review(self) -> None:
-        """Take the values after correction by the review's intervals."""
+        """Update the values after correction from the review's intervals."""
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Return the angles of an altered frame, radians, with derived ones added."""
+        """Return the angles of an edited frame in radians, with angles that follow from them."""
         return values
 
     def fit_tau(self, pane: Pane, degrees: float) -> None:
-        """Set the range of the strength plot from 0 to above its peak and τ."""
+        """Set the range of the strength plot from 0 to its peak, or above τ if that is higher."""
         reach = (0.0, min(max(self._peak, _HEADROOM * degrees, 5.0), max(190.0, self._peak)))
         if reach != self._reach:
             self._reach = reach
             pane.show_values(*reach)
 
     def grow(self, pane: Pane, degrees: Array, least: float) -> None:
-        """Widen a plot's range to fit a curve; it never narrows during a drag.
+        """Widen a plot's range to fit a curve; during a drag it never becomes narrower.
 
-        least: smallest initial range in degrees.
+        least: the smallest initial range in degrees.
         """
         seen = degrees[np.isfinite(degrees)]
         low, high = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)
@@ -78,7 +78,7 @@ class Curves(ABC):
 
 
 def widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return a mask widened by one frame on either side."""
+    """Return a mask that also includes the frame on either side of every True frame."""
     wider = mask.copy()
     wider[1:] |= mask[:-1]
     wider[:-1] |= mask[1:]
@@ -86,10 +86,10 @@ def widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def number(angle: Array, frame: int) -> str:
-    """Return an angle at a frame, from radians, as text for titles."""
+    """Return an angle (radians) at a frame as text in degrees, for titles."""
     return in_degrees(float(np.degrees(wrap(angle[frame]))))
 
 
 def in_degrees(value: float) -> str:
-    """Return degrees as text for titles."""
+    """Return an angle in degrees as text, for titles."""
     return f"{plain(value):>7}°"

@@ -1,4 +1,4 @@
-"""Mouse gestures in a plot: drag edges, intervals and the playhead; draw, click, zoom, pan."""
+"""Mouse gestures in a plot: dragging, drawing an interval, clicking, zooming and panning."""
 
 from __future__ import annotations
 
@@ -47,18 +47,19 @@ _CURSORS = {Part.EMPTY: Qt.CursorShape.CrossCursor, Part.BODY: Qt.CursorShape.Op
 
 @dataclass(frozen=True)
 class Hit:
-    """A part, and its interval."""
+    """The part of a plot that was hit, and its interval if it has one."""
 
     part: Part
     judged: Judged | None = None
 
 
 class Gestures:
-    """Turns mouse events of all plots into changes of the document.
+    """Turns the mouse events of all plots into changes of the document.
 
-    plots: returns more menu entries for a plot's key; tau_plot: the key of the plot with τ. While
-    an edge is dragged or an interval is drawn, the playhead follows the cursor, so that the 3D
-    view shows that frame. Then it goes back, or to the new interval.
+    plots: a function that returns additional menu entries for a plot, given its key; tau_plot: the
+    key of the plot that shows τ. While an edge is dragged or an interval is drawn, the playhead
+    follows the cursor, so that the 3D view shows that frame. Afterwards the playhead returns to
+    where it was, or moves to the new interval.
     """
 
     draws = True  # a drag on empty space draws an interval
@@ -72,9 +73,10 @@ class Gestures:
         repaint: Callable[[], None],
         parent: QWidget,
     ) -> None:
-        """refresh: applies pending changes, so that the mouse grips only current intervals.
+        """Set up the gestures.
 
-        repaint: repaints the plots.
+        refresh: a function that applies pending changes, so that the mouse only grips intervals
+        that still exist; repaint: a function that repaints the plots.
         """
         self._document, self._scenery, self._visible = document, scenery, visible
         self._refresh, self._repaint, self._parent = refresh, repaint, parent
@@ -94,9 +96,10 @@ class Gestures:
     # -- hit test -----------------------------------------------------------------------------
 
     def hit(self, frame: float, pixel: float) -> Hit:
-        """Return the part at a place in frames; pixel: frames per pixel.
+        """Return the part of the plot at `frame`; pixel: the number of frames per pixel.
 
-        Edges take precedence over the playhead, which is on an edge after a jump to an interval.
+        An edge takes precedence over the playhead, because the playhead is on the edge after a jump
+        to an interval.
         """
         reach = _REACH * pixel
         near = self._scenery.between(frame - reach, frame + reach)
@@ -127,7 +130,7 @@ class Gestures:
         return Hit(Part.BODY, body) if body else Hit(Part.EMPTY)
 
     def interval_at(self, frame: float) -> Judged | None:
-        """Return the interval at a place: the selected one, or the shortest."""
+        """Return the interval at `frame`: the selected interval if it is there, or the shortest."""
         near = self._scenery.between(frame, frame)
         if not near:
             return None
@@ -138,7 +141,7 @@ class Gestures:
     # -- dragging -----------------------------------------------------------------------------
 
     def drag(self, view: TimeView, event: Any, *, pan: bool) -> None:
-        """Handle an event of a drag."""
+        """Handle one mouse event of a drag."""
         if not self._document.frames:
             return
         frame, button = view.frame_at(event.pos()), event.button()
@@ -160,7 +163,7 @@ class Gestures:
             self._end(self._band if moved else None)
 
     def _give_up(self) -> None:
-        """Cancel a drag, because its clip was closed."""
+        """Cancel a drag because its clip was closed."""
         self._latest.forget()
         self._hit = Hit(Part.EMPTY)
         self._grabbed = self._band = self._scenery.drag_label = None
@@ -206,7 +209,7 @@ class Gestures:
         return tr("frames {first}–{last} ({n})", first=start + first, last=stop, n=n)
 
     def _end(self, drawn: tuple[int, int] | None) -> None:
-        """End a drag; drawn: the frames [start, stop) of a new interval."""
+        """End a drag; drawn: the frames [start, stop) of a new interval, if one was drawn."""
         if self._hit.part is not Part.PLAYHEAD and (self._grabbed or self.draws):
             self._document.go_to(self._home)  # during the drag, so without scrolling
         self._grabbed = self._band = self._scenery.drag_label = None
@@ -241,8 +244,9 @@ class Gestures:
     # -- clicks, wheel and hover --------------------------------------------------------------
 
     def click(self, view: TimeView, event: Any) -> None:
-        """Select an interval or move the playhead; on the strength plot, also explain a peak or
-        set τ.
+        """Select an interval or move the playhead.
+
+        On the strength plot, a click can also explain a peak or set τ.
         """
         if not self._document.frames:
             return
@@ -262,8 +266,9 @@ class Gestures:
             self._visible.deselect_hidden()
 
     def _ask_peak(self, frame: float, pixel: float) -> bool:
-        """Go to a nearby peak above τ outside all intervals and explain it; False if there is
-        none.
+        """Go to a nearby peak above τ that is in no interval, and explain why there is none.
+
+        Returns False if there is no such peak.
         """
         near = peak_near(self._document, round(frame), max(_REACH * pixel, 0.5))
         if near is None or (reason := reason_here(self._document, near)) is None:
@@ -273,7 +278,7 @@ class Gestures:
         return True
 
     def open_menu(self, key: str, frame: float, place: float, position: QPoint) -> QMenu:
-        """Open the context menu of a place without blocking."""
+        """Open the context menu for a point in a plot, without blocking."""
         judged = self.interval_at(frame)
         if judged is not None:
             self._document.select_interval(judged.id)
@@ -296,7 +301,7 @@ class Gestures:
             self._visible.show(frame - (frame - first) * scale, frame + (last - frame) * scale)
 
     def hover(self, view: TimeView, event: Any) -> None:
-        """Set cursor and tooltip for the part under the mouse."""
+        """Set the cursor and the tooltip for the part under the mouse."""
         if not self._document.frames:
             return
         hit = self.hit(view.frame_at(event.pos()), view.viewPixelSize()[0])
@@ -307,7 +312,7 @@ class Gestures:
         view.setToolTip(as_tip(self._hint(hit.judged, view.frame_at(event.pos()))))
 
     def _hint(self, judged: Judged | None, frame: float) -> str:
-        """Return the tooltip of a place."""
+        """Return the tooltip for a point in a plot."""
         if judged is not None:
             i = judged.interval
             kind, decision = of_core(i.kind), of_core(judged.decision)

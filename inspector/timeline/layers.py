@@ -1,7 +1,7 @@
 """Layers behind and in front of the curves: intervals, shading, playhead, titles.
 
-Each layer is one graphics item per plot that paints the visible part in pixels. So thousands of
-intervals are no slower than the visible ones; one item per interval would be slow.
+Each layer is one graphics item per plot, and paints only the visible part, in pixels. Its speed
+depends on the visible intervals only; one graphics item per interval would be slow with thousands.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ _REMEMBERED = 8  # cached regions; all plots use the same one or two
 class DragLabel:
     """The label next to the cursor during a drag.
 
-    key: of its plot; frame, pixel: its place, from the plot's top; band: the frames [start, stop)
-    being drawn, shown in every plot.
+    key: the key of the plot that shows it; frame: its horizontal position; pixel: its distance from
+    the plot's top; band: the frames [start, stop) that are being drawn, shown in every plot.
     """
 
     key: str
@@ -44,7 +44,10 @@ class DragLabel:
 
 @dataclass
 class Scenery:
-    """Data for all plots apart from the curves; the time line sets it, the layers read it."""
+    """Everything that the plots show apart from the curves.
+
+    The timeline sets these data, and the layers read them.
+    """
 
     colours: Colours
     scale: float = 1.0  # of text and lines, larger in a presentation
@@ -64,17 +67,17 @@ class Scenery:
 
     @property
     def theme(self) -> Theme:
-        """The theme with all colours."""
+        """The theme that defines all colours."""
         return self.colours.theme
 
     @property
     def title_height(self) -> float:
-        """Height of a plot's title in pixels."""
+        """The height of a plot's title in pixels."""
         return self.line_height * self.title_lines
 
     @property
     def line_height(self) -> float:
-        """Height of a line of the title in pixels."""
+        """The height of a line of the title in pixels."""
         return _TITLE_HEIGHT * self.scale
 
     def font(self, *, bold: bool = False) -> QFont:
@@ -84,14 +87,14 @@ class Scenery:
         return font
 
     def set_intervals(self, intervals: tuple[Judged, ...]) -> None:
-        """Set the intervals."""
+        """Set the intervals to show."""
         self.intervals = intervals
         self._regions.clear()
         self.starts = np.array([j.interval.start for j in intervals], dtype=np.float64)
         self.stops = np.array([j.interval.stop for j in intervals], dtype=np.float64)
 
     def between(self, first: float, last: float) -> list[Judged]:
-        """Return the intervals in a range of frames, the selected one last."""
+        """Return the intervals in a range of frames, the selected interval last."""
         seen = np.flatnonzero((self.stops - 0.5 > first) & (self.starts - 0.5 < last))
         chosen = [self.intervals[k] for k in seen]
         chosen.sort(key=lambda j: j.id == self.selected)
@@ -107,7 +110,7 @@ class Scenery:
         return start, stop
 
     def regions(self, first: float, last: float, width: int) -> Regions:
-        """Return the regions for a range of frames and a width in pixels, shared by all plots."""
+        """Return the regions of a range of frames at a width in pixels; all plots share them."""
         key = (first, last, width, self.selected)
         if key not in self._regions:
             if len(self._regions) >= _REMEMBERED:
@@ -139,7 +142,7 @@ class Layer(QGraphicsItem):
         return QRectF(self._view.rect())
 
     def place(self, frame: float) -> float:
-        """Return the pixel of a place in frames."""
+        """Return the horizontal pixel of a position in frames."""
         first, last = self._view.viewRange()[0]
         return float((frame - first) / (last - first) * self._view.width())
 
@@ -187,8 +190,8 @@ class BackLayer(Layer):
 class FrontLayer(Layer):
     """The layer in front of the curves: playhead, drag label, title and axis labels.
 
-    title: as (text, colour role); values, time: labels of the axes; tau: the place of the τ line in
-    the plot's values, and its label.
+    title: the title as pairs (text, colour role); values, time: the labels of the left and the
+    bottom axis; tau: the position of the τ line in the plot's values, and its label.
     """
 
     def __init__(self, view: TimeView, scenery: Scenery) -> None:
@@ -206,7 +209,7 @@ class FrontLayer(Layer):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Paint the exposed parts."""
+        """Paint the parts that need to be repainted."""
         painter.save()
         painter.setFont(self.scenery.font())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
@@ -230,7 +233,7 @@ class FrontLayer(Layer):
             painter.drawLine(QLineF(x, 0.0, x, self._view.height()))
 
     def _paint_part(self, painter: QPainter) -> None:
-        """Mark at the right edge which part of all values is shown, like a scroll bar."""
+        """Mark at the right edge which part of all values is visible, like a scroll bar."""
         if self._values.part is None:
             return
         (low, high), (bottom, top) = self._values.viewRange()[1], self._values.all_values
@@ -281,7 +284,9 @@ class FrontLayer(Layer):
             painter.drawText(box, Qt.AlignmentFlag.AlignRight, self.time)
 
     def _beside_tau(self, metrics: QFontMetricsF, edge: float) -> tuple[float, float]:
-        """Return top and bottom of the free space for a label left of `edge`, apart from the τ
+        """Return the top and bottom of the free space for a label left of `edge`.
+
+        If it would overlap the τ label, this is the larger of the spaces above and below that
         label.
         """
         tall, box = self._view.height(), self._tau_box(metrics)
@@ -294,7 +299,7 @@ class FrontLayer(Layer):
         return (0.0, box.top()) if box.center().y() > 0.5 * tall else (box.bottom(), tall)
 
     def _tau_box(self, metrics: QFontMetricsF) -> QRectF | None:
-        """Return the box of the τ label on the axis, or None if it is not visible."""
+        """Return the rectangle of the τ label at the axis, or None if it is not visible."""
         low, high = self._view.viewRange()[1]
         if self.tau is None or not low <= self.tau[0] <= high:
             return None
@@ -304,7 +309,7 @@ class FrontLayer(Layer):
         return QRectF(-wide, top, wide, tall)
 
     def _paint_tau(self, painter: QPainter) -> None:
-        """Paint the τ label on the axis."""
+        """Paint the τ label at the axis."""
         theme, box = self.scenery.theme, self._tau_box(QFontMetricsF(painter.font()))
         if box is None or self.tau is None:
             return
@@ -314,7 +319,7 @@ class FrontLayer(Layer):
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
     def title_lines(self) -> list[list[tuple[str, str]]]:
-        """Return the title's lines: one, or in a figure as many as needed."""
+        """Return the lines of the title: one line, or in a figure as many as needed."""
         if not self.scenery.still:
             return [self.title]
         advance = QFontMetricsF(self.scenery.font()).horizontalAdvance

@@ -15,9 +15,9 @@ from twistcore.skeleton.limb import Limb
 class LimbCurves(Curves):
     """The curves of the document's selected limb.
 
-    swivel: as captured; after: the angle after correction; height: distance of the middle joint
-    from the line, percent; departures: remaining jumps of the swivel, radians; seam: the angle at
-    which lines are broken.
+    swivel: the swivel as captured; after: the swivel after correction; height: the distance of the
+    middle joint from the line between the limb's ends, in per cent; departures: the remaining jumps
+    of the swivel, in radians; seam: the angle at which lines are broken.
     """
 
     unreliable_words = tr("φ unreliable")
@@ -41,6 +41,6 @@ class LimbCurves(Curves):
         self.seam = rarest(np.concatenate([flips.swivel.angle, expected]))
 
     def follow_review(self) -> None:
-        """Take the values after correction by the review's intervals."""
+        """Update the values after correction from the review's intervals."""
         self.after = self.document.corrected.swivel(self.limb)
         self.departures = self._flips.departures_without(self.offset)

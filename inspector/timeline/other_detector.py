@@ -1,4 +1,4 @@
-"""A plot of another detector for comparison: its strength, τ and intervals."""
+"""A plot that shows another detector for comparison: its strength, τ and intervals."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ _HEADROOM = 2.2  # least range of the plot, in units of τ
 
 
 class Onlooker(Gestures):
-    """Gestures that move and zoom in time, but do not edit."""
+    """Mouse gestures for a plot that can be scrolled and zoomed, but not edited."""
 
     draws = False
 
     def hit(self, frame: float, pixel: float) -> Hit:
-        """Return the playhead, or the empty part."""
+        """Return the playhead if it is there, or the empty part."""
         hit = super().hit(frame, pixel)
         return hit if hit.part is Part.PLAYHEAD else Hit(Part.EMPTY)
 
@@ -55,7 +55,7 @@ class OtherDetector(Pane):
 
     @property
     def method(self) -> str:
-        """The detector that was used before the current one; at first any other."""
+        """The detector that was used before the current one; at first, any other detector."""
         if self._used[0] != (now := self._document.method):
             self._used = [now, self._used[0]]
         before = self._used[1]
@@ -68,14 +68,14 @@ class OtherDetector(Pane):
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """The intervals that it found in the selected chain; empty during the analysis."""
+        """The intervals found in the selected chain; empty while the analysis is running."""
         return self.scenery.intervals
 
     def _colour_line(self, theme: Theme) -> None:
         colour_tau(self._line, theme)
 
     def move_playhead(self, before: int, after: int) -> None:
-        """Repaint the old and the new place, in frames."""
+        """Repaint the plot where the playhead was and where it is now, in frames."""
         self.scenery.frame = after
         super().move_playhead(before, after)
 
@@ -123,7 +123,7 @@ class OtherDetector(Pane):
         self.refresh()
 
     def forget(self) -> None:
-        """Drop the clip and cancel a running analysis."""
+        """Drop the data of the clip and cancel a running analysis."""
         self._task.cancel()
         self._clip = None
         self.scenery.set_intervals(())

@@ -21,7 +21,7 @@ _NEAR = 4.0  # pixels within which the mouse grips or hits
 
 
 class _Grip(Enum):
-    """The part that a drag in the strip moves."""
+    """The part of the overview that a drag moves."""
 
     PLAYHEAD = "playhead"
     WINDOW = "window"  # the visible range of the plots
@@ -40,7 +40,8 @@ _CURSORS = {
 class OverviewStrip(QWidget):
     """A strip with a mark for every interval.
 
-    Accepted intervals have full height, undecided ones the lower part, rejected ones a thin line.
+    The mark of an accepted interval has the full height of its row, an undecided one fills the
+    lower part, and a rejected one is a thin line.
     """
 
     moved = Signal(int)  # the playhead was dragged to a frame
@@ -86,7 +87,10 @@ class OverviewStrip(QWidget):
         intervals: Sequence[Judged],
         selected: int | None,
     ) -> None:
-        """Show all intervals of a clip; chain: the selected one; selected: an interval's id."""
+        """Show all intervals of a clip.
+
+        chain: the name of the selected chain; selected: the id of the selected interval.
+        """
         self._frames, self._chains, self._chain = frames, chains, chain
         self._intervals, self._selected = intervals, selected
         self._redraw()
@@ -98,13 +102,13 @@ class OverviewStrip(QWidget):
         self._frame = frame
 
     def show_view(self, first: float, last: float) -> None:
-        """Show the visible range of the plots."""
+        """Show which range of frames is visible in the plots."""
         if (first, last) != self._view:
             self._view = (first, last)
             self.update()
 
     def sizeHint(self) -> QSize:
-        """Return a preferred size."""
+        """Return the preferred size."""
         return QSize(400, HEIGHT)
 
     # -- places -------------------------------------------------------------------------------
@@ -119,7 +123,7 @@ class OverviewStrip(QWidget):
         return max(0, min(self._frames - 1, frame))
 
     def _rows(self) -> dict[str, tuple[float, float]]:
-        """Return top and height of every chain's row; the selected chain's row is the highest."""
+        """Return the top and height of every chain's row; the selected chain's is the tallest."""
         space = self.height() - 4.0
         others = max(1, len(self._chains) - 1)
         large = space * _SELECTED_SHARE if len(self._chains) > 1 else space
@@ -138,7 +142,7 @@ class OverviewStrip(QWidget):
         self.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Repaint the marks for the new size."""
+        """Paint the marks again for the new size."""
         self._redraw()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -155,7 +159,11 @@ class OverviewStrip(QWidget):
         painter.end()
 
     def _painted_marks(self) -> QPixmap:
-        """Return all marks; those of other chains are cached, because τ only moves one chain's."""
+        """Return a picture of all marks.
+
+        The marks of all chains except the selected one are cached, because a change of τ only
+        affects one chain.
+        """
         rows = self._rows()
         others = [j for j in self._intervals if j.interval.chain != self._chain]
         state = (
@@ -243,7 +251,7 @@ class OverviewStrip(QWidget):
     # -- the mouse ----------------------------------------------------------------------------
 
     def interval_at(self, at: QPointF) -> Judged | None:
-        """Return the interval at a place in the strip, in the nearest row."""
+        """Return the interval at a point of the strip, in the nearest row."""
         rows = self._rows()
         found: list[tuple[float, float, Judged]] = []
         for judged in self._intervals:
@@ -257,7 +265,7 @@ class OverviewStrip(QWidget):
         return min(found, key=lambda f: f[:2])[2] if found else None
 
     def _grip_at(self, x: float) -> _Grip:
-        """Return the part that a drag from a place would move."""
+        """Return the part that a drag starting at x would move."""
         if abs(x - self._x(self._frame)) <= _NEAR or self._shows_all():
             return _Grip.PLAYHEAD
         left, right = (self._x(f) for f in self._view)
@@ -267,13 +275,13 @@ class OverviewStrip(QWidget):
         return _Grip.WINDOW if left < x < right else _Grip.PLAYHEAD
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Grip the part under the mouse."""
+        """Start to drag the part under the mouse."""
         if event.button() == Qt.MouseButton.LeftButton and self._frames:
             x = event.position().x()
             self._pressed, self._from, self._dragged = self._grip_at(x), (x, *self._view), False
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Drag the gripped part, or set the cursor for the part under the mouse."""
+        """Drag the part, or set the cursor for the part under the mouse."""
         x = event.position().x()
         if not self._frames:
             return

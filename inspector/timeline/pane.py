@@ -1,4 +1,4 @@
-"""A plot of the time line: axes, curves and layers."""
+"""A plot of the timeline: axes, curves and layers."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _LEAST_PART = 10.0  # least range of a part of the values
 
 @dataclass(frozen=True)
 class CurveStyle:
-    """The look of a curve; role: the theme's colour."""
+    """The style of a curve; role: its colour role in the theme."""
 
     name: str
     role: str
@@ -49,7 +49,7 @@ BEFORE_AND_AFTER = (  # of θp and θc
 
 
 class Pane(Canvas):
-    """A plot with curves; others give it its values."""
+    """A plot with curves, whose values are set from outside."""
 
     enlarged = Signal()  # show this plot alone, or all again
 
@@ -94,13 +94,13 @@ class Pane(Canvas):
         self.colour()
 
     def refresh(self) -> None:
-        """Update the content that is not given from outside."""
+        """Update content that is not set from outside."""
 
     def forget(self) -> None:
         """Drop all data of the clip, because the clip or the detector has changed."""
 
     def set_scale(self) -> None:
-        """Apply the scenery's scale to text and lines."""
+        """Scale text and lines as the scenery says."""
         scale = self.scenery.scale
         for axis in self.axes.values():
             axis.type_scale = scale
@@ -110,7 +110,7 @@ class Pane(Canvas):
         self.set_bottom(shown=self._bottom_shown)
 
     def colour(self) -> None:
-        """Apply the scenery's colours."""
+        """Use the scenery's colours."""
         theme = self.scenery.theme
         self.colour_ground(theme)
         self._zero.setPen(pg.mkPen(theme.line))
@@ -118,13 +118,13 @@ class Pane(Canvas):
         self.touch()
 
     def show_title(self, title: list[tuple[str, str]]) -> None:
-        """Show the title, as (text, colour role)."""
+        """Show the title, as pairs (text, colour role)."""
         if title != self.front.title:
             self.front.title = title
             self.viewport().update(0, 0, self.width(), self._title_height)
 
     def show_tau(self, place: float, words: str) -> None:
-        """Show a label for the τ line at the axis; place: in the plot's own values."""
+        """Show a label for the τ line at the axis; place: its position in the plot's own values."""
         if self.front.tau != (place, words):
             self.front.tau = place, words
             if isinstance(axis := self.axes["left"], RootAxis):
@@ -136,7 +136,7 @@ class Pane(Canvas):
         return math.ceil(self.scenery.title_height)
 
     def move_playhead(self, before: int, after: int) -> None:
-        """Repaint where it was and where it is, in frames."""
+        """Repaint the plot where the playhead was and where it is now, in frames."""
         for frame in (before, after):
             part = QRectF(self.front.place(frame) - 3.0, 0.0, 6.0, self.view.height())
             self.viewport().update(part.translated(self.view.scenePos()).toAlignedRect())
@@ -153,27 +153,30 @@ class Pane(Canvas):
             curve.pen, curve.smooth = pen, self._smooth
 
     def light(self, first: str | None) -> None:
-        """Highlight the curves whose names begin with `first`; None: no curve."""
+        """Highlight the curves whose names begin with `first`, or none if it is None."""
         if first != self._lit:
             self._lit = first
             self._set_pens()
             self.touch()
 
     def look_like(self, other: Pane) -> None:
-        """Take the value range and highlighted curves of another pane."""
+        """Use the value range and the highlighted curves of another pane."""
         self.time.look_like(other.time)
         self.light(other._lit)
 
     def set_curve(self, name: str, y: Array, seams: NDArray[np.int64] = _NO_SEAMS) -> None:
         """Set the values of a curve, degrees, (frames,), NaN for gaps.
 
-        The line is broken after the frames `seams`.
+        The line is broken after each frame in `seams`.
         """
         self.values[name] = root_scale(y) if self.root else y, seams
         self._thin(name)
 
     def _thin(self, name: str) -> None:
-        """Pass on the visible points; pyqtgraph's own thinning would drop points next to gaps."""
+        """Give the visible points of a curve to its line.
+
+        pyqtgraph's own downsampling is not used because it would drop points next to gaps.
+        """
         y, seams = self.values[name]
         first, last = self.view.viewRange()[0]
         self.curves[name].show_points(*thinned(y, seams, first, last, int(self.view.width())))
@@ -183,7 +186,7 @@ class Pane(Canvas):
             self._thin(name)
 
     def show_values(self, low: float, high: float) -> None:
-        """Set the range in degrees, with a margin; a range from 0 keeps 0 at the bottom."""
+        """Show a range of degrees with a margin; if it begins at 0, then 0 stays at the bottom."""
         if self.root:
             low, high = float(root_scale(low)), float(root_scale(high))
         span = high - low
@@ -192,7 +195,10 @@ class Pane(Canvas):
         self.touch()
 
     def show_part(self, first: float, last: float, *, grow: bool = False) -> None:
-        """Show the values between two places in frames; grow: add them to the part shown now."""
+        """Show only the range of the values between two positions in frames.
+
+        grow: extend the part of the values that is visible now; do nothing if all are visible.
+        """
         part = self.time.part
         if self.root or (grow and part is None):
             return  # the root scale shows small values anyway
@@ -211,7 +217,7 @@ class Pane(Canvas):
         self.time.show_part(low, high)
 
     def show_frames(self, first: float, last: float) -> None:
-        """Set the range in time."""
+        """Show a range of frames."""
         smooth = last - first <= _SMOOTH
         if smooth != self._smooth:
             self._smooth = smooth
@@ -222,7 +228,7 @@ class Pane(Canvas):
             self.touch()
 
     def set_bottom(self, *, shown: bool) -> None:
-        """Show or hide frame numbers, which only the lowest plot of a column has."""
+        """Show or hide the frame numbers, which only the lowest plot of a column has."""
         axis = self.axes["bottom"]
         axis.setStyle(showValues=shown)
         axis.setHeight(_AXIS_HEIGHT * self.scenery.scale if shown else 3)
@@ -230,7 +236,10 @@ class Pane(Canvas):
         self._bottom_shown = shown
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """On the title, show this plot alone or all again; on the left axis, fit all values."""
+        """Respond to a double-click on the title or on the left axis.
+
+        On the title, enlarge this plot or show all plots again; on the left axis, fit all values.
+        """
         if event.button() == Qt.MouseButton.LeftButton and self.view.width() > 0:
             if event.position().y() < self._title_height:
                 self.enlarged.emit()

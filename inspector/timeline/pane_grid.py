@@ -1,4 +1,4 @@
-"""The grid of panes, with more columns if height is short, or a hint instead."""
+"""The grid of panes, with several columns if there is too little height, or a hint instead."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _ROW, _COLUMN = 88, 440  # pixels that a pane needs to be readable
 
 
 class PaneGrid(QStackedWidget):
-    """The panes from top to bottom; shown: the keys of the visible ones.
+    """The panes from top to bottom; shown: the keys of the visible panes.
 
-    Visible are the panes that the person has chosen and that apply to the selection, as many as
-    fit, or one enlarged pane.
+    The visible panes are chosen by the person and apply to the selection. There are as many as fit,
+    or a single enlarged pane.
     """
 
     arranged = Signal()  # the set or the place of visible panes has changed
@@ -27,7 +27,7 @@ class PaneGrid(QStackedWidget):
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], parent: QWidget | None = None
     ) -> None:
-        """`plots`: descriptions of the panes, by the same keys."""
+        """Set up the grid; `plots`: the descriptions of the panes, by the same keys as `panes`."""
         super().__init__(parent)
         self._panes, self._plots = panes, plots
         self._chosen = frozenset(key for key, plot in plots.items() if plot.at_first)
@@ -65,7 +65,7 @@ class PaneGrid(QStackedWidget):
         return self._alone in self.chosen
 
     def show_panes(self, applicable: Collection[str]) -> None:
-        """Show the panes that apply to the selection, and no hint."""
+        """Show the panes with these keys, which apply to the selection, and no hint."""
         self._applicable = frozenset(applicable)
         self.arrange()
         self.setCurrentIndex(0)
@@ -77,7 +77,7 @@ class PaneGrid(QStackedWidget):
         self.arrange()
 
     def enlarge(self, key: str = "") -> None:
-        """Show one pane alone, by default the one under the mouse, or all again."""
+        """Enlarge one pane, by default the one under the mouse, or show all panes again."""
         under = (k for k in self.shown if self._panes[k].underMouse())
         chosen = key or next(under, next((k for k in self._kept if k in self.shown), ""))
         self._alone = "" if self.alone else chosen
@@ -94,7 +94,10 @@ class PaneGrid(QStackedWidget):
         self.arrange()
 
     def arrange(self) -> None:
-        """Use as few columns as the height allows, and fewer panes if the width is short."""
+        """Arrange the panes in as few columns as the height allows.
+
+        If there is too little width, show fewer panes.
+        """
         wanted = [self._alone] if self.alone else self.chosen
         scale = max((pane.scenery.scale for pane in self._panes.values()), default=1.0)
         rows = max(1, int(self.height() / (_ROW * scale)))

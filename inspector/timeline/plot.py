@@ -1,4 +1,4 @@
-"""The description of a pane: its texts, its place and its drawing functions.
+"""The description of a pane: its texts, its position and its drawing functions.
 
 A pane is an object of :class:`Plot`, named `plot`, in its own file in `panes/`. All files of that
 folder are found automatically.
@@ -29,26 +29,26 @@ def _in_degrees(_: Curves, __: str, angle: float) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class Plot:
-    """A pane of the time line.
+    """A pane of the timeline.
 
-    - title: in the menu of plots and for screen readers
-    - place: panes with smaller numbers are higher up
-    - weight: share of the height
-    - priority: if room is short, panes with smaller numbers stay longer
+    - title: the name in the menu of plots and for screen readers
+    - place: the position; panes with smaller numbers are higher up
+    - weight: the share of the height that the pane gets
+    - priority: panes with smaller numbers stay visible longer if there is too little room
     - axis: returns the label of the left axis, '' if the pane does not apply to the selection
     - draw: draws the curves that decisions change
     - draw_clip: draws the curves that decisions do not change
     - describe: returns the title at a frame
-    - height: returns the height of an altered angle, degrees
-    - at_first: shown by default
-    - styles: its curves
-    - root: degrees on a root scale
-    - shade: frames with an unreliable angle are shaded
-    - glyphs: intervals have the glyphs of decisions
-    - unit: after the numbers of the axis
-    - dots: values of a what-if, as (name, symbol, drawn as a ring)
-    - takes_tau: has the τ line
-    - no_limb: the message if a person wants to see it for a limb, which it cannot show
+    - height: returns the height at which to draw an edited angle, in degrees
+    - at_first: True if the pane is shown by default
+    - styles: the styles of its curves
+    - root: True to draw degrees on a square-root scale
+    - shade: True to shade frames in which the angle is unreliable
+    - glyphs: True to draw the symbols of decisions on the intervals
+    - unit: the unit shown after the numbers of the axis
+    - dots: what-if values to draw as dots, as (name, symbol, True for a ring)
+    - takes_tau: True if the pane shows the τ line
+    - no_limb: the message to show if a limb is selected and the pane cannot show limbs
     - gestures: the class of its mouse gestures
     - build: makes the widget, by default an empty pane with these styles
     """

@@ -14,10 +14,10 @@ _REST_MS = 400  # no description while the playhead runs
 
 
 class PlotDescriptions(QObject):
-    """Sets the accessible name of every plot, and its description once the playhead rests."""
+    """Sets the accessible name of every plot; also its description, once the playhead rests."""
 
     def __init__(self, document: Document, panes: Mapping[str, Pane], parent: QObject) -> None:
-        """panes: by title."""
+        """Set up the descriptions; panes: the panes by title."""
         super().__init__(parent)
         self._document, self._panes = document, tuple(panes.values())
         for name, pane in panes.items():
@@ -34,7 +34,7 @@ class PlotDescriptions(QObject):
             signal.connect(lambda *_: self._rest.start())
 
     def describe(self) -> None:
-        """Describe each plot: chain, frame and the values of its title."""
+        """Describe each plot by chain, frame and the values in its title."""
         document = self._document
         shown = document.data is not None and bool(document.chain)
         for pane in self._panes:

@@ -29,7 +29,7 @@ _Spans = list[list[int]]  # left and right pixels
 
 @dataclass(frozen=True)
 class _Group:
-    """The regions of one decision: their union, and each one."""
+    """The regions of all intervals with one decision: their union, and each region."""
 
     decision: Decision
     selected: bool
@@ -38,10 +38,10 @@ class _Group:
 
 
 class Regions:
-    """The regions of a range of frames and a width, to be painted at any height.
+    """The regions of a range of frames at a width in pixels, which can be painted at any height.
 
-    seen: the intervals in the range; selected: the id of the emphasised one; first, last: the range
-    in frames; width: in pixels.
+    seen: the intervals in the range; selected: the id of the interval to emphasise; first, last:
+    the range in frames; width: the width in pixels.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Regions:
         self._shapes: list[tuple[_Group, list[QRect], QPainterPath]] = []
 
     def paint(self, painter: QPainter, theme: Theme, height: int, glyphs: QFont | None) -> None:
-        """Paint fills and borders, and with a font the glyphs of the decisions."""
+        """Paint fills and borders; with `glyphs` (a font), also the symbols of the decisions."""
         painter.setClipRect(QRect(0, 0, self._width, height))
         for group, rects, lines in self._shapes_of(height):
             _paint_group(painter, theme, group, rects, lines, self._width, height)
@@ -77,7 +77,10 @@ class Regions:
                         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, sign)
 
     def _shapes_of(self, height: int) -> list[tuple[_Group, list[QRect], QPainterPath]]:
-        """Return fills and borders of at least this height; lower plots clip them."""
+        """Return the fills and borders for plots up to this height.
+
+        Lower plots show only part of them.
+        """
         if height > self._height:
             self._height = height
             self._shapes = [
@@ -124,7 +127,7 @@ def _paint_group(
 def _places(regions: Sequence[Judged], first: float, last: float, width: int) -> _Spans:
     """Return the left and right pixel of each region, limited to the view.
 
-    Limited here, because clipping at fractions of pixels makes fills slow.
+    They are limited here because clipping at fractions of pixels makes painting slow.
     """
     frames = np.array([(j.interval.start, j.interval.stop) for j in regions]) - 0.5
     if len(regions) * 2 * LEAST < width:  # leave many regions apart
@@ -136,18 +139,21 @@ def _places(regions: Sequence[Judged], first: float, last: float, width: int) ->
 
 
 def wide_enough(spans: Array, pixel: float) -> Array:
-    """Return spans (n, 2) in frames, at least LEAST pixels wide; pixel: frames per pixel."""
+    """Return the spans (n, 2), in frames, widened to at least LEAST pixels.
+
+    pixel: the number of frames per pixel.
+    """
     spare = 0.5 * np.maximum(LEAST * pixel - (spans[:, 1] - spans[:, 0]), 0.0)
     return np.stack([spans[:, 0] - spare, spans[:, 1] + spare], axis=1)
 
 
 def _inside(places: _Spans, width: int) -> list[int]:
-    """Return the borders inside the view."""
+    """Return the borders that are inside the view."""
     return [x for pair in places for x in pair if 0 < x < width - 1]
 
 
 def _uprights(at: Sequence[int], height: int) -> QPainterPath:
-    """Return vertical lines as one path, which is faster than separate lines."""
+    """Return vertical lines as a single path, which is faster than separate lines."""
     x = np.repeat(np.array(at, dtype=np.float64), 2)
     path: QPainterPath = pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
     return path

@@ -17,7 +17,7 @@ SMALLEST_TAU, LARGEST_TAU = 0.1, 180.0  # degrees
 
 
 class ChainTauLine(TauLine):
-    """A line at the τ of the selected chain on a root scale; a drag is one undo step."""
+    """A line at the τ of the selected chain, on a square-root scale; a drag is one undo step."""
 
     dropped = Signal()
 
@@ -46,7 +46,7 @@ class ChainTauLine(TauLine):
         return bool(self._drag)
 
     def show_tau(self, degrees: float) -> None:
-        """Show a τ, unless the line is being dragged."""
+        """Show τ, unless the line is being dragged."""
         self.words = tau_words(degrees)
         place = float(root_scale(degrees))
         if not self.held and self.value() != place:
@@ -64,7 +64,7 @@ class ChainTauLine(TauLine):
         self._latest.ask(lambda: set_tau_at(self._document, place, self._drag))
 
     def _give_up(self) -> None:
-        """Cancel a drag, because its clip was closed."""
+        """Cancel a drag because its clip was closed."""
         self._latest.forget()
         self._drag = 0
         self.let_go()
@@ -76,7 +76,7 @@ class ChainTauLine(TauLine):
 
 
 def set_tau_at(document: Document, place: float, drag: int = 0) -> None:
-    """Set τ of the selected chain from a height on the root scale."""
+    """Set τ of the selected chain from a height on the square-root scale."""
     set_tau_degrees(document, round(from_root_scale(place), 1), drag)
 
 
@@ -92,6 +92,6 @@ def tau_words(degrees: float) -> str:
 
 
 def colour_tau(line: pg.InfiniteLine, theme: Theme) -> None:
-    """Colour a τ line."""
+    """Set the colours of a τ line."""
     line.setPen(pg.mkPen(theme.tau, width=1.6))
     line.setHoverPen(pg.mkPen(theme.tau, width=3.0))

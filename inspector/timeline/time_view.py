@@ -1,4 +1,4 @@
-"""The view of a plot: its visible range of time and values, and its mouse events."""
+"""The view of a plot: its visible range of frames and values, and its mouse events."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _DEEPEST, _WIDEST = 1e-3, 3.0  # zoom limits, relative to the range of all value
 
 
 class Mouse(Protocol):
-    """The interface for mouse gestures in a plot."""
+    """The interface of the mouse gestures in a plot."""
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
-        """Zoom in time around a place in frames, or pan."""
+        """Zoom in time around a position in frames, or pan."""
 
     def drag(self, view: TimeView, event: Any, *, pan: bool) -> None:
-        """Handle an event of a drag."""
+        """Handle one mouse event of a drag."""
 
     def click(self, view: TimeView, event: Any) -> None:
         """Handle a click."""
@@ -30,14 +30,14 @@ class Mouse(Protocol):
 
 
 class TimeView(pg.ViewBox):
-    """A view whose mouse events go to the time line's gestures.
+    """A view whose mouse events are handled by the timeline's gestures.
 
-    Values are shown in the range of `fit_to` until a person zooms. The time line sets the range in
-    time.
+    The values are shown in the range of `fit_to` until the person zooms. The timeline sets the
+    range of frames.
     """
 
     def __init__(self, key: str) -> None:
-        """`key`: the key of its plot."""
+        """Set up the view; `key`: the key of its plot."""
         super().__init__(enableMenu=False, enableMouse=False, defaultPadding=0.0)
         self.key = key
         self.gestures: Mouse | None = None
@@ -49,13 +49,13 @@ class TimeView(pg.ViewBox):
     # -- values -------------------------------------------------------------------------------
 
     def fit_to(self, low: float, high: float) -> None:
-        """Set the range of all values and show it, unless only a part is shown."""
+        """Set the range of all values; show it unless the view is zoomed or shows only a part."""
         self._all = (low, high)
         if not self.zoomed and self._part is None:
             self.fit()
 
     def show_part(self, low: float, high: float) -> None:
-        """Show a part of the values, unless a person has zoomed."""
+        """Show a part of the values, unless the person has zoomed."""
         if not self.zoomed and (low, high) != self._part:
             self._part = low, high
             self.setYRange(low, high, padding=0.0)
@@ -83,9 +83,10 @@ class TimeView(pg.ViewBox):
         self.setYRange(low, high, padding=0.0)
 
     def include(self, values: tuple[float, float] | None, spare: float) -> None:
-        """Extend the range to (lowest, highest), unless a person has zoomed; None ends this.
+        """Extend the range to include (lowest, highest), unless the person has zoomed.
 
-        spare: margin as a share of the range. Until None, the range never narrows.
+        spare: the margin as a share of the range. The range then never becomes narrower, until a
+        call with None ends this.
         """
         seen = self._beyond or self._all
         if values is None:
@@ -103,12 +104,12 @@ class TimeView(pg.ViewBox):
             self.fit()
 
     def look_like(self, other: TimeView) -> None:
-        """Take the value range of another view that a person has zoomed."""
+        """Use the value range of another view if the person has zoomed in that view."""
         if other.zoomed:
             self._show_values(*other.viewRange()[1])
 
     def zoom_values(self, at: float, notches: float) -> None:
-        """Zoom the values around one of them."""
+        """Zoom the values around the value `at`."""
         low, high = self.viewRange()[1]
         whole = self._all[1] - self._all[0]
         wanted = (high - low) * _ZOOM**-notches
@@ -139,7 +140,7 @@ class TimeView(pg.ViewBox):
             self.gestures.wheel(float(at.x()), notches, pan=shift)
 
     def mouseDragEvent(self, event: Any, axis: int | None = None) -> None:
-        """Drag with the left button; pan with the middle button, with Shift, or at an axis."""
+        """Drag with the left button; with the middle button, with Shift or at an axis, pan."""
         event.accept()
         if axis == 1:
             places = event.lastScenePos(), event.scenePos()  # `pos` is in the axis's coordinates
@@ -149,7 +150,7 @@ class TimeView(pg.ViewBox):
             self.gestures.drag(self, event, pan=axis == 0)
 
     def mouseClickEvent(self, event: Any) -> None:
-        """Select, set the playhead, set τ, or open the menu."""
+        """Handle a click: select, move the playhead, set τ, or open the menu."""
         if self.gestures and event.button() != Qt.MouseButton.MiddleButton:
             event.accept()
             self.gestures.click(self, event)
@@ -160,5 +161,5 @@ class TimeView(pg.ViewBox):
             self.gestures.hover(self, event)
 
     def frame_at(self, position: QPointF) -> float:
-        """Return the place in frames of a position in this view."""
+        """Return the frame number, with fraction, at a position in this view."""
         return float(self.mapToView(position).x())

@@ -1,4 +1,4 @@
-"""The time line: linked plots of the selected chain, and an overview of the clip."""
+"""The timeline: linked plots of the selected chain, and an overview of the clip."""
 
 from __future__ import annotations
 
@@ -114,13 +114,13 @@ class Timeline(QWidget):
         PlotDescriptions(self.document, titled, self)
 
     def show_plot(self, key: str, *, shown: bool) -> None:
-        """Show or hide a plot; some apply only to limbs or only to chains."""
+        """Show or hide a plot; some plots apply only to limbs or only to chains."""
         self.grid.show_pane(key, shown=shown)
         if shown and self.document.limb is not None and (hint := self.plots[key].no_limb):
             self.document.message.emit(hint, False)
 
     def look_like(self, other: Timeline) -> None:
-        """Take the plots, visible frames and value ranges of another time line."""
+        """Use the plots, visible frames and value ranges of another timeline."""
         for key, toggle in other.toggles.items():
             self.toggles[key].setChecked(toggle.isChecked())
         if other.grid.alone:
@@ -130,7 +130,7 @@ class Timeline(QWidget):
         self.visible.show(*other.visible.ends)
 
     def become_figure(self) -> None:
-        """Turn into a figure: plots with titles and the frame number, without controls."""
+        """Turn into a figure: plots with titles and the frame number, but no controls."""
         for part in (self.overview, self.plots_button):
             part.hide()
         self._head.setAlignment(self.readout, Qt.AlignmentFlag.AlignLeft)
@@ -154,7 +154,7 @@ class Timeline(QWidget):
 
     @property
     def _sceneries(self) -> list[Scenery]:
-        """All sceneries, including those of panes with their own."""
+        """All sceneries, including the separate sceneries of some panes."""
         return [self.scenery, *(pane.scenery for pane in self.panes.values())]
 
     def _refresh_shown(self) -> None:
@@ -162,7 +162,7 @@ class Timeline(QWidget):
             self.panes[key].refresh()
 
     def _menu_rows(self, key: str) -> tuple[tuple[str, Callable[[], None]], ...]:
-        """Return the menu entries for a plot."""
+        """Return the menu entries for the plot with this key."""
         alone = tr("All plots") if self.grid.alone else tr("This plot alone")
         fit = tr("Fit the height"), self.panes[key].time.fit
         return fit, (alone, partial(self.grid.enlarge, key))
@@ -173,7 +173,7 @@ class Timeline(QWidget):
             pane.time.fit()
 
     def _arranged(self) -> None:
-        """Update newly visible plots, and show on the button how many are hidden."""
+        """Update plots that have just become visible; show on the button how many are hidden."""
         self._repaint()
         self._refresh_shown()
         seen, wanted = len(self.grid.shown), len(self.grid.chosen)
@@ -197,13 +197,16 @@ class Timeline(QWidget):
         self.setAutoFillBackground(True)
 
     def light(self, curves: tuple[tuple[str, str], ...]) -> None:
-        """Highlight curves, given by plot and the first letters of their names."""
+        """Highlight some curves.
+
+        curves: pairs of a plot's key and the first letters of the names of its curves.
+        """
         wanted = dict(curves)
         for key, pane in self.panes.items():
             pane.light(wanted.get(key))
 
     def show_what_if(self, values: Mapping[str, float]) -> None:
-        """Show dots at the playhead for an altered frame; values: angles by name, radians."""
+        """Show dots for an edited frame at the playhead; values: angles in radians by name."""
         if values or self._what_if:
             self._what_if = values
             self._show_dots()
@@ -307,7 +310,7 @@ class Timeline(QWidget):
         self.overview.show_frame(document.frame)
 
     def _pick(self, frame: int, judged: Judged | None) -> None:
-        """Handle a click on the overview: select the interval there, or none."""
+        """Handle a click on the overview: select the interval there, or deselect."""
         if judged is not None:
             frame = min(max(frame, judged.interval.start), judged.interval.stop - 1)
         self.document.select_interval(judged.id if judged is not None else None)
@@ -341,7 +344,7 @@ class Timeline(QWidget):
         self.overview.show_view(*self.visible.ends)
 
     def _fit_part(self) -> None:
-        """Fit values as well as frames; later, when the interval's chain is loaded."""
+        """Fit the values to the visible frames as soon as the interval's chain is loaded."""
         self._arriving = True
         self._stale.mark()
 

@@ -1,4 +1,4 @@
-"""Breaks a plot's title into lines for a figure."""
+"""Breaks the title of a plot into lines for a figure."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ Parts = list[tuple[str, str]]  # text and the theme's colour role
 
 def title_lines(title: Sequence[tuple[str, str]], room: float,
                 advance: Callable[[str], float]) -> list[Parts]:  # fmt: skip
-    """Return the title's parts by line; a symbol stays with its numbers.
+    """Return the parts of the title by line; a symbol stays on a line with its numbers.
 
-    advance: returns the width of a text. Spaces for fixed columns are removed.
+    room: the width of a line; advance: a function that returns the width of a text. Spaces that
+    only align columns are removed.
     """
     lines: list[Parts] = [[]]
     used = 0.0
@@ -30,7 +31,7 @@ def title_lines(title: Sequence[tuple[str, str]], room: float,
 
 
 def _groups(title: Sequence[tuple[str, str]]) -> list[Parts]:
-    """Return the groups that stay together: soft words, their symbol and its numbers."""
+    """Return the parts that must stay on one line: some words, their symbol and its numbers."""
     groups: list[Parts] = []
     for raw, role in title:
         text = re.sub(r"  +", " ", raw)

@@ -1,4 +1,4 @@
-"""The visible range of frames: zoom, pan, and scrolling to a frame or an interval."""
+"""The visible range of frames: zooming, panning, and scrolling to a frame or an interval."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SPARE = 3.5  # most frames on either side, in lengths of the interval
 
 
 class VisibleRange(QObject):
-    """The visible range; ends: first and last visible place in frames, within the clip."""
+    """The visible range; ends: the first and last visible position in frames, within the clip."""
 
     changed = Signal()
     arrived = Signal()  # at an interval
@@ -24,7 +24,7 @@ class VisibleRange(QObject):
         self.ends = (-0.5, 0.5)
 
     def show(self, first: float, last: float) -> None:
-        """Show a range of frames, limited to the clip."""
+        """Show a range of frames, limited to the frames of the clip."""
         low, high = -0.5, max(1, self._document.frames) - 0.5
         margin = 0.01 * (high - low)
         low, high = low - margin, high + margin
@@ -39,13 +39,14 @@ class VisibleRange(QObject):
         self.show(-1e9, 1e9)
 
     def pan(self, frames: float) -> None:
-        """Move by a number of frames."""
+        """Move the range by a number of frames."""
         self.show(self.ends[0] + frames, self.ends[1] + frames)
 
     def zoom_to_interval(self, judged: Judged | None = None) -> None:
-        """Show an interval (by default the selected one) with half a second on either side.
+        """Show an interval, by default the selected one, with half a second on either side.
 
-        A short interval gets less, so that it fills at least an eighth of the width.
+        The margin of a short interval is smaller, so that the interval fills at least an eighth of
+        the width.
         """
         judged = judged or self._document.interval
         if judged is None or self._document.data is None:
@@ -56,7 +57,7 @@ class VisibleRange(QObject):
         self.arrived.emit()
 
     def deselect_hidden(self) -> None:
-        """Deselect an interval that is not visible, so that no key decides it unseen."""
+        """Deselect an interval that is not visible, so that no key press decides on it."""
         if (judged := self._document.interval) and not self._sees(judged.interval):
             self._document.select_interval(None)
 
@@ -64,14 +65,14 @@ class VisibleRange(QObject):
         return interval.stop >= self.ends[0] and interval.start <= self.ends[1]
 
     def reach_frame(self, frame: int) -> None:
-        """Scroll to a frame that is not visible."""
+        """Scroll to a frame if it is not visible."""
         first, last = self.ends
         if not first <= frame <= last:
             span = last - first
             self.show(frame - 0.1 * span, frame + 0.9 * span)
 
     def reach_interval(self, interval: Interval) -> None:
-        """Centre an interval that is not visible."""
+        """Centre an interval if it is not visible."""
         first, last = self.ends
         if not self._sees(interval):
             self.pan(0.5 * (interval.start + interval.stop - first - last))

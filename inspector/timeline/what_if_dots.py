@@ -1,6 +1,6 @@
-"""Dots in the plots at the playhead that show the values of an altered frame.
+"""Dots in the plots at the playhead that show the values of an edited frame.
 
-A full dot is for θp or m, a ring for θc; both have the colour of the pose after correction.
+A full dot shows θp or m, and a ring shows θc; both have the colour of the pose after correction.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ _SPARE = 0.12  # margin around a dot outside the range, as a share of the range
 
 
 class WhatIfDots:
-    """The dots in all plots of a time line."""
+    """The dots in all plots of a timeline."""
 
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], scenery: Scenery
     ) -> None:
-        """`plots`: descriptions of the panes, by the same keys."""
+        """Set up the dots; `plots`: the descriptions of the panes, by the same keys as `panes`."""
         self._plots = {key: plot for key, plot in plots.items() if plot.dots}
         self._panes = {key: panes[key] for key in self._plots}
         self.layers = {key: _Dots(pane.view, scenery) for key, pane in self._panes.items()}
         self._values: dict[str, float] = {}
 
     def show(self, curves: Curves | None, frame: int, values: Mapping[str, float]) -> None:
-        """Show the angles of an altered frame, by name, radians; undefined ones are missing."""
+        """Show the angles of an edited frame, in radians by name; undefined angles are left out."""
         self._values = dict(curves.completed(frame, values)) if curves is not None else {}
         for key, pane in self._panes.items():
             dots = []
@@ -49,7 +49,7 @@ class WhatIfDots:
             self._place(pane, self.layers[key], frame, dots)
 
     def title(self, key: str) -> list[tuple[str, str]]:
-        """Return the text for a plot's dots, as (text, colour role)."""
+        """Return the part of a plot's title about its dots, as pairs (text, colour role)."""
         parts: list[tuple[str, str]] = []
         plot = self._plots.get(key)
         for name, symbol, ring in plot.dots if plot is not None else ():
@@ -70,7 +70,7 @@ class WhatIfDots:
 
 
 class _Dots(Layer):
-    """The dots of one plot, in its own values."""
+    """The dots of one plot, at heights in the plot's own values."""
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery) -> None:
         super().__init__(view, scenery, 60.0)
@@ -78,7 +78,7 @@ class _Dots(Layer):
         self.dots: list[tuple[float, bool]] = []
 
     def mark(self, pane: Pane) -> None:
-        """Repaint the strip with the dots."""
+        """Show the dots in a pane, and repaint the strip that contains them."""
         if self.dots:
             wide = 2.0 * _RING * self.scenery.scale
             strip = QRectF(self.place(self.frame) - wide, 0.0, 2.0 * wide, self._view.height())

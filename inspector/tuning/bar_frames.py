@@ -1,4 +1,4 @@
-"""Steps through the frames of a histogram bar."""
+"""Steps through the frames that a histogram bar counts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from twistcore.skeleton.rotation import Array
 
 
 class BarFrames:
-    """The frames of each bar of the histogram, and the current bar."""
+    """The frames in each bar of the histogram, and the current bar."""
 
     def __init__(self, document: Document) -> None:
         self._document = document
@@ -22,13 +22,17 @@ class BarFrames:
         self._came_from = 0
 
     def take(self, strength: Array, counted: NDArray[np.bool_]) -> None:
-        """Set the strengths, degrees, (frames,), and the mask of frames that count."""
+        """Set the data of the histogram.
+
+        strength: the strength of each frame in degrees, (frames,); counted: the mask of the frames
+        that the histogram counts.
+        """
         self._frames = np.flatnonzero(counted)
         self._bars = bar_of(strength[counted])
         self.chosen = None
 
     def next_frame(self, bar: int) -> None:
-        """Go to the next frame of a bar, and from the last to the first."""
+        """Go to the next frame of a bar; after the last one, start again at its first."""
         own = self._frames[self._bars == bar]
         if len(own):
             self.chosen, self._came_from = bar, self._document.frame
@@ -43,8 +47,9 @@ class BarFrames:
             self._document.go_to(int(own[0]))
 
     def next_bar(self) -> None:
-        """Go to the first frame of the next bar with frames, and from the strongest to the
-        weakest.
+        """Go to the first frame of the next bar that has frames.
+
+        Bars are visited from the weakest to the strongest, and then from the weakest again.
         """
         filled = np.unique(self._bars[self._bars >= 0])
         if len(filled):
@@ -52,21 +57,21 @@ class BarFrames:
             self.first_frame(int((later if len(later) else filled)[0]))
 
     def next_in_bar(self) -> None:
-        """Go to the next frame of the current bar, or to the first bar."""
+        """Go to the next frame of the current bar; without a current bar, go to the first bar."""
         if self.chosen is None:
             self.next_bar()
         else:
             self.next_frame(self.chosen)
 
     def back(self) -> None:
-        """Undo the last step, because it was the first click of a double click."""
+        """Undo the last step, because it was the first click of a double-click."""
         if self.chosen is not None:
             self.chosen = None
             self._document.go_to(self._came_from)
 
     @property
     def words(self) -> str:
-        """The current position in words, '' outside the chosen bar."""
+        """The current position in words, or '' if the playhead is not in the chosen bar."""
         if self.chosen is None:
             return ""
         own = self._frames[self._bars == self.chosen]

@@ -1,4 +1,4 @@
-"""The page of the learned confidence: its reliability, and buttons to use and remember it."""
+"""The page of the learned confidence: how reliable it is, and buttons to use and save it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _NOTHING = tr(
 
 
 class ConfidencePage(QWidget):
-    """Shows the confidence learned for the clip's performer or rig."""
+    """Shows the confidence that was learned for the clip's performer or rig."""
 
     def __init__(self, document: Document, evidence: VerdictEvidence, colours: Colours) -> None:
         super().__init__()
@@ -80,7 +80,7 @@ class ConfidencePage(QWidget):
         vbox(*parts, owner=learning, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Shorten sentences to a line with a tooltip if room is short."""
+        """Shorten sentences to one line with a tooltip if there is too little room."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
 
@@ -88,7 +88,10 @@ class ConfidencePage(QWidget):
 
     @property
     def learnt(self) -> tuple[str, LearnedProfile | None]:
-        """The scope and profile learned for the performer with this rig, or for the rig."""
+        """The learned profile to use, and its scope.
+
+        This is the profile of the performer with this rig, or else the profile of the rig.
+        """
         present = self._evidence.present
         for scope in present.scopes if present else ():
             if scope.name in (CLIP, FOLDER) or scope.chain:
@@ -115,7 +118,7 @@ class ConfidencePage(QWidget):
         self._evidence.count_again()
 
     def keep(self) -> None:
-        """Remember τ and confidence for this rig or performer."""
+        """Save τ and confidence for this rig or performer."""
         whose, found = self.learnt
         data = self._document.data
         if found is None or data is None:

@@ -15,21 +15,24 @@ _BAND_ALPHA = 60
 
 
 class PercentAxis(Axis):
-    """An axis in per cent, with steps of 25 % or 50 %."""
+    """An axis in per cent, with a tick every 25 % or 50 %."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the tick values."""
+        """Return the positions of the ticks."""
         room = LABEL_ROOM * (high - low) / max(size, 1.0)
         step = 25.0 if room <= 25.0 else 50.0
         return [(step, [float(v) for v in np.arange(0.0, 101.0, step)])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the values with a unit."""
+        """Return the labels of the ticks, with a unit."""
         return [f"{v:.0f} %" for v in values]
 
 
 class CostPlot(TauPlot):
-    """FSR with its band (left scale) and false alarms (right scale) against τ; ▼: suggestion."""
+    """The share of repaired errors (FSR, left) and false alarms (right), plotted against τ.
+
+    FSR has a confidence band, and a triangle ▼ marks the suggested τ.
+    """
 
     def __init__(self, colours: Colours) -> None:
         super().__init__(PercentAxis("left"))
@@ -71,9 +74,9 @@ class CostPlot(TauPlot):
         self.axes["right"].setTextPen(QColor(theme.rejected))
 
     def show_curve(self, curve: TauCurve | None, suggested: float = 0.0) -> None:
-        """Show the curve of a chain or the sum of several; None: not measured yet.
+        """Show the curve of a chain or the sum of several, or nothing if it is not measured yet.
 
-        suggested: τ in radians.
+        suggested: the suggested τ in radians.
         """
         self.touch()
         known = curve is not None and curve.drawn is not None

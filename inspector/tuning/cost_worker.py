@@ -22,11 +22,12 @@ _NICE = 5  # lower priority than the window
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """A request to measure chains of a clip.
+    """A request to measure the cost curves of some chains of a clip.
 
-    rig: of which set of chains; left_out: frames in which nothing counts; draws: of errors, a chain
-    and protocol; detector: its file and class, 'FILE.py:Class', or '' for one that every process
-    knows; language: of the sentence why not.
+    rig: the set of chains; left_out: the frames that are left out of the measurement; draws: how
+    often errors are drawn for each chain and protocol; detector: the file and class of the
+    detector, as 'FILE.py:Class', or '' for a detector that every process knows; language: the
+    language of error messages.
     """
 
     path: Path
@@ -43,16 +44,17 @@ class Request:
 
 @dataclass(frozen=True)
 class Capture:
-    """The measured frames [first, stop) of the clip, without blends at its ends."""
+    """The measured frames [first, stop) of the clip, without blends at the clip's ends."""
 
     first: int
     stop: int
 
 
 def measure(pipe: Connection, request: Request) -> None:
-    """Send the Capture, (chain, curve) for every chain, then None; or an error message.
+    """Measure the curves and send the results through the pipe.
 
-    A chain name that arrives in the pipe is measured next.
+    Sends a Capture, then (chain, curve) for every chain, then None; or an error message instead. If
+    the name of a chain arrives through the pipe, that chain is measured next.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)

@@ -31,7 +31,11 @@ _NO_COSTS = tr(
 
 
 class CurvesPage(QWidget):
-    """Two plots over τ with captions; `asked` emits another τ, degrees, and True during a drag."""
+    """Two plots over τ with captions.
+
+    When the user changes τ, the `asked` signal is emitted with the new τ in degrees, and with True
+    during a drag.
+    """
 
     asked = Signal(float, bool)
     dropped = Signal()
@@ -103,7 +107,7 @@ class CurvesPage(QWidget):
         self._show_place()
 
     def _frames_that_count(self) -> NDArray[np.bool_]:
-        """Return the mask of frames that are not left out of tuning."""
+        """Return the mask of the frames that are not left out of tuning."""
         counted = np.ones(self._document.frames, dtype=bool)
         if (capture := self._costs.capture) is not None:
             counted[: capture.first] = counted[capture.stop :] = False
@@ -117,7 +121,7 @@ class CurvesPage(QWidget):
             plot.show_tau(degrees, held=held and plot.tau_line.moving)
 
     def show_words(self, degrees: float) -> None:
-        """Update the captions above the plots and the line below."""
+        """Update the captions above the plots and the line of text below them."""
         self.strength_words.set_text(self._strength_text(degrees))
         left = int((~self._counted).sum())
         out = plural(
@@ -170,14 +174,14 @@ class CurvesPage(QWidget):
 
     @property
     def _has_costs(self) -> bool:
-        """False for a limb or a twist bone, whose τ has a different meaning."""
+        """Return False for a limb or a twist bone, whose τ has a different meaning."""
         document = self._document
         if document.data is None or not document.chain:
             return True
         return not isinstance(document.find_chain(document.chain), Limb | Helper)
 
     def progress(self) -> str:
-        """Return the progress of the measurement, or an error; '' when it is complete."""
+        """Return the progress of the measurement or an error, or '' when it is complete."""
         costs = self._costs
         if costs.trouble:
             return costs.trouble
@@ -196,13 +200,13 @@ class CurvesPage(QWidget):
             self._show_place()
 
     def next_in_bar(self) -> None:
-        """Go to the next frame of the bar."""
+        """Go to the next frame of the current bar."""
         if self._may_reveal():
             self.bars.next_in_bar()
             self._show_place()
 
     def _may_reveal(self) -> bool:
-        """False in an exercise, where the strongest bar would reveal the errors."""
+        """Return False in an exercise, where the strongest bar would reveal the errors."""
         if (data := self._document.data) is not None and data.blind:
             self._document.message.emit(BLIND, False)
             return False
@@ -226,7 +230,7 @@ class CurvesPage(QWidget):
 
 
 def _inked(text: str, colour: str) -> str:
-    """Return text in a colour, without line breaks and with a gap after it."""
+    """Return text as rich text in a colour, without line breaks and followed by a gap."""
     return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 

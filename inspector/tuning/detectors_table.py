@@ -1,4 +1,4 @@
-"""The table of all detectors with their suggested and automatic τ and costs."""
+"""The table of all detectors, with the suggested and the automatic τ of each, and their costs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _TIPS = (
 
 @dataclass(frozen=True)
 class _Line:
-    """A row: a chain ('' for all) at one kind of τ."""
+    """A row: a chain, or '' for all chains, with its suggested or its automatic τ."""
 
     chain: str
     kind: str
@@ -42,7 +42,10 @@ class _Line:
 
 
 class DetectorsModel(RowModel[_Line]):
-    """Two rows for each chain, at its suggested and its automatic τ, and two for all chains."""
+    """The rows of the table: two for each chain and two for all chains.
+
+    The first of two rows has the suggested τ, and the second has the automatic τ.
+    """
 
     def __init__(self, document: Document, colours: Colours, costs: Costs, wishes: Wishes) -> None:
         super().__init__(colours)
@@ -55,11 +58,11 @@ class DetectorsModel(RowModel[_Line]):
         self.right = range(1, len(self.heads))
 
     def key(self, thing: _Line) -> tuple[str, str]:
-        """Return chain and kind of τ."""
+        """Return the chain and the kind of τ of a row."""
         return thing.chain, thing.kind
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return a row; the automatic τ is dimmed."""
+        """Return a row for display; rows of the automatic τ are dimmed."""
         soft = thing.kind == _KINDS[1]
         colours = dict.fromkeys(range(len(thing.texts)), self.theme.soft) if soft else {}
         return TableRow(thing.texts, colours=colours, tips=thing.tips)
@@ -104,5 +107,5 @@ class DetectorsModel(RowModel[_Line]):
 
 
 def rows_of(lines: Sequence[_Line], chain: str) -> int | None:
-    """Return the first row of a chain."""
+    """Return the index of the first row of a chain."""
     return next((k for k, line in enumerate(lines) if line.chain == chain), None)

@@ -1,4 +1,4 @@
-"""Tuning of τ as a feature of the window."""
+"""The tuning of τ as a feature of the window."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Tuning(FeatureParts):
         self.tuning = TuningPanel(window.document, colours, actions, window.settings)
 
     def connect(self, window: HostWindow) -> None:
-        """Connect the tab, so that it computes only while it is visible."""
+        """Connect the tab to the window; it computes only while it is visible."""
         self._dock, self._visible = window.docks["tuning"], window.timeline.visible
         self._dock.visibilityChanged.connect(self.tuning.set_seen)
         queue = window.part(folder).queue
@@ -41,11 +41,11 @@ class Tuning(FeatureParts):
         bring_to_front(self._dock)
 
     def leave_out_visible(self) -> None:
-        """Leave out the visible frames of the plots."""
+        """Leave the frames that are visible in the plots out of tuning."""
         self.tuning_actions.leave_out_visible(self._visible.ends)
 
     def close(self) -> None:
-        """Stop computing."""
+        """Stop all computations."""
         self.tuning.set_seen(False)
 
 

@@ -1,4 +1,4 @@
-"""The page of all chains: τ and costs, now and of profiles, and for both detectors."""
+"""The page of all chains: their τ and costs, now and in profiles, or with each detector."""
 
 from __future__ import annotations
 
@@ -36,7 +36,10 @@ _BOTH = tr(
 
 
 class ProfilesPage(QWidget):
-    """A table of τ and costs, or of both detectors; `chosen` emits a clicked chain."""
+    """A table of τ and costs, or a table of both detectors.
+
+    The `chosen` signal is emitted with the chain that was clicked.
+    """
 
     chosen = Signal(str)
 
@@ -86,7 +89,7 @@ class ProfilesPage(QWidget):
         self._show_buttons()
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Compare with no profile, with one, or show two instead of the current τ."""
+        """Compare the current τ with no profile or with one, or show two profiles instead of it."""
         self.model.show_beside(others)
         self._actions["both_costs"].setChecked(False)
         self._need()
@@ -98,7 +101,7 @@ class ProfilesPage(QWidget):
         self.refresh()
 
     def _need(self) -> None:
-        """Request measurements for every detector that the table needs."""
+        """Request measurements with every detector that the visible table shows."""
         both = self._tables.currentWidget() is self.both_table
         own = (self.model.method(c) for c in self.model.columns if c.profile.method)
         self._costs.needs(self.detectors.methods if both else own)

@@ -1,4 +1,4 @@
-"""Profiles by skeleton and performer, offered when such a clip is opened."""
+"""Profiles saved by skeleton and performer, and offered when such a clip is opened."""
 
 from __future__ import annotations
 
@@ -28,15 +28,18 @@ _PERFORMERS = 2000  # most clips with a named performer
 
 
 def profile_path(mark: str, performer: str = "") -> Path:
-    """Return the path of the profile of a skeleton, or of a performer with this skeleton."""
+    """Return the path of the profile of a skeleton, or of a performer with this skeleton.
+
+    mark: the string that identifies the skeleton.
+    """
     own = f"-{hashlib.sha256(performer.encode()).hexdigest()[:8]}" if performer else ""
     return settings_path().parent / "profiles" / f"{mark[:24]}{own}.toml"
 
 
 def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
-    """Return the profile of the performer with this skeleton or of the skeleton, and a message.
+    """Return the profile of the performer with this skeleton, or else of the skeleton.
 
-    The message is '' if all is well. A damaged file is renamed.
+    Also returns a message, or '' if all is well. A damaged file is renamed.
     """
     for who in dict.fromkeys((performer, "")):
         path = profile_path(mark, who)
@@ -54,7 +57,10 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
 
 
 def keep_profile(learnt: LearnedProfile, source: str) -> Path:
-    """Save a profile for its rig and performer, and return its path; raises OSError."""
+    """Save a profile for its rig and performer, and return its path; raises OSError.
+
+    source: the name of the clip that it comes from.
+    """
     path = profile_path(learnt.profile.rig, learnt.profile.performer)
     path.parent.mkdir(parents=True, exist_ok=True)
     learnt.write(path, source)
@@ -62,7 +68,7 @@ def keep_profile(learnt: LearnedProfile, source: str) -> Path:
 
 
 class Performers:
-    """The performers of clips, as named by a person or by the file name."""
+    """The performers of clips, named by the person or by the file name."""
 
     def __init__(self) -> None:
         self._path = settings_path().parent / "performers.json"
@@ -73,12 +79,13 @@ class Performers:
                 self._named = {str(k): v for k, v in document.items() if isinstance(v, str)}
 
     def of(self, clip: Path) -> str:
-        """Return the performer of a clip, '' if unknown."""
+        """Return the performer of a clip, or '' if unknown."""
         return self._named.get(str(real_path(clip)), performer_of(clip.name))
 
     def name(self, clip: Path, performer: str) -> None:
-        """Set the performer of a clip; raises OSError. A name given by the file name is not
-        stored.
+        """Set the performer of a clip; raises OSError.
+
+        A name that is also given by the file name is not saved.
         """
         key = str(real_path(clip))
         self._named.pop(key, None)
@@ -90,7 +97,7 @@ class Performers:
 
 
 class ProfileOffers(QObject):
-    """Offers the remembered profile when a clip with such a skeleton opens."""
+    """Offers the saved profile when a clip with the same skeleton is opened."""
 
     def __init__(
         self,
@@ -99,7 +106,7 @@ class ProfileOffers(QObject):
         offer: Callable[[str, Answers], None],
         parent: QObject | None = None,
     ) -> None:
-        """`offer`: shows a sentence with answers for a while."""
+        """Set up the offers; `offer`: a function that shows a sentence with answers for a while."""
         super().__init__(parent)
         self._document, self._performers, self._offer = document, performers, offer
         self._declined: set[tuple[str, str]] = set()  # during this run
@@ -108,7 +115,7 @@ class ProfileOffers(QObject):
         document.opened.connect(self._later.start)
 
     def _look(self) -> None:
-        """Offer a profile, but not for a review that has begun, an exercise or a lesson."""
+        """Offer a profile, except in a review that has begun, an exercise or a lesson."""
         data = self._document.data
         if data is None or data.blind or data.session is not None or self._document.borrowed:
             return

@@ -1,4 +1,4 @@
-"""The histogram of a chain's strength; a click on a bar leads to its frames."""
+"""The histogram of a chain's strength; a click on a bar goes to one of its frames."""
 
 from __future__ import annotations
 
@@ -22,23 +22,24 @@ _COUNTS = (0, 1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000, 100_000)
 
 
 class _CountAxis(Axis):
-    """An axis of counts on the scale log(1 + n), on which a single frame is visible."""
+    """An axis of counts on the scale log(1 + n), on which even a single frame is visible."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return round counts, as many as fit."""
+        """Return round counts for the ticks, as many as fit."""
         room = LABEL_ROOM * (high - low) / max(size, 1.0)
         chosen = spaced_ticks((float(np.log1p(n)) for n in _COUNTS), room)
         return [(1.0, [at for at in chosen if at <= high - 0.5 * room])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the counts."""
+        """Return the labels of the ticks."""
         return [f"{np.expm1(v):.0f}" for v in values]
 
 
 class Histogram(TauPlot):
-    """Frames by strength: faint below τ, full from τ on; the paper's m(t) as a grey outline.
+    """The number of frames by strength, with the paper's m(t) as a grey outline.
 
-    A click on a bar emits `picked`. `words` describes the bar under the mouse or the chosen bar.
+    Bars are faint below τ and have their full colour from τ on. When a bar is clicked, the `picked`
+    signal is emitted. `words` describes the bar under the mouse or the chosen bar.
     """
 
     picked = Signal(int)
@@ -80,7 +81,10 @@ class Histogram(TauPlot):
             item.setPen(pg.mkPen(colour, width=0.8))
 
     def show_strength(self, strength: Array, m: Array | None) -> None:
-        """Show strength and m, degrees, (frames,); m is None if the strength is m itself."""
+        """Show the strength and m, in degrees, (frames,).
+
+        m: None if the strength is m itself.
+        """
         self._counts = _counted(strength)
         shown = np.log1p(_counted(m)) if m is not None else np.zeros(len(_BINS) - 1)
         self.m.setData(_BINS, shown)
@@ -89,7 +93,7 @@ class Histogram(TauPlot):
         self._split()
 
     def show_choice(self, bar: int | None, words: str) -> None:
-        """Mark a bar and show words about it."""
+        """Mark a bar, and show words about it; None: mark no bar."""
         self._chosen, self._choice_words = -1 if bar is None else bar, words
         if bar is not None:
             self.mark.setData(_BINS[bar : bar + 2], np.log1p(self._counts[bar : bar + 1]))
@@ -105,13 +109,13 @@ class Histogram(TauPlot):
             self._show_words()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Describe the chosen bar again."""
+        """Describe the chosen bar again when the mouse leaves."""
         super().leaveEvent(event)
         self._pointed = -1
         self._show_words()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Move the words to the right edge."""
+        """Keep the words at the right edge."""
         super().resizeEvent(event)
         if hasattr(self, "words"):
             self._place_words()
@@ -124,14 +128,14 @@ class Histogram(TauPlot):
                 self.picked.emit(bar)
 
     def _bar_at(self, place: QPointF) -> int:
-        """Return the bar at a place of the scene, or -1."""
+        """Return the bar at a point of the scene, or −1 if there is none."""
         if not self.view.sceneBoundingRect().contains(place):
             return -1
         bar = int(np.searchsorted(_BINS, self.view.mapSceneToView(place).x())) - 1
         return bar if 0 <= bar < len(self._counts) and self._counts[bar] else -1
 
     def _show_words(self) -> None:
-        """Show words about the bar under the mouse, or about the chosen one."""
+        """Show words about the bar under the mouse, or about the chosen bar."""
         words = self._choice_words
         if self._pointed >= 0 and (self._pointed != self._chosen or not words):
             frames = int(self._counts[self._pointed])
@@ -147,7 +151,10 @@ class Histogram(TauPlot):
         self.words.move(self.width() - AXIS_WIDTH - self.words.width() - 4, 2)
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """Move the τ line, and mark the frames that reach it."""
+        """Move the τ line, and emphasise the frames whose strength reaches τ.
+
+        held: True while the line is being dragged.
+        """
         super().show_tau(degrees, held=held)
         if degrees != self._tau:
             self._tau = degrees
@@ -162,14 +169,14 @@ class Histogram(TauPlot):
 
 
 def bar_of(degrees: Array) -> NDArray[np.int_]:
-    """Return the bar of every strength, -1 if it is too weak; (frames,)."""
+    """Return the bar of every strength, (frames,), or −1 for a strength too weak for any bar."""
     place = np.log10(np.clip(degrees, LOWEST, HIGHEST))
     bars = np.minimum(np.searchsorted(_BINS, place, side="right") - 1, len(_BINS) - 2)
     return np.where(degrees < LOWEST, -1, bars)
 
 
 def bar_words(bar: int) -> str:
-    """Return the range of a bar as text."""
+    """Return the range of strengths of a bar as text."""
     low, high = 10 ** _BINS[bar], 10 ** _BINS[bar + 1]
     return f"{low:.3g}–{high:.3g}°"
 

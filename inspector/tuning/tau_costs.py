@@ -1,4 +1,4 @@
-"""Measures the cost of τ in the open clip in the background, and caches the results."""
+"""Measures the cost of τ for the open clip in the background, and caches the results."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ _Key = tuple[object, ...]
 
 @dataclass(eq=False)
 class _Measured:
-    """Results for a clip with one set of verdicts: curves by detector and chain.
+    """The results for a clip with one set of verdicts: curves by detector and chain.
 
-    through: detectors whose measurement is complete.
+    through: the detectors whose measurement is complete.
     """
 
     curves: dict[str, dict[str, TauCurve]] = field(default_factory=dict)
@@ -44,9 +44,9 @@ class _Measured:
 class Costs(QObject):
     """The cost curves of the document's clip by detector and chain.
 
-    The curves depend on the clip, the verdicts and the frames left out; a change of these ends a
-    running measurement. The detector in use is measured first, then those that a view `needs`.
-    Nothing is measured unless a view watches.
+    The curves depend on the clip, the verdicts and the frames that are left out; if one of these
+    changes, a running measurement ends. The detector in use is measured first, followed by the
+    detectors that `needs` has requested. Nothing is measured while no view is visible.
     """
 
     changed = Signal()
@@ -86,7 +86,7 @@ class Costs(QObject):
 
     @property
     def capture(self) -> Capture | None:
-        """The frames without blends at the clip's ends; None before the first measurement."""
+        """The frames of the clip without blends at its ends; None before any measurement."""
         return self._here.capture
 
     @property
@@ -103,7 +103,7 @@ class Costs(QObject):
         return tuple(c.name for c in chains if not uncorrectable_joints(data.motion, c))
 
     def coming(self, method: str) -> bool:
-        """True if curves of a detector are still missing."""
+        """Return True if some curves of a detector are still missing."""
         return self.running and method in self._methods and bool(self._missing(method))
 
     def _missing(self, method: str) -> list[str]:
@@ -134,7 +134,7 @@ class Costs(QObject):
     # -- following the document ---------------------------------------------------------------
 
     def watch(self, on: bool) -> None:
-        """Start or stop measuring, depending on whether a view is visible."""
+        """Start measuring if a view is visible, or stop if none is."""
         self._watching = on
         if on:
             self._check()
@@ -143,7 +143,7 @@ class Costs(QObject):
             self.stop()
 
     def stop(self) -> None:
-        """End the process and keep its results."""
+        """End the measuring process and keep its results."""
         self._settle.stop()
         self._poll.stop()
         self._running = None
@@ -183,7 +183,7 @@ class Costs(QObject):
         self.changed.emit()
 
     def _prefer(self) -> None:
-        """Let the process measure the selected chain next."""
+        """Ask the process to measure the selected chain next."""
         if self._pipe is not None:
             try:
                 self._pipe.send(self._document.chain)
@@ -232,7 +232,7 @@ class Costs(QObject):
         self.changed.emit()
 
     def _look(self) -> None:
-        """Receive new results; takes only microseconds if there are none."""
+        """Receive new results; this takes only microseconds if there are none."""
         news = False
         try:
             while self._pipe is not None and self._pipe.poll():
@@ -273,5 +273,5 @@ class Costs(QObject):
 
 
 def _verdicts(state: ReviewState) -> tuple[Judged, ...]:
-    """Return a person's verdicts on chains, without limb flips."""
+    """Return the person's verdicts on chains, without verdicts on limb flips."""
     return tuple(filter(is_verdict, state.intervals))

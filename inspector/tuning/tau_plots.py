@@ -1,4 +1,4 @@
-"""The base class of plots over τ: the histogram and the plot of costs."""
+"""The base class of plots with τ on the horizontal axis, such as the histogram."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ class _DegreesAxis(Axis):
     """An axis of degrees on a logarithmic scale."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return round degrees."""
+        """Return round numbers of degrees for the ticks."""
         return [(1.0, [float(np.log10(d)) for d in _DEGREES])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the degrees."""
+        """Return the labels of the ticks, in degrees."""
         return [f"{10**v:.3g}°" for v in values]
 
 
 class _WholeAxis(Axis):
-    """An axis with whole numbers only."""
+    """An axis with ticks at whole numbers only."""
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
-        """Return whole steps."""
+        """Return the distances between ticks, which are whole numbers."""
         step = max(1.0, np.ceil(LABEL_ROOM * (high - low) / max(size, 1.0)))
         return [(float(step), 0.0)]
 
 
 class TauPlot(Canvas):
-    """A plot over τ in degrees; dragging the τ line or a double-click emits `asked`."""
+    """A plot over τ in degrees; dragging the τ line or double-clicking emits `asked`."""
 
     asked = Signal(float, bool)  # degrees; True during a drag
     dropped = Signal()
@@ -89,6 +89,6 @@ class TauPlot(Canvas):
             self.tau_line.setValue(place)
 
     def show_floor(self, degrees: float) -> None:
-        """Move the line of the noise floor."""
+        """Move the dashed line to a τ, for example to the detector's automatic τ."""
         self.floor_line.setValue(float(np.log10(max(degrees, LOWEST))))
         self.touch()

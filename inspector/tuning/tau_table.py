@@ -1,4 +1,4 @@
-"""The table of τ and its cost for every chain, now and in compared profiles."""
+"""The table of τ and its cost for every chain, at present and in profiles to compare."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _TIPS = (
 
 @dataclass(frozen=True)
 class Column:
-    """A profile and its displayed name."""
+    """A profile in the table, and the name to display for it."""
 
     name: str
     profile: Profile
@@ -34,7 +34,7 @@ class Column:
 
 @dataclass(frozen=True)
 class _Line:
-    """A row of a chain; the last row, for all chains, has no name."""
+    """The row of a chain; the last row, for all chains, has no name."""
 
     chain: str
     texts: tuple[str, ...]
@@ -42,7 +42,10 @@ class _Line:
 
 
 class ComparisonModel(RowModel[_Line]):
-    """A row for each chain, three columns for each set of τ, and a last row for all chains."""
+    """The rows of the table: one for each chain and a last row for all chains.
+
+    Each set of τ has three columns.
+    """
 
     def __init__(self, document: Document, colours: Colours, costs: Costs) -> None:
         super().__init__(colours)
@@ -56,7 +59,7 @@ class ComparisonModel(RowModel[_Line]):
         return thing.chain
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return a row; values that are the same in both sets are dimmed."""
+        """Return a row for display; values that are the same in both sets of τ are dimmed."""
         sets = [thing.texts[k : k + 3] for k in range(1, len(thing.texts), 3)]
         colours: dict[int, str] = {}
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):
@@ -68,19 +71,19 @@ class ComparisonModel(RowModel[_Line]):
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """The compared sets of τ: two profiles, or the current τ and at most one profile."""
+        """The sets of τ to show: two profiles, or the current τ and at most one profile."""
         if len(self.others) > 1 or self._document.data is None:
             return self.others
         state = self._document.review.state
         return (Column(tr("now"), Profile(state.tau, state.method)), *self.others)
 
     def method(self, column: Column) -> str:
-        """Return the detector for the costs of a set of τ: its own, or the one in use."""
+        """Return the detector with which a set of τ is measured: its own, or the one in use."""
         return column.profile.method or self._document.review.state.method
 
     @property
     def note(self) -> str:
-        """A note on the detector of each set of τ; '' for a single set."""
+        """A note on the detector of each set of τ, or '' if there is only one set."""
         notes = []
         for column in self.columns if self.others else ():
             name, by = _short(column.name), of_core(DETECTORS.info(self.method(column)).label)
@@ -96,12 +99,12 @@ class ComparisonModel(RowModel[_Line]):
         return " · ".join(notes)
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Compare with no profile, with one, or show two instead of the current τ."""
+        """Compare the current τ with no profile or with one, or show two profiles instead of it."""
         self.others = tuple(others)
         self.reset()
 
     def reset(self) -> None:
-        """Rebuild the table for another clip or other sets."""
+        """Rebuild the table for another clip or other sets of τ."""
         self._take_heads()
         self.begin_anew(self._lines())
 
@@ -136,7 +139,7 @@ class ComparisonModel(RowModel[_Line]):
         return "…" if coming and (known or not chain) else "–"
 
     def _take_heads(self) -> None:
-        """Make the headings, with profile names if there are several sets."""
+        """Set the headings, with the names of profiles if there are several sets of τ."""
         heads, tips = ["\n" * bool(self.others) + tr("Chain")], [""]
         for column in self.columns:
             for what, tip in zip(_HEADS, _TIPS, strict=True):
@@ -152,7 +155,7 @@ class ComparisonModel(RowModel[_Line]):
         return curve.cost(tau) if curve is not None and tau is not None else None
 
     def _total(self, column: Column) -> Cost | None:
-        """Return the cost over all chains."""
+        """Return the cost of a set of τ over all chains."""
         curves = self._costs.by(self.method(column))
         tau = column.profile.tau
         chosen = [(curve, tau[name]) for name, curve in curves.items() if name in tau]

@@ -30,7 +30,7 @@ _PATTERN = tr("Profiles (*.toml);;All files (*)")
 
 @dataclass(eq=False)
 class TuningActions:
-    """Profiles of τ for this clip and for the folder."""
+    """The actions that load, save and compare profiles of τ, for this clip and for the folder."""
 
     document: Document
     queue: FolderQueue
@@ -40,7 +40,7 @@ class TuningActions:
     window: QWidget
 
     def load_profile(self) -> None:
-        """Ask for a profile and use its τ."""
+        """Ask for a profile file and use its τ."""
         ask_files(self.window, tr("Load profile"), _PATTERN, lambda p: self.load_profile_from(p[0]))
 
     def load_profile_from(self, path: Path) -> None:
@@ -76,7 +76,7 @@ class TuningActions:
         self.bar.show_message(message, False)
 
     def save_profile(self) -> None:
-        """Ask for a path and write the current τ."""
+        """Ask for a path and write the current τ there."""
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
             return
@@ -87,13 +87,13 @@ class TuningActions:
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def _nothing_kept(self) -> bool:
-        """True for a borrowed clip, whose τ is not saved; shows why."""
+        """Return True, and show why, if the clip is borrowed, so that its τ is not saved."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
 
     def save_profile_to(self, path: Path) -> None:
-        """Write the current τ of every chain and its cost, atomically."""
+        """Write the current τ of every chain and its cost in one atomic step."""
         data = self.document.data
         if data is None:
             return
@@ -127,7 +127,7 @@ class TuningActions:
             bring_to_front(self.dock)
 
     def take_profile(self) -> None:
-        """Use the τ of the profile on the right."""
+        """Use the τ of the compared profile, or of the right-hand one if there are two."""
         if self.tuning.profiles.model.others:
             column = self.tuning.profiles.model.others[-1]
             self._take(column.profile, column.name)
@@ -141,7 +141,7 @@ class TuningActions:
             return None
 
     def __post_init__(self) -> None:
-        """Start offering remembered profiles."""
+        """Start to offer saved profiles."""
         performers = self.tuning.evidence.performers
         offer = self.bar.offer_behind
         self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
@@ -156,7 +156,7 @@ class TuningActions:
             self.leave_out(judged.interval.start, judged.interval.stop)
 
     def leave_out_visible(self, ends: tuple[float, float]) -> None:
-        """Leave out the visible frames, unless that is the whole clip."""
+        """Leave the visible frames out of tuning, unless that is the whole clip."""
         start, stop = max(math.ceil(ends[0]), 0), min(math.floor(ends[1]) + 1, self.document.frames)
         if stop - start >= self.document.frames:
             self.bar.show_message(
@@ -167,7 +167,10 @@ class TuningActions:
             self.leave_out(start, stop)
 
     def leave_out(self, start: int, stop: int) -> None:
-        """Leave more frames out of tuning, as one step that is part of the session."""
+        """Leave more frames out of tuning, as one step that can be undone.
+
+        The frames that are left out are saved in the session.
+        """
         before = self.document.review.state.left_out
         wanted = joined_spans([*before, (start, stop)])
         first, last = (frame + self.document.first_frame for frame in (start, stop))
@@ -179,14 +182,14 @@ class TuningActions:
             self.bar.show_message(message, False)
 
     def take_all_in(self) -> None:
-        """Use all frames except blends at the clip's ends."""
+        """Use all frames for tuning, except blends at the clip's ends."""
         if self.document.review.state.left_out and self.document.do(LeaveOut(())):
             self.bar.show_message(tr("All frames of the capture are used for tuning."), False)
 
     # -- the folder ---------------------------------------------------------------------------
 
     def profile_to_folder(self) -> None:
-        """Analyse the open folder again with the current τ, which its clips then use."""
+        """Analyse the open folder again, with the current τ for all its clips."""
         if self.document.data is None or self.queue.folder is None:
             self.bar.show_message(tr("Open a folder first (Ctrl+Shift+O)."), False)
             return
@@ -207,7 +210,7 @@ class TuningActions:
         )
 
     def automatic_folder(self) -> None:
-        """Analyse the open folder again with the automatic τ of each clip."""
+        """Analyse the open folder again, with the automatic τ of each clip."""
         if self.queue.folder is None:
             self.bar.show_message(tr("Open a folder first (Ctrl+Shift+O)."), False)
         elif self.queue.profile is not None:

@@ -46,7 +46,7 @@ _SAME = 0.006  # degrees: the box has two decimals
 
 
 class Scope(StrEnum):
-    """The chains that τ is set for."""
+    """The chains for which the panel sets τ."""
 
     CHAIN = "chain"
     SEGMENT = "segment"
@@ -147,7 +147,7 @@ class TuningPanel(QWidget):
     def set_seen(self, seen: bool) -> None:
         """Measure and draw only while the tab is visible.
 
-        The dock calls this, because Qt does not hide a panel behind another tab.
+        The dock calls this, because Qt does not hide a panel that is behind another tab.
         """
         self._seen = seen
         self._watch()
@@ -156,7 +156,7 @@ class TuningPanel(QWidget):
 
     @property
     def _blind(self) -> bool:
-        """True in an exercise, where strength, cost and recall would reveal the errors."""
+        """Return True in an exercise, where strength, cost and recall would reveal the errors."""
         return self._document.data is not None and self._document.data.blind
 
     def _watch(self) -> None:
@@ -164,7 +164,7 @@ class TuningPanel(QWidget):
         self._watch_verdicts()
 
     def _watch_verdicts(self) -> None:
-        """Count verdicts only while one of their pages is visible."""
+        """Count verdicts only while a page that shows them is visible."""
         looked_at = self.tabs.currentWidget() in (self.verdicts, self.confidence)
         self.evidence.watch(self._seen and looked_at and not self._blind)
 
@@ -208,12 +208,15 @@ class TuningPanel(QWidget):
     # -- input --------------------------------------------------------------------------------
 
     def set_scope(self, scope: Scope) -> None:
-        """Choose whether τ is set for the chain, its segment on both sides, or all chains."""
+        """Choose the chains for which τ is set.
+
+        They are the selected chain, the same segment on both sides of the body, or all chains.
+        """
         self.scope = scope
         self._stale.mark()
 
     def chains_in_scope(self) -> tuple[str, ...]:
-        """Return the names of the chains that τ is set for."""
+        """Return the names of the chains for which τ is set."""
         data = self._document.data
         if data is None or not self._document.chain:
             return ()
@@ -239,7 +242,7 @@ class TuningPanel(QWidget):
         self._latest.ask(lambda: self.set_tau_degrees(degrees, drag))
 
     def _give_up(self) -> None:
-        """Cancel a drag, because its clip was closed."""
+        """Cancel a drag because its clip was closed."""
         self._latest.forget()
         self._drag = 0
         for plot in self.findChildren(TauPlot):
@@ -251,13 +254,13 @@ class TuningPanel(QWidget):
         self._stale.mark()
 
     def suggest(self) -> None:
-        """Set the suggested τ of every chain in scope, as one step."""
+        """Set the suggested τ of every chain in scope, as one step that can be undone."""
         curves = self.costs.curves
         tau = {n: self.wishes.suggested(curves[n]) for n in self.chains_in_scope() if n in curves}
         self._document.set_taus(tau)
 
     def tuned(self) -> dict[str, Tuned]:
-        """Return the current τ of every chain, with its cost if known."""
+        """Return the current τ of every chain, with its cost if that is known."""
         data = self._document.data
         if data is None:
             return {}
@@ -270,7 +273,7 @@ class TuningPanel(QWidget):
         return out
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Compare with no profile, with one, or show two instead of the current τ."""
+        """Compare the current τ with no profile or with one, or show two profiles instead of it."""
         self.profiles.show_beside(others)
         self._look_at_profiles()
 

@@ -34,10 +34,10 @@ _Known = dict[tuple[Path, int, str], JudgedClip | str]  # by session, its time, 
 
 @dataclass(frozen=True, eq=False)
 class Scope:
-    """A group of verdicts: of some clips, in all chains or in one.
+    """A group of verdicts: the verdicts in some clips, on all chains or on one.
 
-    found: the suggestion for all chains; suggestion: for the single chain; curve: precision and
-    recall over τ.
+    found: the suggested τ if the group is about all chains; suggestion: the suggested τ if it is
+    about one chain; curve: precision and recall over τ.
     """
 
     name: str
@@ -52,8 +52,9 @@ class Scope:
 class Evidence:
     """The counted verdicts.
 
-    scopes: from narrow to wide, then chains; learnt: learned profiles by scope; skipped: why clips
-    of the folder were left out.
+    scopes: the groups of verdicts from narrow to wide, followed by one for each chain; learnt: the
+    learned profiles by the name of their scope; skipped: reasons why clips of the folder were left
+    out.
     """
 
     scopes: tuple[Scope, ...]
@@ -62,7 +63,7 @@ class Evidence:
 
 
 class VerdictEvidence(QObject):
-    """Counts the verdicts of the open clip while a view watches."""
+    """Counts the verdicts of the open clip and its folder while a view of them is visible."""
 
     changed = Signal()
 
@@ -89,11 +90,14 @@ class VerdictEvidence(QObject):
 
     @property
     def _terms(self) -> tuple[float, float]:
-        """The cost of an alarm (share of the errors) and the smallest error to find (radians)."""
+        """The cost of a false alarm, as a share of the errors, and the smallest error to find.
+
+        The smallest error is in radians.
+        """
         return self._wishes.points / 100.0, math.radians(self._wishes.smallest_degrees)
 
     def watch(self, on: bool) -> None:
-        """Start or stop counting, depending on whether a view is visible."""
+        """Start counting if a view is visible, or stop if none is."""
         self._watching = on
         if on:
             self._check()
@@ -103,7 +107,7 @@ class VerdictEvidence(QObject):
             self._state = ()
 
     def count_again(self) -> None:
-        """Count again, because the performer has changed."""
+        """Count the verdicts again, because the performer of the clip has changed."""
         self._state = ()
         self._check()
 
@@ -153,7 +157,7 @@ def _counted(
     known: _Known,
     tell: Tell,
 ) -> tuple[Evidence, _Known]:
-    """Count the verdicts in a thread; return the evidence and the cache of this folder."""
+    """Count the verdicts, in a thread; return the result and the cache for this folder."""
     own = judged_clip(data.analysis, state, performers.of(data.clip.path))
     others, skipped, still = [], [], _Known()
     folder = clips_in(data.clip.path.parent)

@@ -31,7 +31,7 @@ _NOTHING = tr(
 
 @dataclass(frozen=True)
 class ScopeLine:
-    """A scope as a row of the table."""
+    """A group of verdicts as a row of the table."""
 
     name: str
     texts: tuple[str, ...]
@@ -39,7 +39,7 @@ class ScopeLine:
 
 
 class ScopeModel(RowModel[ScopeLine]):
-    """A table with a row for each scope."""
+    """The rows of the table: one for each group of verdicts."""
 
     heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
@@ -53,22 +53,25 @@ class ScopeModel(RowModel[ScopeLine]):
     right = (1, 2, 3, 4, 5)
 
     def key(self, thing: ScopeLine) -> str:
-        """Return the scope's name."""
+        """Return the name of the group."""
         return thing.name
 
     def describe(self, thing: ScopeLine) -> TableRow:
-        """Return a row with a tooltip."""
+        """Return a row for display, with a tooltip."""
         return TableRow(thing.texts, tips=(thing.tip,))
 
     def take(
         self, scopes: Sequence[Scope], tau: Mapping[str, float], label: Mapping[str, str]
     ) -> None:
-        """Show scopes at the current τ, radians by chain; label: displayed names of chains."""
+        """Show groups of verdicts at the current τ.
+
+        tau: the current τ in radians by chain; label: the names to display for chains.
+        """
         self.show([_line(s, tau, label) for s in scopes])
 
 
 def suggestion_of(scope: Scope) -> Suggestion | None:
-    """Return the suggestion of a scope, for its chain or for all chains."""
+    """Return the suggestion of a group of verdicts, for its chain or for all chains."""
     if scope.chain or scope.found is None:
         return scope.suggestion
     return scope.found.common
@@ -116,7 +119,7 @@ def _between(what: str, low: str, high: str) -> str:
 
 
 def needed_words(scope: Scope) -> str:
-    """Return a sentence about the verdicts that a scope needs to suggest τ."""
+    """Return a sentence about the verdicts that a group still needs before it can suggest τ."""
     errors, own = scope.curve.needed
     parts = []
     if errors and scope.chain:
@@ -144,7 +147,10 @@ def needed_words(scope: Scope) -> str:
 
 
 class VerdictPage(QWidget):
-    """The page of verdicts; `asked` emits another τ."""
+    """The page of verdicts.
+
+    The `asked` signal is emitted with the new τ when the user asks for a different one.
+    """
 
     asked = Signal(float, bool)  # degrees for the selected chain; True during a drag
     dropped = Signal()
@@ -183,7 +189,7 @@ class VerdictPage(QWidget):
         vbox(*parts, owner=content, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Shorten sentences to a line with a tooltip if room is short."""
+        """Shorten sentences to one line with a tooltip if there is too little room."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
         self._show_scope()
@@ -192,13 +198,13 @@ class VerdictPage(QWidget):
 
     @property
     def scope(self) -> Scope | None:
-        """The chosen scope, or the first."""
+        """The chosen group of verdicts, or the first one."""
         present = self._evidence.present
         scopes = present.scopes if present else ()
         return next((s for s in scopes if s.name == self._scope), next(iter(scopes), None))
 
     def show_scope(self, name: str) -> None:
-        """Show the verdicts of a row."""
+        """Show the verdicts of the group with this name."""
         self._scope = name
         self._show_scope()
 
@@ -210,7 +216,7 @@ class VerdictPage(QWidget):
                 self._document.select_chain(scope.chain)  # the τ line belongs to it
 
     def suggested(self) -> dict[str, float]:
-        """Return the τ that the chosen scope suggests, radians by chain."""
+        """Return the τ that the chosen group suggests, in radians by chain."""
         scope, data = self.scope, self._document.data
         if scope is None or data is None:
             return {}
@@ -223,7 +229,7 @@ class VerdictPage(QWidget):
         return {name: t for name, t in given.items() if t is not None}
 
     def take(self) -> None:
-        """Detect with the suggested τ, as one step."""
+        """Detect with the suggested τ, as one step that can be undone."""
         self._document.set_taus(self.suggested())
 
     # -- drawing ------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""Plots of verdicts: precision and recall over τ, and the reliability of confidence."""
+"""Plots of verdicts: precision and recall over τ, and how reliable the confidence is."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _SMALLEST_DOT, _LARGEST_DOT = 5.0, 14.0  # pixels
 
 
 class PrecisionPlot(TauPlot):
-    """Precision and recall over τ with bands; a triangle marks the suggested τ.
+    """Precision and recall over τ with confidence bands; a triangle marks the suggested τ.
 
-    Below the dashed line nothing was reviewed, so precision is not drawn there.
+    Precision is not drawn below the dashed line, because nothing was reviewed at such low τ.
     """
 
     def __init__(self, colours: Colours) -> None:
@@ -59,7 +59,7 @@ class PrecisionPlot(TauPlot):
             line.setPen(pg.mkPen(None))
 
     def show_curve(self, curve: VerdictCurve | None, suggestion: Suggestion | None) -> None:
-        """Show the curve and the suggestion of a scope; None: nothing is decided."""
+        """Show the curve of a group of verdicts and its suggestion; None: no decisions yet."""
         self.touch()
         self.between.setVisible(suggestion is not None)
         self.mark.setData([], [])
@@ -86,21 +86,22 @@ class PrecisionPlot(TauPlot):
 
 
 class _ShareAxis(Axis):
-    """An axis from 0 to 1 with steps of 0.2."""
+    """An axis from 0 to 1 with a tick every 0.2."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the tick values."""
+        """Return the positions of the ticks."""
         return [(0.2, [float(v) for v in np.linspace(0.0, 1.0, 6)])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the values with one decimal."""
+        """Return the labels of the ticks, with one decimal."""
         return [f"{v:.1f}" for v in values]
 
 
 class ReliabilityPlot(Canvas):
-    """The accepted share against the confidence, before and after learning; the diagonal is ideal.
+    """The share accepted, plotted against confidence, before and after learning.
 
-    A larger dot stands for more intervals; its line is the interval of the share.
+    The diagonal is ideal. A larger dot stands for more intervals; the bar through it is the
+    confidence interval of the share.
     """
 
     def __init__(self, colours: Colours) -> None:

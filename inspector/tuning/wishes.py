@@ -1,4 +1,4 @@
-"""A person's settings for a suggested τ."""
+"""The person's settings for a suggested τ."""
 
 from __future__ import annotations
 
@@ -30,17 +30,20 @@ class Wishes(QObject):
 
     @property
     def points(self) -> float:
-        """The cost of one false alarm per clip or minute, in points of FSR."""
+        """The cost of one false alarm per clip or minute, in percentage points of FSR.
+
+        FSR is the share of repaired errors.
+        """
         return POINTS.of(self._settings)
 
     @property
     def smallest_degrees(self) -> float:
-        """The smallest error to find, degrees."""
+        """The smallest error that should be found, in degrees."""
         return SMALLEST.of(self._settings)
 
     @property
     def draws(self) -> int:
-        """The number of draws of errors for every chain and protocol."""
+        """How often errors are drawn for every chain and protocol."""
         return DRAWS.of(self._settings)
 
     def wish(
@@ -63,11 +66,11 @@ class Wishes(QObject):
             self.changed.emit()
 
     def suggested(self, curve: TauCurve) -> float:
-        """Return the τ that a curve suggests, radians."""
+        """Return the τ that a curve suggests, in radians."""
         return curve.suggested(*self._terms)
 
     def shared(self, curves: Mapping[str, TauCurve]) -> SharedTau | None:
-        """Return the common τ for all chains, or None."""
+        """Return the common τ for all chains, or None if there is none."""
         return shared_tau(curves, *self._terms)
 
     @property

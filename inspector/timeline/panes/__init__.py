@@ -1,1 +1,1 @@
-"""The panes of the time line, one file each, which exports its pane as `plot`."""
+"""The panes of the timeline; each file of this folder defines one pane, named `plot`."""

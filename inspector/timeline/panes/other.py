@@ -1,4 +1,4 @@
-"""The pane of another detector."""
+"""The pane that shows another detector for comparison."""
 
 from __future__ import annotations
 

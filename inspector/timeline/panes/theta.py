@@ -69,7 +69,7 @@ def _describe(curves: Curves, frame: int) -> Title:
 
 
 def _height(curves: Curves, name: str, angle: float) -> float:
-    """Return the height of an angle in the same turn as its curve, degrees."""
+    """Return the height at which to draw an angle, in degrees, in the same turn as its curve."""
     if not isinstance(curves, ChainCurves):
         return float(np.degrees(angle))
     y, _ = degrees_about(np.array([angle]), curves.centres[name[-1]])
