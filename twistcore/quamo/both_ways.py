@@ -42,10 +42,11 @@ def track_both_ways(
     """Return the motion halfway between a forward and a backward pass, frame by frame.
 
     q̂ (frames, …, joints, 4), r̂ (frames, …, 3) as for :func:`track`, which steps both directions
-    at once. The quaternions are in the hemisphere of the forward pass. snapped: joints that were
-    set onto the reference in either pass; apart: joints that the two passes leave more than 90°
-    apart; steps: the forward steps; steps_back: the backward steps, in the order of the frames. The
-    first of `steps` and the last of `steps_back` are the starting states of the two passes.
+    at once. The quaternions are in the hemisphere of the forward pass. In the result, snapped: True
+    for joints that were set onto the reference in either pass; apart: True for joints whose
+    rotations in the two passes differ by more than 90°; steps: the forward steps; steps_back: the
+    backward steps, in the order of the frames. The first of `steps` and the last of `steps_back`
+    are the starting states of the two passes.
     """
     q_two, r_two = np.stack([q_hat, q_hat[::-1]], 1), np.stack([r_hat, r_hat[::-1]], 1)
     found = track(
@@ -78,7 +79,7 @@ def half_way(a: Array, b: Array) -> Array:
 
 
 def _of_direction(step: Step, way: int) -> Step:
-    """Return the part of a combined step that belongs to one direction."""
+    """Return the part of a combined step that belongs to one direction of time."""
     state = State(**{name: value[way] for name, value in vars(step.state).items()})
     if step.gains is None or step.parts is None:
         return Step(state, step.snapped[way])
