@@ -128,7 +128,7 @@ class NetworkController(Controller):
         )
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Return the gains of a step, at 25 Hz only, the rate at which the networks were trained."""
+        """Return the gains of a step, only at 25 Hz, the rate that the networks were trained at."""
         if abs(dt - NETWORK_DT) > 1e-6:
             raise UnstableGainsError(f"learned gains work at 25 Hz, not at {1.0 / dt:g}")
         w = self.network.weights
@@ -159,7 +159,7 @@ def control_inputs(
 
 
 def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gains:
-    """Scale the network's outputs to the gains' ranges; rotate the root's bias back to world axes."""
+    """Scale the outputs to the gains' ranges and rotate the root's bias back to world axes."""
     shape = (*out.shape[:-1], JOINTS, 3)
     kp, kd, ka, bias, root = np.split(out, np.arange(1, 5) * _VECTOR, axis=-1)
     with_bias, with_acceleration = variant != "pd", variant == "full"

@@ -143,7 +143,7 @@ def _check_persons(path: Path, count: int) -> None:
 
 
 def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
-    """Split rows that mix persons and frames by person; use world position and heading if present."""
+    """Split rows of mixed persons and frames by person, preferring world positions and headings."""
     wanted = ("smpl_thetas", "world_trans", "world_global_rots", "cam_trans", "track_ids", _ROWS_AT)
     arrays = {n: _numbers(path, names, n) for n in wanted if n in names}
     rows = len(arrays["smpl_thetas"]) if arrays["smpl_thetas"].ndim else 0

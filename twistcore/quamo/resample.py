@@ -10,7 +10,9 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, slerp
 
 
 def sample_times(frames: int, dt: float) -> Array:
-    """Return the times of the 25 Hz samples in a clip, in frames (usually fractional), (samples,)."""
+    """Return the times of the 25 Hz samples of a clip in (usually fractional) frames,
+    (samples,).
+    """
     count = int(np.floor((frames - 1) * dt / NETWORK_DT + 1e-9)) + 1
     times: Array = np.minimum(np.arange(count) * (NETWORK_DT / dt), float(frames - 1))
     return times

@@ -53,14 +53,14 @@ _SHORT = 1e-6  # of the body's size: too short to have a direction
 class RestChange:
     """The rotations from a skeleton's rest pose into SMPL's rest pose.
 
-    turns: unit quaternions A, (24, 4); notes: one sentence for each part of the body that is turned.
+    turns: unit quaternions A, (24, 4); notes: one sentence for each turned part of the body.
     """
 
     turns: Array
     notes: tuple[str, ...]
 
     def carried(self, rotations: Array) -> Array:
-        """Convert local rotations relative to SMPL's rest pose to this skeleton's, (frames, 24, 4)."""
+        """Convert local rotations, (frames, 24, 4), from SMPL's rest pose to the skeleton's."""
         out = multiply(rotations, self.turns)
         for j, parent in enumerate(PARENTS):
             if parent >= 0:
@@ -121,7 +121,7 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
 
 
 def _body(offsets: Array) -> Array:
-    """Return the quarter turns, (4,), after which the rest pose stands upright along y and faces z."""
+    """Return the quarter turns, (4,), that make the rest pose stand upright along y and face z."""
     places = np.zeros((JOINTS, 3))
     for j, parent in enumerate(PARENTS):
         places[j] = (places[parent] + offsets[j]) if parent >= 0 else 0.0

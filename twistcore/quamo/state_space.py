@@ -38,11 +38,12 @@ class Gains:
     def by_hand(cls, dt: float, *, causal: bool = True) -> Gains:
         """Return the hand-tuned gains for a frame time in seconds: stiffer at higher frame rates.
 
-        The gains are the defaults at 25 Hz, and κP/s² and κD/s with s = 0.3 + 0.7 Δt/0.04 s at other
-        rates. A joint that turns steadily lies 2κD/κP − Δt behind its reference: 10 ms at 25 Hz, less
-        than 15 ms at any rate. The gains are stable at any rate. causal: False for tracking forward and
-        backward, where the lag is 0: there κP 550, κD 17, root 200, 14 at 25 Hz give a lower Accel at
-        no higher MPJPE, on CMU's subjects 02, 08 and 12 with synthetic noise.
+        The gains are the defaults at 25 Hz, and κP/s² and κD/s with s = 0.3 + 0.7 Δt/0.04 s at
+        other rates. A joint that turns steadily lies 2κD/κP − Δt behind its reference: 10 ms at
+        25 Hz, less than 15 ms at any rate. The gains are stable at any rate. causal: False for
+        tracking forward and backward, where the lag is 0: there κP 550, κD 17, root 200, 14 at
+        25 Hz give a lower Accel at no higher MPJPE, on CMU's subjects 02, 08 and 12 with
+        synthetic noise.
         """
         at_25_hz = cls() if causal else cls(kp=550.0, kd=17.0, root_kp=200.0, root_kd=14.0)
         s = 0.3 + 0.7 * (dt / NETWORK_DT)
@@ -95,7 +96,7 @@ def angular_acceleration(
 
 
 def increment(q_hat: Array, before: Array) -> Array:
-    """Return δ = vec(±(q̂(t+1) ⊗ q̂(t)*)), (…, 3): the axis times sin(θ/2) of the reference's step."""
+    """Return δ = vec(±(q̂(t+1) ⊗ q̂(t)*)), (…, 3): axis times sin(θ/2) of the reference's step."""
     return short_vector(multiply(q_hat, conjugate(before)))
 
 

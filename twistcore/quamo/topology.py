@@ -59,7 +59,9 @@ class Topology:
         return out
 
     def restored(self, reduced: Array, rotations: Array) -> Array:
-        """Return rotations of the whole skeleton that reduce to `reduced`; other joints keep theirs."""
+        """Return the whole skeleton's rotations that reduce to `reduced`; other joints keep
+        theirs.
+        """
         out = rotations.copy()
         for k, (joint, above) in enumerate(zip(self.joints, self.folded, strict=True)):
             q = reduced[:, k]

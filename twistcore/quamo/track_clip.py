@@ -81,7 +81,7 @@ def joints_of_24(
 
 
 def placed_joint(motion: Motion) -> int | None:
-    """Return the joint that positions the figure: the topmost moving joint above half of the joints.
+    """Return the joint that positions the figure: the topmost moving one above half of the joints.
 
     This is usually the root; in some rigs the root is still and the hips below it move. If no such
     joint moves, it is the root; if neither has position channels, None. Movement in a T-pose at an
@@ -275,7 +275,7 @@ class _Piece:
 
 
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
-    """Return the spans to track in one go; causally it is one, since a stream does not reveal cuts."""
+    """Return the spans to track in one go; only one if causal, since a stream reveals no cuts."""
     return ((first, motion.frames),) if causal else pieces(motion, first)
 
 
@@ -323,7 +323,7 @@ def _written(
     placed: int | None,
     parts: Sequence[tuple[int, Array, Array]],
 ) -> Motion:
-    """Return the motion with each part's rotations and positions, from the part's first frame on."""
+    """Return the motion with each part's rotations and positions from its first frame on."""
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
     for start, q, r in parts:
         rotations[start : start + len(q), joints] = q

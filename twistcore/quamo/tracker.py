@@ -55,7 +55,7 @@ class Controller(ABC):
     def both_ways(self, q_two: Array, r_two: Array) -> Controller:
         """Return a controller that runs forward and backward at once; by default this one.
 
-        q_two (frames, 2, …, joints, 4), r_two (frames, 2, …, 3): the references in forward order and in
+        q_two (frames, 2, …, joints, 4), r_two (frames, 2, …, 3): the references in forward and in
         backward order.
         """
         del q_two, r_two
@@ -78,7 +78,7 @@ class HandGains(Controller):
         self._checked = 0.0
 
     def both_ways(self, q_two: Array, r_two: Array) -> HandGains:
-        """Return a controller that runs forward and backward, with the given gains or the defaults."""
+        """Return a controller for a forward and backward pass, with the given or default gains."""
         del q_two, r_two
         return HandGains(self._given, causal=False)
 
@@ -218,7 +218,7 @@ def snap_sentences(
 
 
 def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
-    """Report in one sentence the joints and frames where the two passes differ by over 90°, or ''."""
+    """Report in one sentence where which joints of the two passes differ by over 90°, or ''."""
     found = [f"{name} at {places}" for name, places in _where(apart, names)]
     if not found:
         return ""
