@@ -48,15 +48,15 @@ class CleanScene:
 
     @cached_property
     def groups(self) -> tuple[tuple[Chain, ...], ...]:
-        """Return the groups of chains and limbs that share joints; an error stays within its
+        """Return groups of chains and limbs that share joints; no error spreads to another
         group.
         """
         return limbs(self.motion.skeleton, (*self.chains, *self.limbs))
 
     @property
     def targets(self) -> tuple[Chain, ...]:
-        """Return the chains that the protocol injects into: all chains, all limbs, or straight
-        ones.
+        """Return the protocol's targets: all chains, all limbs, or all chains that can be
+        straight.
         """
         if self.protocol.straight:
             return tuple(c for c in self.chains if c.grandchild >= 0 and c.segment in STRAIGHTENS)
@@ -71,14 +71,14 @@ class CleanScene:
 
     @cached_property
     def eventful(self) -> frozenset[str]:
-        """Return the names of chains and limbs with a natural event, which the audited table
-        excludes.
+        """Return names of chains and limbs with a natural event; the audited table excludes
+        them.
         """
         return with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Return the index and targets of each pass: a chain or limb, or a chain and the one
-        below it.
+        """Return each pass's index and targets: a chain or limb, or a chain with the one below
+        it.
         """
         if self.protocol.clean:
             return ()

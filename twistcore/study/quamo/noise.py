@@ -44,9 +44,9 @@ LEVELS = {
 class Noise:
     """The noise to add: a level, and whether half of the bias's variance is constant (systematic).
 
-    The systematic part is drawn anew for every clip, so no method can memorise it; the total size
-    is the same with and without it. bursts: number of occlusions per minute, in each of which a
-    limb loses its input (it freezes, then jumps back).
+    The systematic part is drawn for each clip separately, so no method can memorise it; the total
+    size is the same with and without it. bursts: number of occlusions per minute, in each of which
+    a limb loses its input (it freezes, then jumps back).
     """
 
     level: NoiseLevel

@@ -53,7 +53,10 @@ class Scores:
         return mean
 
     def ratio(self, method: str, condition: NoiseCondition) -> Array:
-        """Return the mean divided by the input's mean, in the order of METRICS, or 1 for 0 / 0."""
+        """Return the mean divided by the input's mean, in the order of METRICS.
+
+        The ratio is 1 if the input's mean is 0.
+        """
         return _ratio(self.mean(method, condition), self.mean("input", condition))
 
     def ratios(self, method: str, condition: NoiseCondition, base: str = "input") -> Array:
