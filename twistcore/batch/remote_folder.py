@@ -48,9 +48,9 @@ def working_folder(output: str) -> Iterator[Path]:
 
 
 def _take_over(url: str, folder: Path) -> None:
-    """Copy the files at the URL, which a run on another machine may have continued.
+    """Download the files at the URL if another machine has changed them since the last upload.
 
-    Raises TwistError if both the URL and the local folder have changed since the last upload.
+    Raises TwistError if the local folder has changed since then, too.
     """
     there = {name: path for path, name, _ in find_remote(url, may_be_none=True)}
     if FILE not in there:
