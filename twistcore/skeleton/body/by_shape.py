@@ -17,9 +17,7 @@ _SMALL_LIMB = 0.35  # of the longest bone: a line of shorter bones is a neck or 
 
 
 def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
-    """Return the limbs along lines of unnamed joints; beside legs, a neck is not counted as a
-    limb.
-    """
+    """Return the limbs along lines of unnamed joints; in a body with legs, a neck is no limb."""
     found = [limb for line in lines if (limb := unnamed_line(shape, line))]
     sizes = [max(shape.lengths[b.child] for b in line.bones) for line in found]
     least = _SMALL_LIMB * max(sizes, default=0.0)
