@@ -57,10 +57,11 @@ class Handover:
 
 
 def find_blender(named: str | None = None) -> str:
-    """Return the Blender to run, the first that exists of several.
+    """Return the program to run as Blender.
 
-    They are the given program, the one in the environment variable, `blender` on the path, and this
-    Python if it has bpy. Raises TwistError if none is found.
+    It is the given program, the one in the environment variable, `blender` on the path, or this
+    Python if it has bpy, in this order. Raises TwistError if none is found, or if a program that
+    was named cannot be run.
     """
     for program, by in ((named, "--blender"), (os.environ.get(VARIABLE), VARIABLE)):
         if program:
