@@ -278,7 +278,9 @@ def _check(
 
 
 def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
-    """Raise FormatError unless there is a τ for every chain of the rig, and for no other names."""
+    """Raise FormatError unless τ is given for all chains of the rig; its limbs may have a τ,
+    too.
+    """
     if motion is None:
         return
     try:
