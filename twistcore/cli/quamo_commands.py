@@ -186,7 +186,7 @@ def _how(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> s
 
 
 def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
-    """Return in words what a direction of tracking needs, and how far it lags."""
+    """Return in words which frames the tracking needs, and how far it lags."""
     if not causal:
         return "tracking both ways needs the whole clip: every frame depends on later ones; no lag"
     if gains is None:

@@ -39,7 +39,7 @@ class SessionClip:
 class Pairs:
     """Sessions paired with their clips; problems: one sentence for each session without a clip.
 
-    older: sessions of a clip that has a later one; alone: clips without a session, except exports
+    older: sessions whose clip has a later session; alone: clips without a session, except exports
     of other clips.
     """
 

@@ -77,7 +77,7 @@ def scene_script(
     intervals: Iterable[Judged],
     options: SceneOptions,
 ) -> str:
-    """Return the script's text; clip: the file's name; intervals: those that the script lists.
+    """Return the script's text; clip: the file's name; intervals: the intervals it lists.
 
     Raises TwistError if nothing is corrected, or if a name does not belong to exactly one joint.
     """

@@ -270,7 +270,7 @@ def free_name(path: Path, suffix: str = "") -> Path:
 
 
 def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
-    """Write files into a folder, except those that already exist there with the same bytes.
+    """Write files into a folder, leaving files that already exist there with the same bytes.
 
     Raises TwistError, before anything is written, if an existing file has different bytes, and
     OSError.

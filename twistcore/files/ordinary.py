@@ -35,7 +35,7 @@ def open_to_read(path: Path | str) -> BufferedReader:
     """Open a file for reading; raises OSError also for a FIFO, a socket or a device.
 
     Descriptors that this process inherited (/dev/stdin, /dev/fd/N, and therefore a shell's `<(…)`)
-    are read whatever their type is, since there is somebody at the other end.
+    may have any type, since there is somebody at the other end.
     """
     path = Path(path)
     if _was_given(path):
@@ -91,7 +91,7 @@ def _was_given(path: Path) -> bool:
 
 
 def check_ordinary(path: Path, mode: int) -> None:
-    """Raise OSError unless the mode is that of a regular file."""
+    """Raise OSError unless the mode belongs to a regular file."""
     if refused := _REFUSED.get(stat.S_IFMT(mode)):
         code, why = refused
         raise OSError(code, why, str(path))

@@ -21,7 +21,7 @@ def clips_in(
 
     below: True to include subfolders; suffixes: suffixes of clips, in upper or lower case. A broken
     link counts as a clip, so that reading it reports the error. Folders and devices do not count,
-    whatever their names are, nor does an .npz with other data.
+    even with a clip's name, nor does an .npz with other data.
     """
     if not folder.is_dir():
         return []

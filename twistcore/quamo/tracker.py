@@ -183,7 +183,7 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Track a whole clip; the result is bit for bit that of a :class:`Tracker` called per frame.
+    """Track a whole clip, with bit for bit the same result as calling :class:`Tracker` per frame.
 
     tell: called now and then with the completed share; an exception from it ends the tracking.
     """

@@ -336,8 +336,7 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
 
 
 def reported_moves(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
-    """Return the moved joints for sentences, with those that only follow the tracked position as
-    one.
+    """Return the moved joints for sentences; joints that only follow the position are one entry.
 
     placed: joints whose position channels have changed; along: the joint whose position was
     tracked, with the largest move and the number of frames of the joints that only follow it, or

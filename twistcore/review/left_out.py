@@ -31,7 +31,7 @@ class LeaveOut(Command):
 
 
 def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
-    """Sort half-open spans and join those that touch or overlap."""
+    """Sort half-open spans and join spans that touch or overlap."""
     out: list[Span] = []
     for start, stop in sorted(spans):
         if out and start <= out[-1][1]:

@@ -66,7 +66,7 @@ class Tracking:
 
     @property
     def what(self) -> str:
-        """What is tracked, in two or three words."""
+        """The tracked parts, in two or three words."""
         joints = self.joints[0] if len(self.joints) == 1 else f"{len(self.joints)} joints"
         return " and ".join((joints,) * bool(self.joints) + ("the place",) * self.place)
 

@@ -230,7 +230,7 @@ def read_session_file(path: Path) -> tuple[Session, str]:
 
 
 def session_from_document(document: Any) -> Session:
-    """Return the session in a JSON document; a FormatError says what is missing or wrong."""
+    """Return the session in a JSON document; a FormatError names the missing or wrong part."""
     if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
     has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")

@@ -31,10 +31,10 @@ def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) ->
 
 
 def figure_size(positions: Array, skeleton: Skeleton) -> float:
-    """Return the figure's height in the file's unit: that of its largest pose.
+    """Return the figure's height in the file's unit: the height of its largest pose.
 
-    The height is at most that of the rest pose. positions: (frames, joints, 3), of which about 200
-    frames are used. If there are several people, the tallest one is used.
+    The height is at most the height of the rest pose. positions: (frames, joints, 3), of which
+    about 200 frames are used. If there are several people, the tallest one is used.
     """
     some = positions[:: max(1, len(positions) // 200)]
     poses = (some[:, list(person.joints)] for person in find_people(skeleton))

@@ -80,7 +80,7 @@ def _middle(frames: int) -> slice:
 
 @dataclass(frozen=True, eq=False)
 class DistinctFrames:
-    """The frames that determine a clip: those that are not repeated, or the linear keys.
+    """The frames that determine a clip: the frames that are not repeated, or the linear keys.
 
     motion: the motion in these frames only, at their own rate; first: index of each in the clip,
     (kept,); frames: number of frames of the clip; even: True if the motion between them is linear,

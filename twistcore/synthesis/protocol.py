@@ -44,8 +44,8 @@ class Protocol:
     nothing is injected; limb: True if P turns about its limb's line instead of its bone, with the
     limb's end kept or carried at even odds; carried: True if C rolls along with P, while the limb
     is bent; fill: how P's twist over a gap is filled, 'held' or 'interpolated', where δ is the
-    twist that is then missing; straight: seconds in which δ sets in and ends; it lasts for every
-    spell in which the limb is straight.
+    twist that is then missing; straight: range of seconds over which δ sets in and ends, with δ in
+    every spell in which the limb is straight.
     """
 
     name: str
