@@ -171,7 +171,9 @@ class Manifest:
 
     @classmethod
     def open(cls, folder: Path | str, *, create: bool = False) -> Self:
-        """Open the manifest of a folder; TwistError if there is none, unless `create` is True."""
+        """Open the manifest of a folder; raise TwistError if there is none and `create` is
+        False.
+        """
         folder = Path(folder)
         file = folder / FILE
         if not file.exists() or (create and file.stat().st_size == 0):
@@ -218,7 +220,7 @@ class Manifest:
         return list(self.each_record())
 
     def each_record(self) -> Iterator[ClipRecord]:
-        """Yield all clips, sorted by name, without building a list, as there may be a million."""
+        """Yield all clips, sorted by name, without a list of them, since there may be a million."""
         with _sqlite_errors(self.folder / FILE):
             for row in self._connection.execute(_RECORDS + "ORDER BY c.name"):
                 yield _record(row)
@@ -295,13 +297,13 @@ class Manifest:
         return {row.source: row for row in rows}
 
     def sizes(self, mark: str) -> frozenset[int]:
-        """Return the byte counts of files that have results with these parameters."""
+        """Return the sizes in bytes of the files that have results with these parameters."""
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT DISTINCT bytes FROM results WHERE mark = ?"
             return frozenset(row[0] for row in self._connection.execute(query, (escaped(mark),)))
 
     def has_result(self, sha256: str, mark: str) -> bool:
-        """True if these bytes have a result with these parameters."""
+        """True if a file with these bytes has a result with these parameters."""
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT 1 FROM results WHERE sha256 = ? AND mark = ?"
             return (

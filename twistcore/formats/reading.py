@@ -71,7 +71,7 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None =
     fps : float, optional
         Frames a second in place of the rate in the file.
     tell : callable, optional
-        Called now and then with the share of the work done, 0…1.
+        Called now and then with the completed share of the work, 0…1.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""Track a whole clip forwards and backwards in time: no lag, but not causal.
+"""Track a whole clip forward and backward in time, without lag but not causally.
 
-A joint that turns steadily lies 2κD/κP − Δt behind its reference in a pass forwards, and as far
-ahead of it in a pass from the end of the clip to its beginning. So both passes run, and
+A joint that turns steadily lies 2κD/κP − Δt behind its reference in a forward pass, and as far
+ahead of it in a backward pass, from the end of the clip to its beginning. So both passes run, and
 the result is halfway between them:
 
     q(t) = (a + s b) / |a + s b|,  s = ±1 so that s a·b ≥ 0;   r(t) = ½ (r_a + r_b)
@@ -70,9 +70,9 @@ def track_both_ways(
 
 
 def half_way(a: Array, b: Array) -> Array:
-    """Return the rotation halfway from a to b on the shorter arc, (…, 4), in a's hemisphere.
+    """Return the rotation halfway from a to b along the shorter arc, (…, 4), in a's hemisphere.
 
-    Halfway from b to a is the same rotation, bit for bit except for its sign.
+    The rotation halfway from b to a is the same, bit for bit except for its sign.
     """
     dot = np.einsum("...i,...i->...", a, b)
     return normalise(a + np.where(dot[..., None] < 0.0, -b, b))

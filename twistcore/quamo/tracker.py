@@ -46,7 +46,7 @@ class State:
 
 
 class Controller(ABC):
-    """The source of the gains of each step: hand-tuned or from a network."""
+    """The source of each step's gains, which are hand-tuned or come from a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
         """Return the state at the first reference; by default it is at rest on that reference."""

@@ -124,7 +124,7 @@ class Report:
 
     @cached_property
     def protected(self) -> tuple[MeasureSum, ...]:
-        """How the corrections changed the limbs and their neighbours, by measure."""
+        """How the corrections changed the limbs and their neighbours, for each measure."""
         finds = [j.interval for j in self.state.intervals if j.interval.repairable]
         return protected_sums(self.clip.motion, self.chains, self.applied, finds)
 
@@ -291,7 +291,7 @@ def _is_below_tracked(report: Report, joint: str) -> bool:
 
 
 def _follows_place(report: Report, joint: str) -> bool:
-    """True if a joint is the one whose position was tracked, or is below it."""
+    """True if a joint's position was tracked, or if the joint is below one whose position was."""
     tracking, motion = report.state.tracking, report.clip.motion
     if tracking is None or not tracking.place:
         return False

@@ -129,7 +129,7 @@ class FolderNumbers:
 
     @property
     def intervals(self) -> int:
-        """Number of intervals of all kinds."""
+        """Number of intervals of all kinds together."""
         return self.kinds.total()
 
     @property

@@ -117,7 +117,7 @@ def _needs_kinds(clip: Clip, state: ReviewState) -> bool:
 
 
 def session_bytes(clip: Clip, state: ReviewState) -> bytes:
-    """Return the bytes of the session file."""
+    """Return the bytes of a session file."""
     return json_bytes(session_document(clip, state))
 
 
@@ -379,7 +379,7 @@ def _offset(entry: Any, frames: int) -> Array:
 
 
 def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval under review as JSON data; kinds: as in :func:`interval_to_json`."""
+    """Return an interval under review as JSON data; kinds: see :func:`interval_to_json`."""
     return {
         "id": judged.id,
         **interval_to_json(judged.interval, kinds=kinds),

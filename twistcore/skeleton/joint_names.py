@@ -1,6 +1,6 @@
-"""Derive the side and the part of the body from joint names.
+"""Derive the side and the part of the body from the names of joints.
 
-Words and their meanings are in `joint_vocabulary.py`.
+The words and their meanings are in `joint_vocabulary.py`.
 """
 
 from __future__ import annotations

@@ -194,7 +194,7 @@ def _likeness(one: _Top, other: _Top) -> float:
 
 
 def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
-    """Return sibling joints with their subtrees, their marks and their limbs."""
+    """Return sibling joints with their subtrees, each with its mark and its limbs."""
     below = [_all_below(skeleton, joint) for joint in begin]
     marks = _marks([[skeleton.names[j] for j in joints] for joints in below])
     return [

@@ -168,7 +168,7 @@ def each(
 
 
 def reason(name: object, error: Exception) -> str:
-    """Return one sentence about a file that could not be processed."""
+    """Return one sentence that says why a file could not be processed."""
     if isinstance(error, TwistError):
         return str(error)
     if isinstance(error, OSError):

@@ -232,7 +232,7 @@ class _Rows:
         return self.fail(f"expected {bone} once in frame {self._number}", line)
 
     def _read_keyword(self, own: list[bytes], line: int) -> None:
-        """Read a keyword of the header, or raise AmcError for anything else."""
+        """Read a keyword of the header; raise AmcError for any other word."""
         if not own[0].startswith(b":") or self._number is not None:
             known = (
                 f"a bone of {self._asf.path.name} with degrees of freedom, or the number of a frame"

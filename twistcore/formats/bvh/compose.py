@@ -38,7 +38,7 @@ def write_motion(motion: Motion, path: str | Path) -> None:
         If `motion` is not a Motion.
     TwistError
         If the motion is empty, has a number that is not finite, a name that is impossible in a
-        BVH, or a rate below 1 or above 10,000 frames a second.
+        BVH, or a rate below 1 or above 10,000 frames per second.
     OSError
         If the file cannot be written.
 

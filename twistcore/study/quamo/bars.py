@@ -1,4 +1,4 @@
-"""The ratios that QuaMo must reach, with their bounds and the best ratios known if one is
+"""The ratios that QuaMo must reach, with their bounds and the best ratios observed if one is
 missed.
 """
 
@@ -46,7 +46,7 @@ class Demand(NamedTuple):
 
     bar: None if the ratio is reported but not checked; above: True if the ratio must be at least
     the bar; systematic: the bar with systematic noise, if different; at_b: the bar at level B, if
-    different; task: the best ratio known, if measured; plain: True if demanded only without
+    different; task: the best ratio observed, if measured; plain: True if demanded only without
     systematic noise.
     """
 
@@ -121,7 +121,7 @@ TURNS = tuple(
 class BoundCheck:
     """A row of the table: a ratio with its bound; above: True if it must be at least the bound.
 
-    bound: None if the ratio is reported but not checked. task_bound: the best ratio known with a
+    bound: None if the ratio is reported but not checked. task_bound: the best ratio observed with a
     causal tracker, and task: its conditions; None if the ratio meets the bar, if the best ratio
     does not beat it (having been measured on other clips), or if it is unknown.
     """
@@ -144,7 +144,7 @@ class BoundCheck:
 
     @property
     def verdict(self) -> str:
-        """Return, as Markdown, whether the bound is met and, if not, the best ratio known."""
+        """Return, as Markdown, whether the bound is met and, if not, the best ratio observed."""
         if self.bound is None:
             return ""
         if self.met:
