@@ -63,7 +63,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Suppress Dask's tracebacks, since each problem is reported in one sentence."""
+    """Suppress Dask's tracebacks, since each problem is reported in one sentence anyway."""
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:

@@ -117,7 +117,7 @@ def _expanded(words: Iterable[str]) -> Iterator[str]:
 
 
 def _lines(text: str) -> Iterator[str]:
-    """Return the non-empty lines, without Windows' byte order mark."""
+    """Return the non-empty lines of a list, without the byte order mark that Windows adds."""
     lines = text.removeprefix("\ufeff").removeprefix("\udcef\udcbb\udcbf").splitlines()
     return (line.strip() for line in lines if line.strip())
 

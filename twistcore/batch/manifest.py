@@ -249,7 +249,7 @@ class Manifest:
                 yield clip["source"], clip["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
-        """Return the record of a source; TwistError if there is none."""
+        """Return the record of a source; raise TwistError if there is none."""
         with _sqlite_errors(self.folder / FILE):
             query = _RECORDS + "WHERE c.source = ?"
             row = self._connection.execute(query, (escaped(source),)).fetchone()

@@ -27,7 +27,9 @@ def read_file(path: Path | str) -> bytes:
 
 
 def read_text_file(path: Path | str) -> str:
-    """Return a UTF-8 file as text, without a byte order mark; OSError, UnicodeDecodeError."""
+    """Return a UTF-8 file as text, without a byte order mark; raises OSError,
+    UnicodeDecodeError.
+    """
     return read_file(path).decode("utf-8-sig")
 
 

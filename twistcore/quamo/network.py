@@ -98,7 +98,9 @@ class NetworkController(Controller):
         return self.network.started(q_two, r_two)
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """Return the initial state: q0 = Exp(φ) ⊗ q̂0, r0, ω0, v0."""
+        """Return the initial state (q0, ω0, r0, v0) with q0 = Exp(φ) ⊗ q̂0, where φ comes from
+        InitNet.
+        """
         if len(self._q) < 2:
             return super().start(q_hat, r_hat)
         w = self.network.weights

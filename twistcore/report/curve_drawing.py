@@ -241,7 +241,7 @@ def _range(low: float, high: float) -> tuple[float, float]:
 
 
 def _edges(count: int, columns: int) -> NDArray[np.intp]:
-    """Return the first frame of each column, (columns,)."""
+    """Return the first frame of each column of the picture, (columns,)."""
     return (np.arange(columns) * count // columns).astype(np.intp)
 
 

@@ -266,7 +266,7 @@ def _frames_changed(report: Report, difference: Difference) -> int:
 
 
 def _replaced_positions(report: Report) -> list[str]:
-    """Return phrases for joints whose position channels have changed."""
+    """Return phrases about joints whose position channels have changed."""
     motion = report.clip.motion
     other = (motion.positions != report.refined.positions).any(axis=(0, 2))
     joints = np.array(motion.positioned, dtype=np.intp)[other]

@@ -140,7 +140,7 @@ class ReviewState:
         return f"<ReviewState by {self.method}: {decided} of {len(self.intervals)} decided>"
 
     def find(self, interval_id: int) -> Judged:
-        """Return the interval with an id; KeyError if there is none."""
+        """Return the interval with an id; raise KeyError if there is none."""
         for judged in self.intervals:
             if judged.id == interval_id:
                 return judged
@@ -258,7 +258,7 @@ def as_written(interval: Interval) -> Interval:
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """Return the interval over [start, stop): offsets are kept, new frames get the nearest one."""
+    """Return the interval over [start, stop); new frames get the offset of the nearest old one."""
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
 

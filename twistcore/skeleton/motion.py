@@ -200,7 +200,7 @@ class HasMotion(Protocol):
 
 
 def motion_of(clip: Motion | HasMotion) -> Motion:
-    """Return the motion of a clip, or the motion itself; TypeError for anything else."""
+    """Return the motion of a clip, or the motion itself; raise TypeError for anything else."""
     motion = clip if isinstance(clip, Motion) else getattr(clip, "motion", None)
     if isinstance(motion, Motion):
         return motion

@@ -115,7 +115,9 @@ def exponential(rotation_vector: ArrayLike) -> Array:
 
 
 def logarithm(q: ArrayLike) -> Array:
-    """Return the rotation vector, length [0, π], (…, 4) -> (…, 3); inverts :func:`exponential`."""
+    """Return the rotation vector of length [0, π], (…, 4) -> (…, 3); inverts
+    :func:`exponential`.
+    """
     q = np.asarray(q, dtype=np.float64)
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))
@@ -192,7 +194,9 @@ def euler_from_quaternion(order: str, q: ArrayLike) -> Array:
 
 
 def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
-    """Return angles (…, 3) with a given third angle, exact in gimbal lock, where it is free."""
+    """Return angles (…, 3) with a given third angle; exact in gimbal lock, where any third angle
+    fits.
+    """
     third = np.asarray(third, dtype=np.float64)
     unwound = multiply(q, conjugate(quaternion_from_euler(order[2], third[..., None])))
     i, j, k = (_AXIS_INDEX[letter] for letter in order)

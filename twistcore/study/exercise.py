@@ -37,7 +37,7 @@ class ExerciseScore:
 
     @property
     def false_verdicts(self) -> int:
-        """Number of verdicts that the truth contradicts."""
+        """Number of verdicts that contradict the truth."""
         return len(self.false_accepted) + len(self.false_rejected)
 
 

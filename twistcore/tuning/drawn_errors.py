@@ -55,7 +55,7 @@ class DrawnErrors:
 
     @property
     def fsr(self) -> Array:
-        """Return the share of repaired error frames, 0…1, (n,); NaN without errors."""
+        """Return the fraction of error frames that are repaired, 0…1, (n,); NaN without errors."""
         frames = float(self.frames.sum())
         return self.repaired.sum(axis=0) / frames if frames else self._nothing
 

@@ -107,7 +107,7 @@ class _Read:
 
 
 def read_asf(path: str | Path) -> Asf:
-    """Read a skeleton file; AmcError if it is not valid."""
+    """Read a skeleton file; raise AmcError if it is not valid."""
     path = Path(path)
     try:
         return parse_asf(read_file(path), path)
@@ -116,7 +116,7 @@ def read_asf(path: str | Path) -> Asf:
 
 
 def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
-    """Parse a skeleton from bytes; AmcError (file, line, column, what was expected)."""
+    """Parse a skeleton from bytes; raise AmcError (file, line, column, what was expected)."""
     path = Path(path)
     if instead := wide_instead(data):
         raise AmcError(str(path), instead)

@@ -54,7 +54,7 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
 
 
 def find_asf(path: Path) -> Path:
-    """Return the skeleton file of an AMC; AmcError if it cannot be determined."""
+    """Return the path of an AMC's skeleton file; raise AmcError if it cannot be determined."""
     candidates = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
     words = path.stem.lower().split("_")
     for count in range(len(words), 0, -1):

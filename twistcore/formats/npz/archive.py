@@ -81,7 +81,7 @@ class Archive:
         return self._packed(contents)
 
     def raw(self, name: str) -> bytes:
-        """Return the unpacked bytes of a member; NpzError if it is damaged."""
+        """Return the unpacked bytes of a member; raise NpzError if it is damaged."""
         info = self.infos[name]
         try:
             with (

@@ -52,13 +52,13 @@ class _Row:
     row: int
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return THETAS or PLACE of all persons in the frame."""
+        """Return the array named THETAS or PLACE with all persons in the frame."""
         found = self.pose if name == THETAS else self.place
         assert found is not None
         return found
 
     def numbers(self, name: str) -> NDArray[Any]:
-        """Return THETAS or PLACE of this person."""
+        """Return the numbers of the array named THETAS or PLACE for this person."""
         array = self.array(name)
         return array[self.row] if array.ndim > 1 else array
 

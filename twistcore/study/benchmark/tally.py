@@ -52,7 +52,7 @@ class Tally:
         return Tally(*(a + b for a, b in zip(self.values(), other.values(), strict=True)))
 
     def values(self) -> tuple[int, ...]:
-        """The numbers in the order of the fields."""
+        """The numbers of the tally, in the order of the fields."""
         return tuple(vars(self).values())
 
 
