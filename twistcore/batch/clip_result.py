@@ -29,7 +29,7 @@ SCHEMA = "twistcore.batch_clip/1"
 
 
 def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
-    """Return a clip, its document without its name, and its corrected bytes or None.
+    """Return a clip, its result document without its name, and its corrected bytes or None.
 
     The same bytes give the same document in every process. Raises TwistError.
     """
@@ -105,7 +105,9 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
 
 
 def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
-    """Return the corrected motion, the count of corrected intervals, and what stays uncorrected."""
+    """Return the corrected motion, the number of corrected intervals, and what stays
+    uncorrected.
+    """
     from twistcore.export.replay import accepted_motion, chains_left, correctable
     from twistcore.review import Review
 

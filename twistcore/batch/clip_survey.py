@@ -1,4 +1,4 @@
-"""Survey of many clips, worst first."""
+"""A survey of many clips, worst first."""
 
 from __future__ import annotations
 
@@ -67,9 +67,9 @@ class ClipSurvey:
 def survey(
     path: Path, profile: Profile | None = None, rig_of: Callable[[Motion], Rig] | None = None
 ) -> ClipSurvey:
-    """Read and analyse a clip, at a profile's τ if given; raises TwistError.
+    """Read and analyse a clip, with a profile's τ if given; raises TwistError.
 
-    rig_of: returns the chains for a motion, by default the ones that are found.
+    rig_of: function that returns the rig for a motion; by default, the chains are found.
     """
     clip, profile = read_clip(path), profile or Profile({})
     analysis = analyse(clip, rig=AS_FOUND if rig_of is None else rig_of(clip.motion))

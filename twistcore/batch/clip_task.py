@@ -1,6 +1,7 @@
 """One clip as a task that can be sent to any process or machine, with the same outcome.
 
-The code that processes it is loaded there, so that the sender of thousands loads no numpy.
+The code that processes the clip is loaded there, so a process that sends thousands of tasks does
+not load numpy.
 """
 
 from __future__ import annotations
@@ -29,10 +30,11 @@ _RACY_NS = 2_000_000_000  # a file this recent may change again within the same 
 
 @dataclass(frozen=True)
 class ClipTask:
-    """source: absolute path or URL; name: the clip's in the manifest; size: bytes, 0 if unknown.
+    """The task of processing one clip.
 
+    source: absolute path or URL; name: the clip's name in the manifest; size: bytes, 0 if unknown;
     memory: bytes allowed beyond the needs of a clip of this size; data: the file's bytes for a
-    process that cannot see the file, else None.
+    process that cannot see the file, or None.
     """
 
     source: str
@@ -47,11 +49,12 @@ class ClipTask:
 class Outcome:
     """The outcome of processing a clip.
 
-    result: the document 'twistcore.batch_clip/1' without the clip's name, or None if there is a
-    reason, one sentence; again: True if another try may succeed; sha256, bytes, signature: of the
-    file that was read, the signature is '' if a change could go unnoticed; corrected: the bytes of
-    the corrected clip, or None; companions: files needed next to it, by name; unseen: True if the
-    file cannot be seen from the machine that carried the task out.
+    result: the document 'twistcore.batch_clip/1' without the clip's name, or None if it failed;
+    reason: one sentence that says why, or ''; again: True if another try may succeed; sha256,
+    bytes, signature: hash, size and signature of the file that was read (the signature is '' if a
+    change could go unnoticed); corrected: the bytes of the corrected clip, or None; companions:
+    files needed next to it, by name; unseen: True if the file cannot be seen from the machine that
+    carried the task out.
     """
 
     result: dict[str, Any] | None = None
@@ -93,8 +96,8 @@ def process(task: ClipTask) -> Outcome:
 def signature_of(path: Path | str) -> tuple[str, bool]:
     """Return a file's size, time and inode as text, and True if later changes will show in it.
 
-    The bytes stay the same as long as the signature does. For an AMC it includes the skeletons in
-    the folder, as the clip needs one of them. Raises OSError.
+    As long as the signature is the same, so are the bytes. For an AMC it includes the skeletons in
+    the folder, since the clip needs one of them. Raises OSError.
     """
     states = [Path(path).stat()]
     if companion := _companion(path):
@@ -116,7 +119,7 @@ def has_companions(path: Path | str) -> bool:
 
 
 def _companion(path: Path | str) -> str:
-    """Return the suffix of the files that a clip needs from its folder; '' if none."""
+    """Return the suffix of the files that a clip needs from its folder; '' if it needs none."""
     known = known_formats().get(Path(path).suffix.lower())
     return known.companion if known else ""
 
@@ -146,7 +149,7 @@ def _carried_out(task: ClipTask) -> dict[str, Any]:
 
 @contextmanager
 def _on_this_disk(task: ClipTask) -> Iterator[Path]:
-    """Yield the clip's file, or a temporary copy of its bytes."""
+    """Yield the path of the clip's file, or of a temporary copy of its bytes."""
     data = task.data
     if data is None and "://" in task.source:
         from twistcore.batch.remote_files import read_remote

@@ -1,4 +1,7 @@
-"""Corrected clips in a batch folder: each is the old or the new file, and no other is lost."""
+"""Corrected clips in a batch folder: each file is either the old or the new one, never partial.
+
+No file of another origin is lost.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +26,12 @@ def write_corrected(
     data: bytes,
     companions: Mapping[str, bytes],
 ) -> ManifestRow:
-    """Write a corrected clip into the batch folder; return the row with the file's data.
+    """Write a corrected clip into the batch folder; return the row with data about the file.
 
     known: the clip's row in the manifest; companions: files needed next to it. An existing file is
-    replaced if the manifest knows it, and kept if it already has these bytes, for example after a
-    process was killed right after writing. TwistError for any other file; OSError.
+    replaced if it is listed in the manifest, and kept if it already has these bytes, for example
+    after a process was killed right after writing. Raises TwistError for any other existing file,
+    and OSError.
     """
     relative = f"{FOLDER}/{row.name}"
     path, mark = folder / relative, hashlib.sha256(data).hexdigest()
@@ -51,7 +55,7 @@ def write_corrected(
 def is_intact(folder: Path, row: ManifestRow) -> bool:
     """True if a clip's corrected file is unchanged since it was written.
 
-    Size, time and inode are compared or, if the file was copied, its bytes.
+    Its size, time and inode are compared or, if the file was copied, its bytes.
     """
     path = folder / row.corrected
     try:
@@ -64,6 +68,6 @@ def is_intact(folder: Path, row: ManifestRow) -> bool:
 
 
 def remove_parts(folder: Path) -> None:
-    """Remove incomplete files left by a killed process."""
+    """Remove the incomplete files that a killed process left."""
     for part in (folder / FOLDER).rglob(".*.part"):
         part.unlink(missing_ok=True)

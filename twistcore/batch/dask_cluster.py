@@ -1,4 +1,4 @@
-"""Run the tasks of a batch on a Dask cluster, each in its own process there."""
+"""Run the tasks of a batch on a Dask cluster, each in a separate process there."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _own = threading.local()
 def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
     """Yield a function that runs tasks on the cluster at an address, or on local workers.
 
-    TwistError if Dask is not installed or no scheduler answers.
+    Raises TwistError if Dask is not installed or no scheduler answers.
     """
     try:
         from distributed import Client, LocalCluster
@@ -63,7 +63,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Suppress Dask's tracebacks, since each problem is reported in one sentence."""
+    """Suppress Dask's tracebacks, since each problem is reported in one sentence anyway."""
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:
@@ -73,7 +73,7 @@ def _silence() -> Iterator[None]:
 
 
 def process_apart(task: ClipTask, seconds: float) -> Outcome | Exception:
-    """Run a task on a worker, in a separate process of its thread; errors are returned."""
+    """Run a task on a worker, in a process that belongs to the thread; errors are returned."""
     if not hasattr(_own, "apart"):
         _own.apart = Apart()
     apart: Apart = _own.apart
@@ -125,7 +125,7 @@ def _send(
 
 
 def _outcome(client: Any, future: Any) -> Outcome | Exception:
-    """Return the outcome of a task; TwistError if the scheduler has gone."""
+    """Return the outcome of a task; TwistError if the scheduler has been lost."""
     from distributed import KilledWorker
 
     try:
@@ -142,7 +142,7 @@ def _outcome(client: Any, future: Any) -> Outcome | Exception:
 
 
 def _threads(client: Any) -> int:
-    """Return the number of threads of all workers; TwistError if the scheduler has gone."""
+    """Return the number of threads of all workers; TwistError if the scheduler has been lost."""
     with suppress(Exception):
         if client.status == "running":
             return sum(client.nthreads().values())

@@ -1,4 +1,4 @@
-"""Progress of a clip's review, as stored in a manifest."""
+"""The progress of a clip's review, as stored in a manifest."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from twistcore.review import Decision, read_session
 
 
 def decisions_of(session: Path) -> dict[str, Any]:
-    """Return the numbers of accepted, rejected and undecided intervals of a session, and by whom.
+    """Return how many intervals of a session are accepted, rejected and undecided, and by whom.
 
-    {} if nothing is decided. Raises TwistError if it cannot be read.
+    The result is {} if nothing is decided. Raises TwistError if the session cannot be read.
     """
     judged = read_session(session).state.intervals
     decided = [j for j in judged if j.decision != Decision.UNDECIDED]

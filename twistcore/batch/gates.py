@@ -66,10 +66,11 @@ _CONFIDENCE = re.compile(rf"confidence\s*({_OP})\s*(\S+)")
 
 @dataclass(frozen=True)
 class Rule:
-    """A parsed rule: the quantity, the intervals it applies to, and the limit.
+    """A parsed rule: a quantity, the intervals it applies to, and the limit.
 
-    text: as given; total: over the run instead of each clip; kinds: the kinds that count, empty for
-    all; confidence: operators and limits that must all hold; limit: for `affected` in percent.
+    text: the rule as given; total: True if it applies to the whole run instead of each clip; kinds:
+    the kinds of intervals that count, empty for all; confidence: pairs of operator and limit that
+    must all hold; limit: the limit of the quantity, for `affected` in per cent.
     """
 
     text: str
@@ -81,9 +82,9 @@ class Rule:
     limit: float
 
     def counts(self, interval: Mapping[str, Any]) -> bool:
-        """True if the rule applies to an interval, an entry of `detect --json`.
+        """True if the rule applies to an interval, given as an entry of `detect --json`.
 
-        An interval without a confidence counts as 1, as in the severity.
+        An interval without a confidence counts with confidence 1, as in the severity.
         """
         kind = Kind(interval["kind"])
         if kind not in self.kinds if self.kinds else kind.of_capture:
@@ -98,7 +99,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Broken:
-    """A broken rule; clip: the name of the clip that breaks it, '' for the run."""
+    """A broken rule; clip: the name of the clip that breaks it, or '' for the whole run."""
 
     rule: Rule
     clip: str
@@ -111,7 +112,7 @@ class Broken:
 
 
 def parse_rule(text: str) -> Rule:
-    """Parse a rule of :data:`GRAMMAR`; TwistError names the expected form."""
+    """Parse a rule of :data:`GRAMMAR`; a TwistError names the expected form."""
 
     def refused(expected: str) -> TwistError:
         return TwistError(f"rule {text!r}: expected {expected}")
@@ -152,7 +153,7 @@ def parse_rule(text: str) -> Rule:
 
 
 def broken(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
-    """Return every rule that a clip or the run breaks: clips in their order, then the run.
+    """Return every rule that a clip or the run breaks: the clips in their order, then the run.
 
     The records are iterated only once.
     """
@@ -174,7 +175,7 @@ def broken(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]
 
 @dataclass
 class _Total:
-    """Sums over a run."""
+    """Sums over the whole run."""
 
     failed: int = 0
     unchecked: int = 0
@@ -219,7 +220,9 @@ def _of_clip(rule: Rule, result: Mapping[str, Any]) -> float:
 
 
 def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
-    """Yield the degrees of every interval that counts; without an offset, its turn or noise."""
+    """Yield the size in degrees of every interval that counts; without offset, its turn or
+    noise.
+    """
     for interval in result["intervals"]:
         if rule.counts(interval):
             own = interval.get(Kind(interval["kind"]).info.size, 0.0)
@@ -227,9 +230,10 @@ def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
 
 
 def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
-    """Return the number of frames covered by intervals that count.
+    """Return the number of frames that are covered by intervals that count.
 
-    Kinds that cannot be corrected count only if they are named, as in a result's affected frames.
+    Kinds that cannot be corrected count only if the rule names them, as in a result's affected
+    frames.
     """
     if not (rule.kinds or rule.confidence):
         return int(result["affected_frames"])
@@ -244,7 +248,7 @@ def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
 
 
 def _number(text: str) -> float | None:
-    """Return a finite number, or None."""
+    """Return the finite number that a text contains, or None."""
     try:
         value = float(text)
     except ValueError:

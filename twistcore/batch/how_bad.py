@@ -19,18 +19,19 @@ _REACH = 0.35  # of the height: what hangs on a joint and reaches so far, as an 
 
 
 def severity(found: Detection) -> float:
-    """Return how bad a clip is, degrees: root mean square of all visible errors over its frames.
+    """Return how bad a clip is, in degrees: the root mean square of all visible errors.
 
-    Every interval counts by its angle, its joint and its confidence, as if it were 0.1 s longer; a
-    lone jump counts as 0.1 s, a capture fault not at all. Because of the squares, a knee that bends
-    backwards for a moment outweighs a small guess that lasts.
+    The mean is over the clip's frames. Every interval counts by its angle, its joint and its
+    confidence, as if it were 0.1 s longer; a lone jump counts as 0.1 s, a capture fault not at all.
+    Because of the squares, a knee that bends backward for a moment outweighs a small uncertain
+    error that lasts.
     """
     motion, of = found.analysis.motion, found.analysis.chain
     return root_mean_square(((i, of(i.chain)) for i in found), motion.frames, motion.fps)
 
 
 def root_mean_square(finds: Iterable[tuple[Interval, Chain]], frames: int, fps: float) -> float:
-    """Return the severity of intervals with their chains, in a clip of `frames` at `fps`."""
+    """Return the severity of intervals with their chains, in a clip of `frames` frames at `fps`."""
     total = 0.0
     for interval, chain in finds:
         if not (weight := _shows(interval, chain)):
@@ -50,7 +51,9 @@ def _degrees(interval: Interval) -> float:
 
 
 def _shows(interval: Interval, chain: Chain) -> float:
-    """How much of an error shows: by its kind, by what hangs on its joint, or by its segment."""
+    """Return how visible an error is: by its kind, by what hangs on its joint, or by its
+    segment.
+    """
     if (weight := interval.kind.info.weight) is not None:
         return weight
     if interval.kind.of_capture and (reach := (interval.evidence or {}).get("reach")) is not None:

@@ -24,7 +24,7 @@ from twistcore.work.frozen import dataclass
 class Source:
     """A clip to process.
 
-    path: absolute, or a URL; name: path relative to its input, with '/', unique; size: bytes, 0 if
+    path: absolute path or URL; name: unique path relative to its input, with '/'; size: bytes, 0 if
     unknown; signature: see `clip_task.signature_of`, '' if unknown; settled: True if a later change
     will show in the signature.
     """
@@ -38,7 +38,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Inputs:
-    """The clips in the order of the inputs, and a sentence for each input without clips.
+    """The clips in the order of the inputs, and a sentence for each input that has no clips.
 
     exports: number of files left out because this program wrote them from clips in the same folder.
     """
@@ -49,14 +49,14 @@ class Inputs:
 
 
 def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
-    """Return the clips given by words.
+    """Return the clips that the given words name.
 
-    A word is a file (of any suffix), a folder (its clips and those in subfolders, except hidden
+    A word is a file (of any suffix), a folder (its clips and those in its subfolders, except hidden
     folders and batch folders), a pattern with *, ? or [ ], in which ** matches folders with the
-    same exceptions, '@FILE' for a list with a word a line, '@-' or '-' for a list on standard
+    same exceptions, '@FILE' for a list with one word per line, '@-' or '-' for a list on standard
     input, or a URL of a file or folder. Exports of other clips in a local folder or pattern are
-    left out: `exports_beside.exports_among`. without: a folder to leave out. TwistError if a word
-    names something in that folder, a list cannot be read, or there is no clip at all.
+    left out: `exports_beside.exports_among`. without: a folder to leave out. Raises TwistError if a
+    word names something in that folder, a list cannot be read, or there is no clip at all.
     """
     found: dict[str, Source] = {}
     problems: list[str] = []
@@ -83,7 +83,10 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 
 
 def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
-    """Return the sources with their known names by path; new names avoid the known ones."""
+    """Return the sources with the names they already have, by path, and new names for the others.
+
+    names: the existing names by path; no new name equals one of them.
+    """
     known: list[Source] = []
     new: list[Source] = []
     for source in sources:
@@ -94,12 +97,12 @@ def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]
 
 
 def is_clip_name(name: str) -> bool:
-    """True if the name has a clip's suffix, in any case."""
+    """True if the name has the suffix of a clip, in upper or lower case."""
     return os.path.splitext(name)[1].lower() in CLIP_SUFFIXES  # noqa: PTH122 of a million names
 
 
 def _expanded(words: Iterable[str]) -> Iterator[str]:
-    """Yield the words, with lists replaced by their lines."""
+    """Yield the words, with each list replaced by its lines."""
     for word in words:
         if word in ("-", "@-"):
             yield from _lines(sys.stdin.read())
@@ -114,7 +117,7 @@ def _expanded(words: Iterable[str]) -> Iterator[str]:
 
 
 def _lines(text: str) -> Iterator[str]:
-    """Return the non-empty lines, without Windows' byte order mark."""
+    """Return the non-empty lines of a list, without the byte order mark that Windows adds."""
     lines = text.removeprefix("\ufeff").removeprefix("\udcef\udcbb\udcbf").splitlines()
     return (line.strip() for line in lines if line.strip())
 
@@ -139,7 +142,7 @@ def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Sour
 def _below(
     root: Path, without: Path | None, fits: Callable[[str], bool] = lambda _name: True
 ) -> Iterator[Source]:
-    """Yield the clips in a folder and below whose names fit; links to folders are not followed."""
+    """Yield the clips whose names fit in a folder and its subfolders; links are not followed."""
     skipped = None if without is None else os.path.realpath(without)
     folders = [str(root)]
     while folders:
@@ -166,7 +169,7 @@ def _below(
 
 
 def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
-    """Yield the clips and folders that match a pattern; names begin at its first wildcard."""
+    """Yield the clips and folders that match a pattern; names start at its first wildcard."""
     parts = Path(pattern).parts
     at = next(k for k, part in enumerate(parts) if glob.has_magic(part))
     root = Path(os.path.abspath(Path(*parts[:at]) if at else "."))  # noqa: PTH100
@@ -195,7 +198,7 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
 
 
 def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
-    """True if folder names and a file name match the parts of a pattern; no parts match all."""
+    """True if folder names and a file name match the parts of a pattern; without parts, always."""
     if not parts:
         return True
     if parts[0] == "**":
@@ -205,13 +208,13 @@ def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
 
 
 def _is_skipped(folder: Path, root: Path) -> bool:
-    """True if the path from `root` down to a folder has a link or a batch folder."""
+    """True if there is a link or a batch folder on the path from `root` down to a folder."""
     way = [folder, *folder.parents]
     return any(step.is_symlink() or is_batch_folder(step) for step in way[: way.index(root)])
 
 
 def _has_other_data(path: str) -> bool:
-    """True if a file named like a clip has other data: AMASS has body shapes next to its clips."""
+    """True if a file with a clip's name holds other data, such as AMASS's body shapes."""
     known = known_formats().get(os.path.splitext(path)[1].lower())  # noqa: PTH122
     if known is None or not known.without_motion:
         return False
@@ -221,7 +224,7 @@ def _has_other_data(path: str) -> bool:
 
 
 def _exports_among(sources: Iterable[Source]) -> set[str]:
-    """Return the paths of sources that are exports of others in the same folder."""
+    """Return the paths of those sources that are exports of other clips in the same folder."""
     folders: dict[str, list[str]] = defaultdict(list)
     for source in sources:
         folder, name = os.path.split(source.path)
@@ -238,7 +241,7 @@ def _is_in(path: Path | str, folder: Path) -> bool:
 
 
 def _of_files(files: Iterable[str]) -> Iterator[Source]:
-    """Yield files that were named one by one; their names begin at their common folder."""
+    """Yield files that were given one by one; their names start at their common folder."""
     paths = [os.path.abspath(file) for file in files]  # noqa: PTH100
     if not paths:
         return
@@ -260,7 +263,7 @@ def _source(path: str, name: str) -> Source:
 
 
 def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> Iterator[Source]:
-    """Yield sources with different names, even on disks that ignore case.
+    """Yield the sources with names that are different, even on disks that ignore case.
 
     A repeated name gets its folder's name in front, or a number after its stem.
     """

@@ -1,4 +1,4 @@
-"""Results of a batch as JUnit XML, which continuous integration shows with its tests.
+"""The results of a batch as JUnit XML, which continuous integration shows among its tests.
 
 There is a test case for each clip, and one for each rule over the whole run. Since there is no
 single standard, only elements and attributes that common readers share are used, and a case has at
@@ -74,7 +74,7 @@ def junit_xml(
 def _case(
     suite: ElementTree.Element, name: str, seconds: float, of: str = ""
 ) -> ElementTree.Element:
-    """Add a test case; its class name, by which readers group, is the folder with dots."""
+    """Add a test case; its class name, by which readers group, is the folder with dots for '/'."""
     folder = of or ".".join(("clips", *PurePosixPath(name).parent.parts))
     return ElementTree.SubElement(
         suite, "testcase", classname=_legal(folder), name=_legal(name), time=f"{seconds:.3f}"

@@ -37,11 +37,11 @@ class ClipRecord:
     """A clip of a batch folder.
 
     source: absolute path or URL; name: path relative to its input, with '/', unique; state: 'done',
-    'failed' or 'waiting'; reason: why it failed, one sentence, else ''; sha256, bytes: of the file;
-    seconds, peak_bytes: used for processing; finished_at: ISO 8601, UTC, or ''; parameters,
-    version: used for processing; result: 'twistcore.batch_clip/1', or None; corrected: path
-    relative to the batch folder, or ''; decisions: of a review, as given to
-    :meth:`Manifest.note_decisions`, or {}.
+    'failed' or 'waiting'; reason: one sentence that says why it failed, or ''; sha256, bytes: hash
+    and size of the file; seconds, peak_bytes: time and memory used for processing; finished_at: ISO
+    8601, UTC, or ''; parameters, version: processing parameters and program version used; result:
+    the document 'twistcore.batch_clip/1', or None; corrected: path relative to the batch folder, or
+    ''; decisions: progress of a review, as given to :meth:`Manifest.note_decisions`, or {}.
     """
 
     source: str
@@ -62,9 +62,10 @@ class ClipRecord:
 
 @dataclass(frozen=True)
 class ClipGlance:
-    """Brief data on a clip for long lists: see ClipRecord and its result.
+    """Brief data about a clip for long lists: see ClipRecord and its result.
 
-    mark: of the parameters; signature: of the file when it was processed, '' if unreliable.
+    mark: mark of the parameters; signature: the file's signature when it was processed, '' if
+    unreliable.
     """
 
     source: str
@@ -85,9 +86,9 @@ class ClipGlance:
 class ManifestRow:
     """A clip's row as a run reads and writes it: see ClipRecord.
 
-    again: True if a failed clip is worth another try; mark: of the parameters; signature: of the
-    file, '' if the file must be read to recognise it; corrected_sha256, corrected_signature: of the
-    corrected file.
+    again: True if a failed clip is worth another try; mark: mark of the parameters; signature: the
+    file's signature, '' if the file must be read to recognise it; corrected_sha256,
+    corrected_signature: hash and signature of the corrected file.
     """
 
     source: str
@@ -161,7 +162,7 @@ def is_batch_folder(path: Path | str) -> bool:
 class Manifest:
     """The manifest of a folder; a context manager that closes it.
 
-    Methods raise TwistError if the file is damaged or cannot be written.
+    Its methods raise TwistError if the file is damaged or cannot be written.
     """
 
     def __init__(self, folder: Path, connection: sqlite3.Connection) -> None:
@@ -170,7 +171,9 @@ class Manifest:
 
     @classmethod
     def open(cls, folder: Path | str, *, create: bool = False) -> Self:
-        """Open the manifest of a folder; TwistError if there is none, unless `create` is True."""
+        """Open the manifest of a folder; raise TwistError if there is none and `create` is
+        False.
+        """
         folder = Path(folder)
         file = folder / FILE
         if not file.exists() or (create and file.stat().st_size == 0):
@@ -213,30 +216,32 @@ class Manifest:
     # -- for readers --------------------------------------------------------------------------
 
     def records(self) -> list[ClipRecord]:
-        """Return all clips by name."""
+        """Return all clips, sorted by name."""
         return list(self.each_record())
 
     def each_record(self) -> Iterator[ClipRecord]:
-        """Yield all clips by name, without a list of what may be a million."""
+        """Yield all clips, sorted by name, without a list of them, since there may be a million."""
         with _sqlite_errors(self.folder / FILE):
             for row in self._connection.execute(_RECORDS + "ORDER BY c.name"):
                 yield _record(row)
 
     def glances(self) -> list[ClipGlance]:
-        """Return all clips by name without parsing their results, which is fast for thousands."""
+        """Return all clips, sorted by name, without parsing results, which is fast for
+        thousands.
+        """
         with _sqlite_errors(self.folder / FILE):
             rows = self._connection.execute(_GLANCES).fetchall()
             names = ClipGlance.__dataclass_fields__
             return [ClipGlance(**_columns(names, row)) for row in rows]
 
     def parameters(self) -> dict[str, dict[str, Any]]:
-        """Return the processing parameters as JSON data by mark."""
+        """Return the processing parameters as JSON data, by their mark."""
         with _sqlite_errors(self.folder / FILE):
             rows = self._connection.execute("SELECT mark, document FROM parameters").fetchall()
             return {column("mark", mark): parameters_of(_text(document)) for mark, document in rows}
 
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
-        """Yield source, name and sentences of clips with uncorrected intervals."""
+        """Yield source, name and sentences of every clip that has uncorrected intervals."""
         with _sqlite_errors(self.folder / FILE):
             for source, name, document in self._connection.execute(_UNCORRECTED):
                 clip = _columns(("source", "name"), (source, name))
@@ -244,7 +249,7 @@ class Manifest:
                 yield clip["source"], clip["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
-        """Return the record of a source; TwistError if there is none."""
+        """Return the record of a source; raise TwistError if there is none."""
         with _sqlite_errors(self.folder / FILE):
             query = _RECORDS + "WHERE c.source = ?"
             row = self._connection.execute(query, (escaped(source),)).fetchone()
@@ -253,10 +258,10 @@ class Manifest:
         raise TwistError(f"{legible(source)}: is not a clip of {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
-        """Store the progress of a clip's review in place of the earlier one; {} removes it.
+        """Store the progress of a clip's review, replacing the earlier one; {} removes it.
 
         decisions: accepted, rejected, undecided (numbers), reviewers (names), session (path), at
-        (ISO 8601). TwistError if the folder has no such clip.
+        (ISO 8601). Raises TwistError if the folder has no such clip.
         """
         self.record(source)
         with self.transaction():
@@ -273,7 +278,7 @@ class Manifest:
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
-        """Store everything written in the block, or nothing."""
+        """Store everything that the block writes, or nothing."""
         with _sqlite_errors(self.folder / FILE):
             self._connection.execute("BEGIN IMMEDIATE")
             try:
@@ -292,13 +297,13 @@ class Manifest:
         return {row.source: row for row in rows}
 
     def sizes(self, mark: str) -> frozenset[int]:
-        """Return the byte counts of files that have results with these parameters."""
+        """Return the sizes in bytes of the files that have results with these parameters."""
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT DISTINCT bytes FROM results WHERE mark = ?"
             return frozenset(row[0] for row in self._connection.execute(query, (escaped(mark),)))
 
     def has_result(self, sha256: str, mark: str) -> bool:
-        """True if these bytes have a result with these parameters."""
+        """True if a file with these bytes has a result with these parameters."""
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT 1 FROM results WHERE sha256 = ? AND mark = ?"
             return (
@@ -307,7 +312,7 @@ class Manifest:
             )
 
     def put_parameters(self, parameters: Parameters) -> None:
-        """Store the parameters of a mark."""
+        """Store processing parameters under their mark."""
         document = json_text(parameters.to_json(), indent=None)
         self._connection.execute(
             "INSERT OR IGNORE INTO parameters VALUES (?, ?, ?)",
@@ -315,11 +320,11 @@ class Manifest:
         )
 
     def put_rows(self, rows: Iterable[ManifestRow]) -> None:
-        """Store the rows of clips; within a transaction."""
+        """Store the rows of clips; only within a transaction."""
         self._connection.executemany(_PUT, (_values(row) for row in rows))
 
     def put_result(self, row: ManifestRow, result: Mapping[str, Any]) -> None:
-        """Store a clip's result by its bytes and parameters; within a transaction."""
+        """Store a clip's result by its bytes and parameters; only within a transaction."""
         self._connection.execute(
             "INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)",
             (row.sha256, row.mark, row.bytes, json_text(dict(result), indent=None)),
@@ -335,13 +340,13 @@ class Manifest:
 
 
 def now() -> str:
-    """Return the present time as in a manifest: ISO 8601, UTC, to the second."""
+    """Return the present time in a manifest's form: ISO 8601, UTC, to the second."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 @contextmanager
 def _sqlite_errors(file: Path) -> Iterator[None]:
-    """Turn errors of SQLite into sentences."""
+    """Turn SQLite's errors into TwistErrors with a sentence."""
     try:
         with saying(file):
             yield
@@ -355,7 +360,7 @@ def _sqlite_errors(file: Path) -> Iterator[None]:
 
 
 def _columns(names: Iterable[str], values: Iterable[Any]) -> dict[str, Any]:
-    """Return checked values of columns by name."""
+    """Return the checked values of the columns, by name."""
     checked = {name: column(name, value) for name, value in zip(names, values, strict=True)}
     return {k: unescaped(v) if isinstance(v, str) else v for k, v in checked.items()}
 

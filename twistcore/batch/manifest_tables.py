@@ -39,7 +39,10 @@ def shape_of(connection: sqlite3.Connection) -> _Shape:
 
 @cache
 def shape_of_ours() -> _Shape:
-    """Return the expected tables; another column, a view or a trigger could do anything."""
+    """Return the expected tables; a file with others is refused.
+
+    Another column, a view or a trigger could do anything.
+    """
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
         make_tables(connection)
         return shape_of(connection)

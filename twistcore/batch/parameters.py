@@ -16,11 +16,12 @@ from twistcore.work.frozen import dataclass
 class Parameters:
     """Processing parameters; equal parameters, version and bytes give equal results.
 
-    tau_deg: for all chains, None for automatic; profile_rad: τ by name of a chain or limb, radians,
-    overrides tau_deg; kinds: of errors, empty for all; chains: their names, empty for all; people:
-    whose chains, empty for all; fps: instead of the file's; rig: from
-    :func:`twistcore.skeleton.rig.rig_to_json`, or None; joint_names: a person's words, from
-    :func:`twistcore.skeleton.joint_names.read_words`, or None; refine: True to make corrected
+    tau_deg: τ for all chains in degrees, None for automatic; profile_rad: τ in radians by name of a
+    chain or limb, overrides tau_deg; kinds: kinds of errors, empty for all; chains: names of
+    chains, empty for all; people: names of people whose chains are examined, empty for all; fps:
+    frame rate to use instead of the file's; rig: from :func:`twistcore.skeleton.rig.rig_to_json`,
+    or None; joint_names: a person's words, from
+    :func:`twistcore.skeleton.joint_names.read_words`, or None; refine: True to write corrected
     clips, from intervals of at least min_confidence and, with include_open, from open ones;
     detector_version: version of a detector from a plug-in.
     """
@@ -48,7 +49,7 @@ class Parameters:
 
     @property
     def mark(self) -> str:
-        """SHA-256 of parameters and version, which identifies results."""
+        """Return the SHA-256 of the parameters and the version, which identifies results."""
         import hashlib  # slow to load; few commands need it
 
         text = json.dumps([__version__, self.to_json()], sort_keys=True)

@@ -1,4 +1,4 @@
-"""Clips at URLs, read with fsspec: object stores, web servers and its other protocols."""
+"""Clips at URLs, read with fsspec from object stores, web servers and other services."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from twistcore.errors import TwistError
 
 
 def find_remote(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, str, int]]:
-    """Yield the files at a URL or below it: URL, relative name with '/', and bytes.
+    """Yield the files at a URL or below it: URL, relative name with '/', and size in bytes.
 
-    may_be_none: True if the URL may have no files. TwistError if fsspec is not installed or the URL
-    cannot be reached.
+    may_be_none: True if it is no error that the URL has no files. Raises TwistError if fsspec is
+    not installed or the URL cannot be reached.
     """
     files, root = _opened(url)
     try:
@@ -32,7 +32,7 @@ def find_remote(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, s
 
 
 def read_remote(url: str) -> bytes:
-    """Return the bytes of a file; TwistError."""
+    """Return the bytes of a file; raises TwistError."""
     files, path = _opened(url)
     try:
         data: bytes = files.cat_file(path)
@@ -44,7 +44,7 @@ def read_remote(url: str) -> bytes:
 
 
 def write_remote(url: str, data: bytes) -> None:
-    """Write bytes to a URL, atomically if the service supports that; TwistError."""
+    """Write bytes to a URL, atomically if the service supports it; raises TwistError."""
     files, path = _opened(url)
     try:
         files.makedirs(str(PurePosixPath(path).parent), exist_ok=True)
@@ -54,7 +54,7 @@ def write_remote(url: str, data: bytes) -> None:
 
 
 def _opened(url: str) -> tuple[Any, str]:
-    """Return a file system of fsspec and the path in it."""
+    """Return an fsspec file system and the path within it."""
     try:
         from fsspec.core import url_to_fs
     except ImportError:

@@ -28,8 +28,8 @@ def working_folder(output: str) -> Iterator[Path]:
     """Yield a local folder; for a URL, a copy of its contents that is uploaded at the end.
 
     Changed files are uploaded, the manifest last, so that it never lists missing files. A killed
-    run uploads nothing; the next run on this machine does. TwistError if the URL cannot be read or
-    written.
+    run uploads nothing; the next run on this machine does it. Raises TwistError if the URL cannot
+    be read or written.
     """
     if "://" not in output:
         yield Path(output)
@@ -48,9 +48,9 @@ def working_folder(output: str) -> Iterator[Path]:
 
 
 def _take_over(url: str, folder: Path) -> None:
-    """Begin with the files at the URL, which another machine may have continued.
+    """Download the files at the URL if another machine has changed them since the last upload.
 
-    TwistError if both the URL and the local folder have changed since the last upload.
+    Raises TwistError if the local folder has changed since then, too.
     """
     there = {name: path for path, name, _ in find_remote(url, may_be_none=True)}
     if FILE not in there:
@@ -69,7 +69,7 @@ def _take_over(url: str, folder: Path) -> None:
 
 
 def _download(there: Mapping[str, str], folder: Path) -> None:
-    """Download the files of a batch, given as paths by name; the manifest last."""
+    """Download the files of a batch, given as paths by name, the manifest last."""
     uploaded = {}
     for name in sorted(there, key=lambda name: name == FILE):
         path = folder / name

@@ -1,4 +1,4 @@
-"""Results of a batch as files: JSON lines, Parquet, and the clip table as CSV."""
+"""The results of a batch as files: JSON lines, Parquet, and a table of clips as CSV."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ INTERVAL_COLUMNS: Mapping[str, type] = {
 
 
 def clip_row(record: ClipRecord) -> dict[str, Any]:
-    """Return the :data:`CLIP_COLUMNS` of a clip; None for unknown values."""
+    """Return the values of a clip for :data:`CLIP_COLUMNS`; None for unknown values."""
     row: dict[str, Any] = dict.fromkeys(CLIP_COLUMNS)
     row |= {"clip": record.name, "state": record.state, "source": record.source}
     row |= {"reason": record.reason, "sha256": record.sha256, "corrected": record.corrected}
@@ -90,7 +90,7 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
 
 
 def clips_csv(records: Iterable[ClipRecord]) -> str:
-    """Return the clips as CSV, one line each, with a header."""
+    """Return the clips as CSV with a header and one line per clip."""
     return csv_text(CLIP_COLUMNS, map(clip_row, records))
 
 
@@ -102,7 +102,7 @@ def write_clip_table(path: Path, records: Iterable[ClipRecord]) -> None:
 def json_line(record: ClipRecord) -> str:
     """Return the result document of a clip with its source, state, reason and decisions.
 
-    A clip without a result has only schema, name and SHA-256 in addition.
+    For a clip without a result, only schema, name and SHA-256 are added.
     """
     bare = {"schema": "twistcore.batch_clip/1", "clip": record.name, "sha256": record.sha256}
     document = {
@@ -117,16 +117,16 @@ def json_line(record: ClipRecord) -> str:
 
 
 def write_json_lines(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write one document a line, a clip each; only one is in memory at a time; raises OSError."""
+    """Write one line with a document per clip; only one is in memory at a time; raises OSError."""
     with writing_atomically(path) as file:
         for record in records:
             file.write(json_line(record).encode() + b"\n")
 
 
 def interval_rows(record: ClipRecord) -> Iterator[dict[str, Any]]:
-    """Yield a row for each interval, with the clip's columns repeated.
+    """Yield one row for each interval, repeating the clip's columns.
 
-    A clip without intervals has one row with None in their columns, so that no clip is lost.
+    A clip without intervals has one row with None in the interval columns, so no clip is lost.
     """
     result = record.result or {}
     of_clip = clip_row(record) | {"quality": json.dumps(result.get("quality", {}), sort_keys=True)}
@@ -142,7 +142,7 @@ def interval_rows(record: ClipRecord) -> Iterator[dict[str, Any]]:
 def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
     """Write :func:`interval_rows` of all clips as Parquet in row groups; raises OSError.
 
-    TwistError if pyarrow is not installed.
+    Raises TwistError if pyarrow is not installed.
     """
     try:
         import pyarrow as pa  # an extra, and half a second
@@ -161,5 +161,5 @@ def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Escape bytes that are not UTF-8, which Parquet cannot store."""
+    """Return the row with bytes escaped that are not UTF-8, since Parquet cannot store them."""
     return {k: escaped(v) if isinstance(v, str) else v for k, v in row.items()}

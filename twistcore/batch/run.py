@@ -1,4 +1,4 @@
-"""Run a batch over many clips: new ones are processed and recorded one after another."""
+"""Run a batch over many clips: new clips are processed and recorded one after another."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ _IN_VAIN = 20  # clips in a row that could not be recorded: the disk stays full
 
 
 class CarryOut(Protocol):
-    """A way of carrying out tasks: local processes, or a cluster."""
+    """A way to carry out tasks: in local processes, or on a cluster."""
 
     def __call__(
         self, tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float]
     ) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
         """Yield every task with its outcome or exception, in order of completion.
 
-        seconds: returns the processor time allowed for a task. Raises TwistError if tasks can no
-        longer be carried out.
+        seconds: function that returns the processor time allowed for a task. Raises TwistError if
+        tasks can no longer be carried out.
         """
         ...
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits for a clip.
+    """Limits for one clip.
 
-    seconds: of processor time, None for five minutes plus one for every megabyte; memory: bytes
+    seconds: processor time, None for five minutes plus one minute per megabyte; memory: bytes
     allowed beyond the needs of a clip of its size.
     """
 
@@ -69,9 +69,9 @@ class Limits:
 class RunSummary:
     """Summary of a run.
 
-    done: number of processed clips; known: number processed before; failed: a sentence for each
-    failed clip; unreadable: how many of these failed because of their contents; stopped: why the
-    run ended early, else ''; left: number of clips not tried.
+    done: number of clips processed in this run; known: number of clips processed before; failed: a
+    sentence for each failed clip; unreadable: how many of these failed because of their contents;
+    stopped: why the run ended early, or ''; left: number of clips that were not tried.
     """
 
     done: int = 0
@@ -95,10 +95,11 @@ def run_batch(
     part: tuple[int, int] = (1, 1),
     begin: Callable[[Plan], Tell] = lambda _plan: lambda _source, _fine: None,
 ) -> RunSummary:
-    """Process the clips that a folder's manifest does not have yet; the folder is created.
+    """Process the clips that a folder's manifest does not have yet; create the folder if needed.
 
-    part: which of how many shards; begin: called with the plan, returns the function called for
-    each clip. Raises TwistError if another run writes into the folder, or its manifest is damaged.
+    part: (index, count) of the shard to process; begin: called with the plan, returns a function
+    that is called for each clip. Raises TwistError if another run writes into the folder, or if its
+    manifest is damaged.
     """
     with _locked(folder), Manifest.open(folder, create=True) as manifest:
         rows = manifest.rows()
@@ -192,7 +193,7 @@ class _Run:
         self.pending.append((source, row, outcome))
 
     def _note(self) -> None:
-        """Record all pending outcomes together, or else one by one."""
+        """Record all pending outcomes together or, if that fails, one by one."""
         pending, self.pending = self.pending, []
         try:
             self._put(pending)
@@ -211,7 +212,7 @@ class _Run:
             self.tell(source, fine)
 
     def _note_one(self, one: tuple[Source, ManifestRow, Outcome]) -> ManifestRow:
-        """Record one outcome and return its row, which is failed if it could not be recorded."""
+        """Record one outcome and return its row, marked as failed if it could not be recorded."""
         source, row, _ = one
         try:
             self._put([one])
@@ -249,7 +250,7 @@ def _write_problem(name: str, error: TwistError | OSError) -> str:
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """Lock the folder, created if needed, for this run."""
+    """Lock the folder for this run, creating it if needed."""
     folder.mkdir(parents=True, exist_ok=True)
     handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
     try:

@@ -1,4 +1,4 @@
-"""Plan a run: which clips are new, or failed in a way that may change."""
+"""Plan a run: which clips are new, and which failed in a way that another try may change."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from twistcore.files.marks import sha256_of
 
 @dataclass
 class Plan:
-    """todo: clips to process; known: number of finished clips; failed: rows of permanent failures.
+    """The plan of a run.
 
-    rows: all clips in the manifest; notes: rows to store before the run.
+    todo: clips to process; known: number of clips already finished; failed: rows of clips that
+    failed permanently; rows: all clips in the manifest; notes: rows to store before the run.
     """
 
     rows: Mapping[str, ManifestRow]
@@ -36,9 +37,10 @@ def make_plan(
 ) -> Plan:
     """Look up every clip by its signature or, if that is unknown, by the hash of its bytes.
 
-    intact: returns whether the corrected file of a clip is unchanged. Other bytes, another version
-    or other parameters make a clip new; known bytes under another name do not. A failure caused by
-    the clip itself is permanent; a failure of time, memory or disk is tried again.
+    intact: function that returns whether the corrected file of a clip is unchanged. Other bytes,
+    another version or other parameters make a clip new; the same bytes under another name do not. A
+    failure caused by the clip itself is permanent; after a failure of time, memory or disk the clip
+    is tried again.
     """
     plan = Plan(manifest.rows())
     mark, sizes = parameters.mark, manifest.sizes(parameters.mark)
@@ -68,7 +70,7 @@ def make_plan(
 
 
 def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Source]:
-    """Return the clips of one of `count` shards, 1…count, chosen by name only."""
+    """Return the clips of shard `index` of `count`, counted from 1, chosen by their names only."""
 
     def of(source: Source) -> int:
         return int.from_bytes(hashlib.sha256(source.name.encode("utf-8", "surrogatepass")).digest())
@@ -77,7 +79,7 @@ def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Sou
 
 
 def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
-    """Return the row, with the file's signature, if the file's bytes are unchanged."""
+    """Return the row, with the file's signature, if the file's bytes have not changed."""
     if source.signature and source.signature == row.signature:
         return row
     if not source.signature:  # missing, or at a URL

@@ -1,4 +1,4 @@
-"""Checks of the values in a manifest's rows, which anyone may have written.
+"""Checks of the values in a manifest's rows, which may have been written by anyone.
 
 Every function raises FormatError with one sentence.
 """
@@ -36,7 +36,7 @@ _Check = Callable[[Any, str], Any]
 
 
 def _source(value: Any, what: str) -> str:
-    """Return the value if it is an absolute path or a URL with a file name."""
+    """Return the value if it is an absolute path or a URL that has a file name."""
     if "://" not in path_text(value, what) and not Path(value).name:
         raise unexpected("a clip's path", what, value)
     return str(value)
@@ -81,13 +81,13 @@ COLUMNS: Mapping[str, _Check] = {
 
 
 def column(name: str, value: Any) -> Any:
-    """Check and return a value of a column; most are text."""
+    """Check and return the value of a column; most columns are text."""
     check: _Check = COLUMNS.get(name, text)
     return check(value, name)
 
 
 def result_of(document: str) -> dict[str, Any]:
-    """Parse and check a result, 'twistcore.batch_clip/1' without its clip."""
+    """Parse and validate one result: a 'twistcore.batch_clip/1' document without its clip."""
     known = "frames", "fps", "seconds", "severity", "affected_frames", "applied", "left"
     found = dict(has(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
     text(found["schema"], "schema")
@@ -172,7 +172,7 @@ _OF_INTERVAL: Mapping[str, _Check] = {
 
 
 def _interval(entry: Any, last: int) -> None:
-    """Check an entry of `detect --json`."""
+    """Check an interval, given as an entry of `detect --json`."""
     known = "chain", "start", "stop", "kind", "delta_deg", "confidence", "open"
     has(entry, *known, what="an interval")
     frames(entry, last)
@@ -188,9 +188,9 @@ def _interval(entry: Any, last: int) -> None:
 
 
 def parameters_of(document: str) -> dict[str, Any]:
-    """Parse and check processing parameters, as from :meth:`Parameters.to_json`.
+    """Parse and check processing parameters, as returned by :meth:`Parameters.to_json`.
 
-    Keys that this version does not know are left out.
+    Keys that this version does not use are left out.
     """
     usual = Parameters().to_json()
     given = has(parsed_json(document), what="parameters")

@@ -1,4 +1,4 @@
-"""`twistcore batch`: process many clips into a folder of results."""
+"""`twistcore batch`: process many clips and write the results into a folder."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def batch_command(arguments: argparse.Namespace) -> int:
 
 
 def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
-    """List intervals that could not be corrected, now or earlier; True if there are any."""
+    """List intervals that could not be corrected, in this run or before; True if there are any."""
     any_left = False
     with Manifest.open(folder) as manifest:
         for source, name, sentences in manifest.uncorrected():
@@ -91,9 +91,9 @@ def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
 
 
 def _tell_doubts(folder: Path, sources: Collection[str]) -> bool:
-    """Count clips without anything to examine, with unexamined limbs or missing frames.
+    """Print how many clips had nothing to examine, unexamined limbs or missing frames.
 
-    Returns True if nothing could be examined in a clip.
+    Returns True if nothing could be examined in some clip.
     """
     with Manifest.open(folder) as manifest:
         found = [one for one in manifest.glances() if one.source in sources]
@@ -118,7 +118,7 @@ def _exports(count: int) -> str:
 def _written(
     arguments: argparse.Namespace, folder: Path, sources: Collection[str], rules: Sequence[Any]
 ) -> bool:
-    """Write result files and report, and list broken rules; True if something is broken."""
+    """Write result files and the report, and list broken rules; True if any rule is broken."""
     broken: list[Any] = []
     if rules or any(getattr(arguments, name) for name in _FILES):
         from twistcore.batch.gates import broken as broken_of
@@ -138,7 +138,7 @@ def _written(
 
 
 def _reported(arguments: argparse.Namespace, folder: Path, broken: Sequence[Any]) -> bool:
-    """Write the report of the whole folder; True if it has problems."""
+    """Write the report of the whole folder; return True if there were problems with it."""
     write = import_module("twistcore.report.folder_report").write_folder_report
     workers = arguments.workers or os.cpu_count() or 1
     report = write(folder, folder / "report", workers=workers, broken=broken, counter=counter)
@@ -176,7 +176,7 @@ def _rules(arguments: argparse.Namespace) -> list[Any]:
 
 
 def _parameters(arguments: argparse.Namespace) -> Parameters:
-    """Return the parameters; files are read here, as other machines may not see them."""
+    """Return the parameters, with the contents of files, which other machines may not see."""
     profile, rig = None, None
     if arguments.detector and arguments.scheduler:
         raise TwistError(
@@ -228,7 +228,7 @@ def _limits(arguments: argparse.Namespace) -> Limits:
 
 @contextmanager
 def _carrying_out(arguments: argparse.Namespace) -> Iterator[CarryOut]:
-    """Yield what carries tasks out: processes of this machine, or a cluster."""
+    """Yield the function that carries out tasks: in processes of this machine, or on a cluster."""
     if not (arguments.scheduler or arguments.local_cluster):
         yield partial(_in_processes, workers=arguments.workers or os.cpu_count() or 1)
         return

@@ -1,4 +1,4 @@
-"""Progress of a batch, with rate and time left: a bar on a terminal, or lines."""
+"""Progress of a batch, with its rate and time left: a bar on a terminal, or lines of text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _EVERY_S = 10.0  # between lines, besides those at each twentieth of the clips
 
 
 class Progress:
-    """Progress of the clips of a plan; the time left is estimated from their bytes."""
+    """Progress of a plan's clips; the time left is estimated from the bytes of the clips."""
 
     def __init__(self, plan: Plan) -> None:
         self.total, self.done, self.failed = len(plan.todo), 0, 0
@@ -51,12 +51,12 @@ class Progress:
             )
 
     def left(self) -> str:
-        """Return the time left, such as '0:12:07', at the pace so far."""
+        """Return the time left at the present rate, such as '0:12:07'."""
         passed = time.monotonic() - self.begin
         seconds = round(passed / self.bytes_done * (self.bytes - self.bytes_done))
         return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
 
 
 def begin(plan: Plan) -> Callable[[Source, bool], None]:
-    """Begin the progress of a plan."""
+    """Start showing the progress of a plan; return the function to call for each clip."""
     return Progress(plan).tell

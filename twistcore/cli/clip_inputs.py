@@ -1,4 +1,4 @@
-"""Read and analyse the clips, chains and detector that a command's arguments choose."""
+"""Read and analyse the clips with the chains and the detector that the arguments choose."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _NOTES = 5  # printed for one clip; `info` lists all
 
 
 def clip_name(path: Path) -> str:
-    """Return the name of a clip as it was given."""
+    """Return the name of a clip as it was given by the user."""
     return "-" if path == STANDARD_INPUT else str(path)
 
 
 def open_clip(path: Path, *, fps: float | None = None) -> Clip:
-    """Read a clip, or a BVH from standard input; fps replaces the file's rate."""
+    """Read a clip, or a BVH from standard input; fps: frame rate to use instead of the file's."""
     with step(f"  {clip_name(path)}: read"):
         if path != STANDARD_INPUT:
             return read_clip(path, fps=fps)
@@ -40,7 +40,10 @@ def open_clip(path: Path, *, fps: float | None = None) -> Clip:
 
 
 def clip_notes(name: object, clip: Clip) -> list[str]:
-    """Return sentences on the assumptions in reading a clip; of many, the first and a count."""
+    """Return sentences about the assumptions made when reading a clip.
+
+    If there are many, only the first ones are returned, with the number of all.
+    """
     shown = clip.warnings if len(clip.warnings) <= _NOTES else clip.warnings[: _NOTES - 1]
     sentences = [f"{name}: note: {warning}" for warning in shown]
     if left := len(clip.warnings) - len(shown):
@@ -49,7 +52,7 @@ def clip_notes(name: object, clip: Clip) -> list[str]:
 
 
 def tell_clip(name: object, clip: Clip) -> None:
-    """Print the notes of a clip on standard error."""
+    """Print the notes about a clip on standard error."""
     for sentence in clip_notes(name, clip):
         note(sentence)
 
@@ -57,9 +60,10 @@ def tell_clip(name: object, clip: Clip) -> None:
 def look_at(
     clips: Sequence[Path], work: Callable[[Path], Found]
 ) -> tuple[list[Found], list[tuple[str, str]]]:
-    """Return the result of `work` for each clip, and the names and errors of failed clips.
+    """Return the result of `work` for every clip, and the names and errors of the failed clips.
 
-    The error of a single clip is raised. Raises TwistError if standard input is named twice.
+    If there is only one clip, its error is raised. Raises TwistError if standard input is named
+    twice.
     """
     if clips.count(STANDARD_INPUT) > 1:
         raise TwistError("-: expected standard input only once")
@@ -77,12 +81,12 @@ def look_at(
 
 
 def failed_to_json(failed: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
-    """Return the failed clips as JSON documents list them."""
+    """Return the failed clips in the form of the JSON documents."""
     return [{"clip": name, "reason": why} for name, why in failed]
 
 
 def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
-    """Analyse a clip with the chains of --rig that --person and --chain choose."""
+    """Analyse a clip with those chains of --rig that --person and --chain choose."""
     rig = with_own_words(chosen_rig(arguments), clip.motion, chosen_words(arguments))
     try:
         rig.chains(clip.motion)
@@ -93,23 +97,23 @@ def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
 
 
 def chosen_rig(arguments: argparse.Namespace) -> Rig:
-    """Return the rig of --rig, or the rig for the chains as found."""
+    """Return the rig given with --rig, or a rig with the chains as found."""
     return read_rig(arguments.rig) if arguments.rig else AS_FOUND
 
 
 def chosen_words(arguments: argparse.Namespace) -> dict[str, Any] | None:
-    """Return the contents of the file of --joint-names, or None."""
+    """Return the contents of the file given with --joint-names, or None if there is none."""
     return read_words(arguments.joint_names) if arguments.joint_names else None
 
 
 def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
-    """Detect intervals in a clip by the options; --profile has priority over --tau."""
+    """Detect intervals in a clip as the options say; --profile has priority over --tau."""
     with step(f"  {clip.path}: analysed and searched"):
         return searched(arguments, analysed(arguments, clip))
 
 
 def searched(arguments: argparse.Namespace, analysis: ClipAnalysis) -> Detection:
-    """Detect intervals in an analysed clip by the options."""
+    """Detect intervals in an analysed clip as the options say."""
     method = arguments.method
     kinds = ALL_KINDS if arguments.kinds is None else arguments.kinds
     if not arguments.profile:

@@ -1,4 +1,4 @@
-"""The `twistcore` command. Its exit codes are a contract: 0 done, 1 partly done, 2 refused."""
+"""The `twistcore` command. Its exit codes are fixed: 0 done, 1 partly done, 2 refused."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from twistcore.files.atomic import is_standard_output
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code; errors are one line, without a traceback.
+    """Run one command and return its exit code; an error is one line, without a traceback.
 
-    argv: the arguments; None for those of this process, which ends with the command.
+    argv: the arguments; None for those of this process, which then ends with the command.
     """
     if argv is not None:
         return _main(argv)
@@ -61,7 +61,7 @@ def _main(argv: Sequence[str]) -> int:
 
 @contextlib.contextmanager
 def _detector(arguments: argparse.Namespace) -> Iterator[None]:
-    """Register the detector of --detector, also for processes that the command starts."""
+    """Register the detector given with --detector, also for processes that the command starts."""
     place = getattr(arguments, "detector", None)
     if place is None:
         yield
@@ -73,7 +73,7 @@ def _detector(arguments: argparse.Namespace) -> Iterator[None]:
 
 
 class _EndedError(KeyboardInterrupt):
-    """A signal to end the program: from the system, or because the terminal was closed."""
+    """Raised by a signal that ends the program, from the system or a terminal that was closed."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -82,7 +82,8 @@ class _EndedError(KeyboardInterrupt):
 
 @contextlib.contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Raise _EndedError on SIGTERM and SIGHUP if nothing handles them: files are cleaned up.
+    """Raise _EndedError on SIGTERM and SIGHUP, unless they are handled, so that files are cleaned
+    up.
 
     A second signal ends the process immediately.
     """
@@ -106,7 +107,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    """Run the command; if an output is standard output, messages go to standard error."""
+    """Run the command; if it writes to standard output, messages go to standard error."""
     if not any(is_standard_output(v) for v in vars(arguments).values() if isinstance(v, Path)):
         return int(arguments.run(arguments))
     if getattr(arguments, "json", None) is True:

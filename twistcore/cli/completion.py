@@ -1,4 +1,4 @@
-"""`twistcore completion`: a script that lets a shell complete commands, options and files.
+"""`twistcore completion`: a script with which a shell completes commands, options and files.
 
 shtab writes the script from the parser once: no program runs when Tab is pressed.
 """

@@ -1,4 +1,4 @@
-"""`twistcore convert`: write a scene of FBX, glTF or Blender as BVH, by a separate Blender."""
+"""`twistcore convert`: write an FBX, glTF or Blender scene as a BVH, using a separate Blender."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ from twistcore.review.model import APPLIED, SEEN, Judged
 
 
 def refine_command(arguments: argparse.Namespace) -> int:
-    """Write a corrected clip, and a report and a session if asked; return the exit code."""
+    """Write a corrected clip and, if requested, a report and a session; return the exit code."""
     clip = open_clip(arguments.clip, fps=arguments.fps)
     check_ending(clip, arguments.output)
     files = arguments.clip, arguments.profile, arguments.rig, arguments.joint_names
@@ -116,7 +116,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
 
 
 def _refuse_decided(path: Path) -> None:
-    """Raise TwistError if `path` is a file that is not a session, or one with a person's work."""
+    """Raise TwistError if `path` exists and is not a session, or is one with a person's work."""
     if is_stream(path) or not is_there(path):
         return
     state = read_session(path).state
@@ -135,7 +135,7 @@ def _is_of_a_person(judged: Judged) -> bool:
 
 
 def apply_command(arguments: argparse.Namespace) -> int:
-    """Apply a session, or those of a folder: the same bytes as the window's export."""
+    """Apply a session, or those of a folder, with the same bytes as the window's export."""
     if arguments.session.is_dir() or arguments.clip.is_dir():
         return apply_folder(arguments)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
@@ -164,7 +164,7 @@ def apply_command(arguments: argparse.Namespace) -> int:
 
 
 def _left(clip: str, applied: int, found: Iterable[Interval]) -> str:
-    """Return '; 2 left for a person to judge: twist-inspector walk.bvh', or ''."""
+    """Return '; 2 left for a person to judge: twist-inspector walk.bvh', or '' if none is left."""
     left = sum(i.repairable for i in found) - applied
     if not left:
         return ""
@@ -177,7 +177,7 @@ def _least(asked: float | None) -> float:
 
 
 def _tell(notes: Iterable[str], problems: Collection[str]) -> int:
-    """Print problems and notes; return 1 if there are problems."""
+    """Print problems and notes; return 1 if there are any problems."""
     for sentence in problems:
         problem(sentence)
     for sentence in notes:
@@ -219,7 +219,7 @@ def _refined_to_json(
 
 
 def _place(interval: Interval) -> tuple[str, str, int, int]:
-    """Return what identifies an interval of a clip, also after a review."""
+    """Return the values that identify an interval of a clip, even after a review."""
     return interval.chain, interval.kind.value, interval.start, interval.stop
 
 

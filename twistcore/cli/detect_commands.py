@@ -1,4 +1,4 @@
-"""`twistcore info | detect`: the contents of clips, and their intervals with errors."""
+"""`twistcore info | detect`: print the contents of clips, and their intervals with errors."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _LISTED = 4  # joints of a part of the body that are listed by name
 
 
 def info_command(arguments: argparse.Namespace) -> int:
-    """Print the contents of clips: one in full, several as a row each."""
+    """Print the contents of clips: in full for one clip, one row each for several."""
     found, failed = look_at(arguments.clips, partial(_info_of, arguments))
     several = len(arguments.clips) > 1
     documents = [one.document for one in found]
@@ -74,7 +74,7 @@ def info_command(arguments: argparse.Namespace) -> int:
 def _together(
     schema: str, documents: Sequence[Document], failed: Sequence[tuple[str, str]]
 ) -> Document:
-    """Return the documents of several clips as one document."""
+    """Return the documents of several clips, and the failed clips, as one document."""
     return {"schema": schema, "clips": list(documents), "failed": failed_to_json(failed)}
 
 
@@ -82,8 +82,8 @@ def _together(
 class _Info:
     """The contents of a clip, as `info` prints them.
 
-    partly: limbs that are correctable only in flips that carried the end along; notes: sentences
-    for the text; not_examined: the sentence on a clip in which nothing can be examined.
+    partly: limbs that can be corrected only in flips that carried the end along; notes: sentences
+    for the text output; not_examined: sentence about a clip in which nothing can be examined.
     """
 
     document: Document
@@ -171,12 +171,12 @@ def _say_info(info: _Info) -> None:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return the names; of many, the first and the number."""
+    """Return the names as text; if there are many, the first ones and their number."""
     return ", ".join(names) if len(names) <= _LISTED else f"{names[0]} … ({len(names)} joints)"
 
 
 def _say_rows(documents: Sequence[Document]) -> None:
-    """Print one row for each clip, its name last, as names may be long."""
+    """Print one row for each clip, with its name last, since names may be long."""
     say(
         f"{'frames':>8} {'fps':>8} {'seconds':>9} {'joints':>6} {'channels':>8} {'chains':>6} "
         f"{'limbs':>5} {'unexamined':>10} {'notes':>5}  clip",
@@ -195,7 +195,7 @@ def _say_rows(documents: Sequence[Document]) -> None:
 
 
 def _chain_to_json(clip: Clip, chain: Chain) -> Document:
-    """Return a chain or limb as JSON; the last joint of a limb is its end."""
+    """Return a chain or limb as JSON data; the last joint of a limb is its end."""
     names, limb = clip.motion.skeleton.names, isinstance(chain, Limb)
     entry = {
         "limb" if limb else "chain": chain.name,
@@ -233,8 +233,8 @@ def _detect_in(
 ) -> tuple[int, int, int, Document]:
     """Print the intervals of a clip, or return them in a document.
 
-    Returns the number of intervals for `--fail-over`, the number of all intervals, 1 if nothing
-    was examined, and the document. Faults of the capture count only with `--kinds`.
+    Returns the number of intervals for `--fail-over`, the number of all intervals, 1 if nothing was
+    examined or 0, and the document. Capture faults count only with `--kinds`.
     """
     clip = open_clip(path, fps=arguments.fps)
     name, document = clip_name(path), Document()
@@ -301,7 +301,7 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
 
 
 def _kind(interval: Interval) -> str:
-    """Return the kind of an interval in words, '' for a counter-twist."""
+    """Return the name of an interval's kind, '' for a counter-twist."""
     if interval.kind == Kind.COUNTER_TWIST:
         return ""
     evidence = interval.evidence or {}
@@ -349,7 +349,7 @@ def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
 
 
 def _explain_peaks(found: Detection) -> None:
-    """Print the peaks above τ that are in no interval, by chain, with the reasons."""
+    """Print, by chain, the peaks above τ that belong to no interval, with the reasons."""
     from twistcore.analysis.why_not import peaks_without_interval  # only --explain needs it
 
     for chain in found.chains_and_limbs:
@@ -373,7 +373,9 @@ def _peaks_to_json(found: Detection) -> list[Document]:
 
 
 def _in_words(evidence: Mapping[str, Any]) -> list[str]:
-    """Return evidence as lines: numbers and texts in one, then one line per item of its lists."""
+    """Return evidence as lines: numbers and texts on one line, then a line per item of its
+    lists.
+    """
     parts, below = [], []
     for key, value in evidence.items():
         words = key.removesuffix("_deg").replace("_", " ")

@@ -1,4 +1,4 @@
-"""`twistcore export`: accepted corrections as a script for the scene of the clip."""
+"""`twistcore export`: write accepted corrections as a script for the scene of the clip."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def export_command(arguments: argparse.Namespace) -> int:
 
 
 def _tell_place(arguments: argparse.Namespace, place: bool) -> int:
-    """Print a note and return 1 if the position was tracked, which the keys do not contain."""
+    """Print a note and return 1 if the position was tracked, since the keys do not contain it."""
     if place:
         note(f"{arguments.output}: the tracked position of the figure is not keyed, only rotations")
     return int(place)

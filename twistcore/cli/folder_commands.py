@@ -1,4 +1,4 @@
-"""`twistcore apply | diff` of folders."""
+"""`twistcore apply | diff` for folders."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from twistcore.work.processes import each, reason
 
 
 def apply_folder(arguments: argparse.Namespace) -> int:
-    """Apply each session of a folder to its clip; return 1 if one failed, 2 if all did."""
+    """Apply every session of a folder to its clip; return 1 if one failed, 2 if all did."""
     sessions, clips, output = _folders(arguments.session, arguments.clip, arguments.output)
     if same_file(output, clips):
         raise TwistError(

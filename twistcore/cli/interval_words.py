@@ -1,4 +1,4 @@
-"""Sentences on intervals: counts by kind, corrected, left, not examined."""
+"""Sentences about intervals: counts by kind, and what was corrected, left or not examined."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from twistcore.skeleton.notes import NOT_EXAMINED
 
 
 def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
-    """Return sentences on channels that turn by more than 180° in one frame; many are counted."""
+    """Return sentences about channels that turn by over 180° in one frame; many are only
+    counted.
+    """
     sentences = [f"{output}: note: {jump}" for jump in jumps[:10]]
     if len(jumps) > 10:
         sentences.append(f"{output}: note: {len(jumps) - 10} more such jumps")
@@ -24,31 +26,31 @@ def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
 
 
 def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
-    """Print notes on channels that turn by more than 180° in one frame."""
+    """Print notes about channels that turn by more than 180° in one frame."""
     for sentence in jump_sentences(output, jumps):
         note(sentence)
 
 
 def note_sentences(clip: object, analysis: ClipAnalysis | Detection) -> list[str]:
-    """Return the notes of an analysis, each with the clip's name.
+    """Return the notes about an analysis, each beginning with the clip's name.
 
-    A clip that could not be examined is a problem, not a note: :func:`not_examined`.
+    A clip that could not be examined is a problem, not a note: see :func:`not_examined`.
     """
     return [f"{clip}: note: {note}" for note in analysis.notes if note.kind != NOT_EXAMINED]
 
 
 def not_examined(clip: object, found: ClipAnalysis | Detection) -> tuple[str, ...]:
-    """Return a sentence if nothing could be examined in a clip, or else nothing."""
+    """Return a sentence if nothing in a clip could be examined; an empty tuple if it could."""
     return (f"{clip}: could not be examined: {why}",) if (why := found.not_examined) else ()
 
 
 def unexamined_to_json(analysis: ClipAnalysis) -> list[dict[str, str]]:
-    """Return the limbs that were not examined, as JSON documents list them."""
+    """Return the limbs that were not examined, in the form of the JSON documents."""
     return [limb.to_json() for limb in analysis.unexamined]
 
 
 def without_limbs(unexamined: Sequence[Unexamined]) -> str:
-    """Return '; left arm and right arm not examined', or '' without such limbs."""
+    """Return '; left arm and right arm not examined', or '' if all limbs were examined."""
     if not unexamined:
         return ""
     *first, last = (one.title for one in unexamined)
@@ -64,7 +66,7 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
 
 
 def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
-    """Return '5 of 7 intervals corrected (5 limb flips)', counting correctable kinds only.
+    """Return '5 of 7 intervals corrected (5 limb flips)', counting only correctable kinds.
 
     applied: the corrected intervals; verb: 'corrected' or 'applied'.
     """
@@ -74,17 +76,20 @@ def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: 
 
 
 def shown_only(intervals: Iterable[Interval], mark: str = "") -> str:
-    """Return ', 6 lone jumps, 1 noise burst', or ''; mark: a word after each kind."""
+    """Return the counts of uncorrectable kinds, such as ', 6 lone jumps, 1 noise burst', or ''.
+
+    mark: a word to add after each kind.
+    """
     count = Counter(i.kind for i in intervals if not i.repairable)
     return "".join(f", {_counted(count[k], k)}{mark}" for k in _in_order(count))
 
 
 def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
-    """Return the kinds from the most to the least common."""
+    """Return the kinds in order, the most common first."""
     return sorted(kinds, key=lambda kind: (kind.info.place, kind))
 
 
 def _counted(count: int, kind: Kind) -> str:
-    """Return '2 limb flips' or '1 frozen span'."""
+    """Return a count with its kind, such as '2 limb flips' or '1 frozen span'."""
     word = kind.info.counted or kind.value
     return f"{count} {word if count == 1 else plural_name(word)}"

@@ -1,4 +1,4 @@
-"""The table of `twistcore info --names`: joints, and the bones they were recognised as."""
+"""The table of `twistcore info --names`: the joints, and the bones recognised from their names."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _UNKNOWN = "unknown"
 def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
     """Return each joint with its side, possible bones, recognised bone and the reason.
 
-    own: joints that a person named.
+    own: joints that a person has named.
     """
     by_shape = {joint for line in body.lines if line.by_shape for joint in line.joints}
     return [
@@ -45,7 +45,7 @@ def say_names(entries: Iterable[Mapping[str, Any]]) -> None:
 
 
 def _kind(name: JointName) -> str:
-    """Return what a joint is that belongs to none of the limbs."""
+    """Return what kind of joint a name describes if it belongs to no limb."""
     if name.other:
         return "head, finger or prop"
     if name.helper:

@@ -1,4 +1,4 @@
-"""Print results, notes and problems, and check that outputs replace no input.
+"""Print results, notes and problems, and check that no output replaces an input.
 
 Loads neither numpy nor scipy. All printed text goes through :func:`terminal_text`.
 """
@@ -25,9 +25,10 @@ _BOLD, _YELLOW, _RED = "1", "33", "31"
 
 @dataclass(frozen=True)
 class Voice:
-    """How much is printed: quiet leaves results and errors, verbose adds steps and their times.
+    """How much is printed: quiet prints results and errors only, verbose adds steps and their
+    times.
 
-    document: a JSON document replaces the remarks on standard output.
+    document: True if a JSON document replaces the remarks on standard output.
     """
 
     quiet: bool = False
@@ -41,7 +42,7 @@ _voices = [_USUAL]  # the last one counts; not per thread, as other threads repo
 
 @contextlib.contextmanager
 def speaking(voice: Voice) -> Iterator[None]:
-    """Print so much in this context."""
+    """Print as much as `voice` says within this context."""
     _voices.append(voice)
     try:
         yield
@@ -50,12 +51,14 @@ def speaking(voice: Voice) -> Iterator[None]:
 
 
 def is_quiet() -> bool:
-    """True if only results and errors are printed."""
+    """True if only results and errors are to be printed."""
     return _voices[-1].quiet
 
 
 def terminal_text(text: object) -> str:
-    r"""Return a text for a terminal, with control characters escaped, such as `\x1b`."""
+    r"""Return a text for printing on a terminal, with control characters escaped, such as
+    `\x1b`.
+    """
     return legible(text)
 
 
@@ -63,18 +66,18 @@ def terminal_text(text: object) -> str:
 
 
 def say(text: str = "", *, head: bool = False) -> None:
-    """Print a line of the result on standard output; head: the heading of a table or section."""
+    """Print a line of the result on standard output; head: True for a heading."""
     _line(text, sys.stdout, _BOLD if head else "")
 
 
 def say_all(text: str) -> None:
-    """Print a result of several lines."""
+    """Print a result that has several lines."""
     for line in text.removesuffix("\n").split("\n"):
         say(line)
 
 
 def remark(text: str) -> None:
-    """Print what was done, on standard output."""
+    """Print on standard output what the command has done."""
     if not (is_quiet() or _voices[-1].document):
         _line(text, sys.stdout)
 
@@ -98,7 +101,7 @@ def problem(text: object) -> None:
 
 @contextlib.contextmanager
 def step(text: str) -> Iterator[None]:
-    """Print the duration of the context on standard error, with --verbose."""
+    """Print how long the context took on standard error, with --verbose."""
     begin = time.perf_counter()
     yield
     if _voices[-1].verbose:
@@ -107,7 +110,7 @@ def step(text: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def counter(total: int, done: int = 0) -> Iterator[TellName]:
-    """Yield a function that counts finished clips by name; silent with --quiet."""
+    """Yield a function to call with the name of each finished clip; silent with --quiet."""
     with uncounted(total) if is_quiet() else clip_counter(total, done) as tell:
         yield lambda name: tell(terminal_text(name))
 
@@ -120,7 +123,7 @@ def _line(text: object, stream: IO[str], colour: str = "") -> None:
 
 
 def _colours(stream: IO[str]) -> bool:
-    """True for a terminal with colours that are not switched off (no-color.org)."""
+    """True for a terminal with colours, unless they are switched off (no-color.org)."""
     if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
         return False
     knows = os.name == "posix" or bool(os.environ.get("WT_SESSION") or os.environ.get("TERM"))
@@ -139,19 +142,23 @@ def print_json(document: dict[str, Any]) -> None:
 
 
 def tell_problems(problems: Sequence[str], done: int) -> int:
-    """Print the problems and return the exit code; done: how many clips were processed."""
+    """Print the problems and return the exit code; done: number of clips that were processed."""
     for sentence in problems:
         problem(sentence)
     return int(bool(problems)) if done else 2
 
 
 def count_of(number: int, what: str, several: str = "") -> str:
-    """Return '1 clip' or '2 clips'; several: a plural without a final 's'."""
+    """Return a count with its noun, such as '1 clip' or '2 clips'.
+
+    several: the plural, if it is not formed by adding 's'.
+    """
     return f"{number} {what if number == 1 else several or f'{what}s'}"
 
 
 def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:
-    """Check that each output has a folder and replaces no input and no other output.
+    """Check that each output has an existing folder and replaces neither an input nor another
+    output.
 
     Links are followed. Raises TwistError, and OSError if an output cannot be written.
     """

@@ -1,6 +1,6 @@
-"""The parser of the `twistcore` command; it loads no numpy.
+"""The parser of the `twistcore` command, which does not load numpy.
 
-Commands, options and exit codes are a contract: other programs rely on them.
+Commands, options and exit codes are fixed, since other programs rely on them.
 """
 
 from __future__ import annotations
@@ -56,7 +56,8 @@ PROGRAMS = ("blender", "maya", "motionbuilder")  # for which `export --script` w
 def make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of all commands.
 
-    words: a command line; a command that is not in it gets no arguments, which saves time.
+    words: the words of a command line. A command that is not among them gets no arguments, which
+    saves time.
     """
     parser = Parser(prog="twistcore")
     _set_texts(parser, PROGRAM)
@@ -393,7 +394,7 @@ def _benchmark(benchmark: Parser) -> None:
 
 
 def _with_protocols(inject: argparse.ArgumentParser) -> None:
-    """Add the list of protocols to the help."""
+    """Add the list of protocols to the help of `inject`."""
     from twistcore.synthesis import PROTOCOLS  # numpy
 
     texts = "; ".join(f"{name}: {p.text}" for name, p in PROTOCOLS.items()).replace("%", "%%")

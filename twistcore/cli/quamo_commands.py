@@ -49,7 +49,7 @@ _SPLINE_WAY = (
 
 
 def quamo_refine_command(arguments: argparse.Namespace) -> int:
-    """Track or smooth a clip, write it, and warn of twist errors in it."""
+    """Track or smooth a clip, write it, and warn about twist errors in it."""
     clip = _read(arguments)
     read = (arguments.clip, arguments.weights, arguments.template)
     refuse_overwrite([arguments.output], [path for path in read if path])
@@ -130,7 +130,7 @@ def _read(arguments: argparse.Namespace) -> Clip:
 
 
 def _refuse_of_other_method(arguments: argparse.Namespace) -> None:
-    """Raise TwistError for options of the other method."""
+    """Raise TwistError if options of the other method are given."""
     if arguments.method != "spline":
         if arguments.cutoff is not None:
             raise TwistError("--cutoff is of the spline; expected --method spline with it")
@@ -144,7 +144,7 @@ def _refuse_of_other_method(arguments: argparse.Namespace) -> None:
 
 
 def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
-    """Return the hand gains of the command line, or None for learned gains."""
+    """Return the gains given on the command line, or None for learned gains."""
     given = {k: v for k in ("kp", "kd", "ka") if (v := getattr(arguments, k)) is not None}
     if arguments.gains == "learned":
         if given:
@@ -156,7 +156,7 @@ def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
 
 
 def _wants_place(arguments: argparse.Namespace, joints: NDArray[np.int64], placed: int) -> bool:
-    """True to track the position: as asked, or with all joints, or with the root among them."""
+    """True if the position is to be tracked: on request, with all joints, or with the root."""
     if arguments.root_position is not None:
         return bool(arguments.root_position)
     return not arguments.joints or placed in joints
@@ -168,7 +168,9 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _cut_words(motion: Motion, first: int) -> str:
-    """Return 'cut at frame 120' or 'cuts at frames 120, 300–305' without 305, or '' for none."""
+    """Return 'cut at frame 120' or 'cuts at frames 120, 300–305' (305 excluded), or '' for no
+    cut.
+    """
     cut = np.zeros(motion.frames, dtype=np.bool_)
     cut[cuts_behind(motion, first)] = True
     return f"cut{'' if cut.sum() == 1 else 's'} at {frames_listed(cut)}" if cut.any() else ""
@@ -184,7 +186,7 @@ def _how(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> s
 
 
 def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
-    """Return what a direction of tracking needs and how it lags."""
+    """Return in words which frames the tracking needs, and how far it lags."""
     if not causal:
         return "tracking both ways needs the whole clip: every frame depends on later ones; no lag"
     if gains is None:
@@ -199,7 +201,7 @@ def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
 def _warn_of_lost(
     arguments: argparse.Namespace, found: TrackedMotion, names: Sequence[str]
 ) -> None:
-    """Print where the tracker did not follow the input."""
+    """Print where the tracker did not follow its input."""
     said = [*snap_sentences(found.snapped, names, causal=arguments.causal)]
     if apart := apart_sentence(found.apart, names):
         said.append(apart)
@@ -208,7 +210,7 @@ def _warn_of_lost(
 
 
 def _warn_of_twist(clip: Clip, joints: Sequence[int]) -> None:
-    """Print how many twist errors the clip has in the tracked joints: tracking hides them."""
+    """Print how many twist errors the tracked joints have, since tracking would hide them."""
     chains = [c for c in find_chains(clip.motion) if {c.parent, c.child} & set(joints)]
     if not chains:
         return

@@ -1,4 +1,4 @@
-"""`twistcore quamo noise | evaluate | ablation | train`: commands for the study of QuaMo."""
+"""`twistcore quamo noise | evaluate | ablation | train`: the commands for studying QuaMo."""
 
 from __future__ import annotations
 
@@ -84,14 +84,14 @@ def quamo_noise_command(arguments: argparse.Namespace) -> int:
 
 
 def quamo_evaluate_command(arguments: argparse.Namespace) -> int:
-    """Print the tables of held-out subjects and return the exit code."""
+    """Print the tables for held-out subjects and return the exit code."""
     from twistcore.study.quamo.report import evaluation_report
 
     return _report(arguments, evaluation_report, ("full",))
 
 
 def quamo_ablation_command(arguments: argparse.Namespace) -> int:
-    """Print the tables of steps, representations and integrators; return the exit code."""
+    """Print the tables of training steps, representations and integrators; return the exit code."""
     from twistcore.study.quamo.report import ablation_report
 
     return _report(arguments, ablation_report, tuple(VARIANTS))
@@ -126,14 +126,14 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
 def _held_out_networks(
     folder: Path, variant: str, sequences: Sequence[Sequence24]
 ) -> Mapping[str, Network]:
-    """Return the networks in a folder by the subject that each was trained without."""
+    """Return the networks in a folder, by the subject that was held out of each one's training."""
     subjects = sorted({s.subject for s in sequences})
     paths = {s: folder / weights_name(variant, s) for s in subjects}
     return {s: read_network(p) for s, p in paths.items() if p.exists()}
 
 
 def quamo_train_command(arguments: argparse.Namespace) -> int:
-    """Train one network for each held-out subject and write weights; continues earlier runs."""
+    """Train and write one network for each held-out subject; an earlier run is continued."""
     from twistcore.study.quamo import training
     from twistcore.study.quamo.torch_model import import_torch
 

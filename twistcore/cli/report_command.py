@@ -1,4 +1,4 @@
-"""`twistcore report`: pages of a session or of a batch folder."""
+"""`twistcore report`: write the pages of a session or of a batch folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`twistcore signals`: the curves in which errors are found, as CSV or JSON."""
+"""`twistcore signals`: print the curves in which errors are detected, as CSV or JSON."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def _signals(arguments: argparse.Namespace, path: Path) -> _Signals:
 
 
 def _columns(analysis: ClipAnalysis, method: str | None) -> dict[str, dict[str, Array]]:
-    """Return the columns of every chain by name, each of shape (frames,)."""
+    """Return the columns of every chain by name, each with the shape (frames,)."""
     signals = analysis.signals
     columns = {chain: _of_chain(curves) for chain, curves in signals.items()}
     if method is not None:
@@ -130,5 +130,5 @@ def _to_json(
 
 
 def _rounded(values: list[float]) -> list[float | None]:
-    """Return rounded values, None for angles that are not defined."""
+    """Return rounded values, with None for angles that are not defined."""
     return [round(v, _DECIMALS) if math.isfinite(v) else None for v in values]

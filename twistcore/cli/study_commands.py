@@ -1,6 +1,6 @@
-"""`twistcore inject | evaluate`: put known errors into clips, and measure a refinement.
+"""`twistcore inject | evaluate`: inject known errors into clips, and measure a refinement.
 
-`benchmark` does both for a folder, in a module of its own, as its libraries load slowly.
+`benchmark` does both for a folder; it is a separate module because its libraries load slowly.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from twistcore.synthesis import (
 
 
 def inject_command(arguments: argparse.Namespace) -> int:
-    """Put errors into a clip and write the truth; return the exit code."""
+    """Inject errors into a clip and write the truth; return the exit code."""
     protocol = parse_protocol(arguments.protocol)
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output, arguments.truth], [arguments.clip])
@@ -95,7 +95,7 @@ def inject_command(arguments: argparse.Namespace) -> int:
 
 
 def evaluate_command(arguments: argparse.Namespace) -> int:
-    """Print the measures of refined clips and return the exit code."""
+    """Print the error measures of refined clips and return the exit code."""
     counts = {len(arguments.truth), len(arguments.clean), len(arguments.refined)}
     if len(counts) != 1:
         raise TwistError("--truth, --clean and --refined: expected the same number of files")

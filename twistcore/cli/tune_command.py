@@ -1,4 +1,4 @@
-"""`twistcore tune`: τ for each joint, from injected errors or from people's decisions."""
+"""`twistcore tune`: find τ for each joint, from injected errors or from people's decisions."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ ByChain = Mapping[str, TauCurve]  # by the chain's name
 
 
 def tune_command(arguments: argparse.Namespace) -> int:
-    """Write a profile of τ for each joint from a clip or a folder; return the exit code."""
+    """Write a profile with τ for each joint, from a clip or a folder; return the exit code."""
     return _by_verdicts(arguments) if arguments.verdicts else _by_injection(arguments)
 
 
@@ -111,7 +111,7 @@ def _tuned_to_json(
     wanted: tuple[float, float],
     given: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return τ and its costs by chain for each detector."""
+    """Return τ and its cost for every chain, for each detector."""
     price, smallest = wanted
     chains = []
     for method in sorted(together):
@@ -142,7 +142,7 @@ def _tuned_to_json(
 
 
 def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
-    """Return the sessions of clips and the damaged ones; TwistError if there are none."""
+    """Return the clips' sessions and the damaged ones; raise TwistError if there is no session."""
     folder = source if source.is_dir() else source.parent
     there = sessions_in(folder)
     own = FolderSessions(
@@ -162,7 +162,7 @@ def _curves(
     sessions: Mapping[Path, Path],
     words: Mapping[str, Any] | None,
 ) -> dict[str, ByChain]:
-    """Return the curves of a clip by each detector, all with the same errors."""
+    """Return a clip's curves for each detector, all measured with the same errors."""
     return {m: clip_curves(path, m, seeds, rig, sessions.get(path), words) for m in methods}
 
 
@@ -176,12 +176,12 @@ def _together(clips: Iterable[ByChain]) -> ByChain:
 
 
 def _minutes(curves: ByChain) -> float:
-    """Return how many minutes of a clip were examined, in the chain with the most."""
+    """Return how many minutes of a clip were examined, in the chain with the largest number."""
     return max(curve.minutes for curve in curves.values())
 
 
 def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
-    """Yield one line for each chain, with the band of its FSR in brackets."""
+    """Yield one line per chain for a single clip, with the band of its FSR in brackets."""
     width = max([20, *(len(terminal_text(name)) for name in curves)])
     yield _Line(
         f"{'chain':<{width}} {'τ':>9} {'noise':>9} {'FSR':>20} {'false alarms/min':>17}", True
@@ -198,9 +198,9 @@ def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
 def _of_both(
     together: Mapping[str, ByChain], minutes: float, wanted: tuple[float, float]
 ) -> Iterator[_Line]:
-    """Yield two lines for each chain and for all, at the suggested and the automatic τ.
+    """Yield two lines for each chain and for all, at the suggested and at the automatic τ.
 
-    minutes: of all clips, as their chains may differ.
+    minutes: total duration of all clips, since their chains may differ.
     """
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))
@@ -234,7 +234,7 @@ def _refuse_rig(arguments: argparse.Namespace) -> None:
 
 
 def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
-    """Return the price of an alarm, and the size of the smallest errors in radians."""
+    """Return the price of an alarm, and the size in radians of the smallest errors to find."""
     price, smallest = arguments.alarm_price, arguments.smallest
     return (
         ALARM_PRICE if price is None else price,
@@ -243,7 +243,7 @@ def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
 
 
 def _by_verdicts(arguments: argparse.Namespace) -> int:
-    """Write τ from the sessions next to the clips of a folder, with each session's chains."""
+    """Write τ from the sessions next to the clips of a folder, using each session's chains."""
     folder: Path = arguments.source
     if not folder.is_dir():
         raise TwistError(f"{folder}: expected a folder of clips with their sessions")

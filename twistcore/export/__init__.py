@@ -1,1 +1,1 @@
-"""Output of the program: corrected clips, comparisons, markers and scripts."""
+"""What the program exports: corrected clips, comparisons, markers and scripts."""

@@ -1,4 +1,4 @@
-"""Compare two clips by joint, frame and degrees."""
+"""Compare two clips by joint and frame, in degrees."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MOVED = 1e-3  # of the height: ten times the effect of writing angles with two 
 
 @dataclass(frozen=True)
 class JointDifference:
-    """Frames [start, stop) in which a joint's local rotation differs, with the largest angle."""
+    """A joint whose local rotation differs in frames [start, stop), with the largest angle."""
 
     joint: str
     start: int
@@ -29,7 +29,7 @@ class JointDifference:
 class JointMove:
     """The largest change of a joint's position, and the number of frames with a change.
 
-    largest: in the file's unit; of_height: as a share of the skeleton's height.
+    largest: in the file's unit; of_height: as a fraction of the skeleton's height.
     """
 
     joint: str
@@ -43,7 +43,7 @@ class Difference:
     """All differences between two motions, by joint.
 
     moved: joints whose position changed by more than the file's decimals explain; rest_of_height:
-    the largest change of position among the other joints, a share of the height.
+    the largest change of position among the other joints, as a fraction of the height.
     """
 
     joints: tuple[JointDifference, ...]
@@ -55,12 +55,12 @@ class Difference:
 
     @property
     def frames(self) -> int:
-        """Number of frames with any different rotation."""
+        """Number of frames in which any rotation differs."""
         return len({t for j in self.joints for t in range(j.start, j.stop)})
 
 
 def compare(a: Motion, b: Motion) -> Difference:
-    """Compare two motions of one skeleton; ClipMismatchError if they are not comparable."""
+    """Compare two motions of one skeleton; raise ClipMismatchError if they are not comparable."""
     if a.skeleton.names != b.skeleton.names or (a.skeleton.parents != b.skeleton.parents).any():
         raise ClipMismatchError("the two clips have different skeletons")
     if a.frames != b.frames:
@@ -98,7 +98,7 @@ def compare(a: Motion, b: Motion) -> Difference:
 
 
 def move_to_json(move: JointMove) -> dict[str, Any]:
-    """Return a moved joint as JSON data, in the file's unit and as a share of the height."""
+    """Return a moved joint as JSON data, in the file's unit and as a fraction of the height."""
     return {
         "joint": move.joint,
         "max": move.largest,

@@ -1,4 +1,4 @@
-"""Intervals of a clip as in `detect --json` and in batch results."""
+"""A clip's intervals in the form of `detect --json` and of batch results."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from twistcore.analysis.clip_analysis import Detection
 
 
 def intervals_to_json(found: Detection, *, explain: bool = False) -> list[dict[str, Any]]:
-    """Return one entry an interval; explain: with residual and evidence (docs/formats.md)."""
+    """Return one entry per interval.
+
+    explain: True to include the residual and the evidence (docs/formats.md).
+    """
     return found.to_rows(explain=explain)
 
 

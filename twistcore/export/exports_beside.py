@@ -1,4 +1,4 @@
-"""Tell corrected clips that this program wrote next to their sources from original clips.
+"""Distinguish corrected clips that this program wrote next to their sources from the sources.
 
 Programs without numpy call this for every clip of a folder, so names decide as far as possible.
 """
@@ -25,7 +25,7 @@ _HEAD = 200_000  # bytes: more than any known skeleton needs
 
 
 def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
-    """Return the clips that this program wrote, with the file name of the source of each.
+    """Return the clips that this program wrote, with the file name of each one's source.
 
     The session that replays it, or its report, names the source. Without these, the default name of
     exports decides, if the file equals the source up to the motion. A clip whose source is not
@@ -77,7 +77,7 @@ def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
 
 
 def clip_of_session(session: Path) -> str:
-    """Return the file name of the clip that a session belongs to, '' if it names none."""
+    """Return the file name of the clip that a session belongs to, or '' if it names none."""
     with suppress(OSError):
         status = session.stat()
         if stat.S_ISREG(status.st_mode):
@@ -94,9 +94,9 @@ def _read_clip(session: Path, modified: int, size: int) -> str:
 
 
 def _documents_of(name: str, stem: str) -> Iterator[str]:
-    """Yield names of documents that may describe an export.
+    """Yield the names of documents that may describe an export.
 
-    They begin with its whole name or, for a BVH, with its stem.
+    They begin with the export's full name or, for a BVH, with its stem.
     """
     for suffix in _DOCUMENTS:
         yield name + suffix
@@ -104,7 +104,7 @@ def _documents_of(name: str, stem: str) -> Iterator[str]:
 
 
 def _documented_source(document: str, export: str) -> str:
-    """Return the name of an export's source clip according to a document, '' if there is none."""
+    """Return the name of an export's source clip according to a document, or '' if it has none."""
     with suppress(OSError):
         status = os.stat(document)  # noqa: PTH116
         if stat.S_ISREG(status.st_mode):  # opening a FIFO would wait for its writer

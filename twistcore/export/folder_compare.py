@@ -1,4 +1,4 @@
-"""Compare two folders of clips: two deliveries of the same captures."""
+"""Compare two folders of clips, such as two deliveries of the same captures."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from twistcore.work.progress import Counter, uncounted
 class FolderDifference:
     """Two folders compared clip by clip; clips are named by relative path and sorted by name.
 
-    only_a, only_b: clips missing in the other folder; identical: equal bytes; same_motion: other
-    bytes but equal motion; different: other motion; failed: the reasons why clips could not be
-    compared.
+    only_a, only_b: clips that the other folder does not have; identical: clips with equal bytes;
+    same_motion: clips with other bytes but equal motion; different: clips with another motion;
+    failed: the reasons why clips could not be compared.
     """
 
     only_a: tuple[str, ...]
@@ -41,9 +41,10 @@ class FolderDifference:
 def compare_folders(
     a: Path, b: Path, *, workers: int = 1, counter: Counter = uncounted
 ) -> FolderDifference:
-    """Compare all clips of two folders and their subfolders; TwistError if one has none.
+    """Compare all clips of two folders and their subfolders; TwistError if one of them has no clip.
 
-    counter: called with the number of clips; returns the function called with each finished name.
+    counter: called with the number of clips; returns the function that is called with the name of
+    each finished clip.
     """
     of_a, of_b = clips_by_name(a), clips_by_name(b)
     both = sorted(of_a.keys() & of_b.keys())
@@ -74,7 +75,7 @@ def compare_folders(
 
 
 def _compared(a: Path, b: Path, name: str) -> Difference | None:
-    """Compare one clip of both folders; None for equal bytes, even if they are not a clip."""
+    """Compare a clip in both folders; None for equal bytes, even if they are not a valid clip."""
     path_a, path_b = a / name, b / name
     if _read(path_a) == _read(path_b):
         return None
@@ -129,5 +130,5 @@ def _clip_to_json(name: str, difference: Difference) -> dict[str, Any]:
 
 
 def largest_degrees(difference: Difference) -> float:
-    """Return the largest angle between two rotations of a joint, 0 if none differs."""
+    """Return the largest angle between two rotations of a joint, or 0 if none differs."""
     return max((j.max_degrees for j in difference.joints), default=0.0)

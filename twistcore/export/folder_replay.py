@@ -1,4 +1,4 @@
-"""Replay the sessions of a folder on their clips, into a separate folder."""
+"""Replay the sessions of a folder on their clips, writing into a separate folder."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _SCHEMA = "twistcore.applied/1"
 
 @dataclass(frozen=True)
 class SessionClip:
-    """A session and its clip; name: the clip's relative path with '/' as separator."""
+    """A session and its clip; name: the clip's relative path, with '/' as separator."""
 
     session: Path
     clip: Path
@@ -37,10 +37,10 @@ class SessionClip:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Sessions paired with their clips; problems: one sentence for each session that has no clip.
+    """Sessions paired with their clips; problems: one sentence for each session without a clip.
 
-    older: sessions of a clip that has a later one; alone: clips without a session, except exports
-    of others.
+    older: sessions whose clip has a later session; alone: clips without a session, except exports
+    of other clips.
     """
 
     pairs: tuple[SessionClip, ...]
@@ -51,10 +51,11 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replayed:
-    """The result for a clip; sha256: of its corrected bytes; new: True if they were not there yet.
+    """The result for a clip; sha256: hash of its corrected bytes; new: True if they were not there
+    yet.
 
     applied, repairable: numbers of intervals; jumps: unavoidable jumps of channels; left, beside:
-    as returned by :func:`twistcore.export.replay.uncorrected_sentences`.
+    sentences returned by :func:`twistcore.export.replay.uncorrected_sentences`.
     """
 
     sha256: str
@@ -67,12 +68,12 @@ class Replayed:
 
 
 def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
-    """Pair every session in a folder and its subfolders with the clip that it was made on.
+    """Pair every session in a folder and its subfolders with the clip for which it was made.
 
-    That is the clip with its name and bytes, or one of another name with its bytes. Of several, the
-    one in the matching subfolder is taken. An export next to its source is taken only if no other
-    clip fits. Of several sessions of a clip, the latest is used. Clips in `output` are ignored.
-    TwistError if there is no clip or no session.
+    That is the clip with its name and bytes or, if there is none, one of another name with its
+    bytes. If there are several, the one in the matching subfolder is taken. An export next to its
+    source is taken only if no other clip fits. If a clip has several sessions, the latest is used.
+    Clips in `output` are ignored. Raises TwistError if there is no clip or no session.
     """
     there = clips_by_name(clips)
     if (inside := real_path(output)).is_relative_to(real_path(clips)):
@@ -105,7 +106,7 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
 
 
 class _Clips:
-    """Clips by name and by bytes; the bytes are read only if names do not decide."""
+    """Clips by name and by bytes; the bytes are read only if the names do not decide."""
 
     def __init__(self, paths: Mapping[str, Path], exports: Collection[str]) -> None:
         self._paths, self._exports = paths, exports
@@ -114,7 +115,9 @@ class _Clips:
             self._named[path.name].append(name)
 
     def of(self, session: Path, clip: str, sha256: str, folder: PurePath) -> str:
-        """Return the name of the clip of a session in the given subfolder; TwistError if none."""
+        """Return the name of the clip of a session in the given subfolder; TwistError if there
+        is none.
+        """
         named = self._named.get(clip, [])
         same = [name for name in named if self._mark(name) == sha256]
         same = same or self._by_bytes.get(sha256, [])
@@ -148,10 +151,10 @@ class _Clips:
 
 
 def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
-    """Write a clip corrected by its session: the same bytes as from `apply` on the two.
+    """Write a clip corrected by its session, with the same bytes as `apply` on the two files.
 
-    own: SHA-256 by name of the files that this command wrote into the folder. TwistError, with
-    nothing written, if another file is there; also as :func:`twistcore.export.replay.replayed`.
+    own: SHA-256 by name of the files that this command wrote into the folder. Raises TwistError,
+    with nothing written, if another file is there, and as :func:`twistcore.export.replay.replayed`.
     """
     replay = replayed(pair.session, pair.clip)
     patch = rewritten(replay.clip, replay.motion)
@@ -176,8 +179,9 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
 
 
 def read_written(output: Path) -> dict[str, str]:
-    """Return SHA-256 by name of the files this command wrote into a folder; TwistError,
-    FormatError.
+    """Return the SHA-256, by name, of the files that this command wrote into a folder.
+
+    Raises TwistError and FormatError.
     """
     path, own = output / WRITTEN, dict[str, str]()
     if not is_there(path):
@@ -195,7 +199,7 @@ def read_written(output: Path) -> dict[str, str]:
 
 
 def note_written(output: Path, name: str, sha256: str) -> None:
-    """Record that this command wrote a clip; raises OSError."""
+    """Record that this command wrote a clip into the folder; raises OSError."""
     path = output / WRITTEN
     new = not is_there(path)
     head = json_text({"schema": _SCHEMA}, indent=None)

@@ -1,4 +1,4 @@
-"""Intervals as timeline markers for other programs."""
+"""Export intervals as timeline markers for other programs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def blender_markers(
 ) -> str:
     """Return a Blender script that sets two markers for each interval that is not rejected.
 
-    verdict: returns the text for an interval.
+    verdict: function that returns the text for an interval.
     """
     rows = [
         (

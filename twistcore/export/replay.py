@@ -1,4 +1,4 @@
-"""Replay a review on its clip: the same motion from the program and the command line."""
+"""Replay a review on its clip: program and command line give the same motion."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from twistcore.work.progress import Tell
 def accepted_motion(
     clip: Clip, chains: Sequence[Chain], state: ReviewState, *, tell: Tell | None = None
 ) -> Motion:
-    """Return the motion corrected by the accepted intervals and then tracked, as exported.
+    """Return the motion corrected by the accepted intervals and then tracked, as it is exported.
 
-    chains: include limbs, for their flips; tell: called with the share of the tracking done.
+    chains: chains and, for their flips, limbs; tell: called with the completed share of tracking.
     """
     refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
@@ -33,7 +33,7 @@ def accepted_motion(
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """A session on its clip: the chains and limbs it names, and the corrected motion."""
+    """A session applied to its clip: the chains and limbs it names, and the corrected motion."""
 
     session: Session
     clip: Clip
@@ -42,7 +42,7 @@ class Replay:
 
 
 def replayed(session_path: Path, clip_path: Path) -> Replay:
-    """Read a session and its clip and correct the clip; raises TwistError for either, OSError."""
+    """Read a session and its clip and correct the clip; raises TwistError and OSError."""
     session = read_session(session_path)
     clip = read_clip(clip_path, fps=session.fps)
     chains = chains_of(session, clip)
@@ -52,9 +52,9 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
 def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return sentences on chains that could not be corrected, and on joints moved along.
+    """Return sentences about chains that could not be corrected, and about joints moved along.
 
-    The second list names joints off a chain's axis, which moved with it.
+    The second list names joints that do not lie on a chain's axis and moved with it.
     """
     sentences = chains_left(clip.motion, chains, chosen)
     left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)
@@ -72,7 +72,7 @@ def uncorrected_sentences(
 
 
 def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
-    """Return a sentence if intervals of kinds unknown to this version were accepted."""
+    """Return a sentence if intervals of kinds that this version does not support were accepted."""
     accepted = (j.interval.kind for j in state.intervals if j.decision == Decision.ACCEPTED)
     unknown = [kind for kind in accepted if not kind.known]
     if not unknown:
@@ -85,7 +85,7 @@ def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
 def chains_left(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[str, ...]:
-    """Return a sentence for each chain with intervals that cannot be corrected."""
+    """Return a sentence for each chain that has intervals that cannot be corrected."""
     left = []
     for chain in chains:
         if joints := stuck_joints(motion, chain, chosen):
@@ -107,7 +107,7 @@ def correctable(
 
 
 def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
-    """Return chains and limbs of the clip by the session's rig; raises as :func:`check_belongs`."""
+    """Return the clip's chains and limbs by the session's rig; raises as :func:`check_belongs`."""
     check_bytes(session, clip)
     try:
         chains = session.state.rig.chains(clip.motion)
@@ -126,7 +126,7 @@ def check_bytes(session: Session, clip: Clip) -> None:
 
 
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
-    """Raise ClipMismatchError unless the session fits the clip: bytes, chains, frames, tracking.
+    """Raise ClipMismatchError unless bytes, chains, frames and tracking of a session fit the clip.
 
     chains: the chains and limbs of the clip.
     """

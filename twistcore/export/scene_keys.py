@@ -1,4 +1,4 @@
-"""Keys for the scene that a clip came from, and references that identify the scene.
+"""Keys for the scene that a clip came from, and reference frames that identify the scene.
 
 The axes of a scene's joints depend on its importer, rig and bind pose. With A the rotation between
 the worlds, G a joint's global rotation in the clip and S in the scene, S = A·G·B with B constant. A
@@ -25,11 +25,11 @@ _SAME = 1e-7  # radians: limit for an unchanged global rotation
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A frame with uncorrected joints: positions and rotations in the clip's axes.
+    """A frame with uncorrected joints: their positions and rotations in the clip's axes.
 
-    positions: (joints, 3), the file's length unit; joints: for each keyed joint that is uncorrected
-    here, by index, the global rotations of its parent (the identity for a root) and its own,
-    quaternions (w, x, y, z).
+    positions: (joints, 3), in the file's length unit; joints: by index, for each joint that gets
+    keys and is uncorrected here, the global rotations of its parent (the identity for a root) and
+    its own, quaternions (w, x, y, z).
     """
 
     frame: int
@@ -39,10 +39,10 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class SceneKeys:
-    """A clip's corrections as keys: for each joint the frames (n,) and q and q', each (n, 4).
+    """A clip's corrections as keys: for each joint the frames (n,), and q and q', each (n, 4).
 
-    unseen: joints corrected in every frame, so that no frame shows their axes in the scene except
-    the scene before any key was set.
+    unseen: joints corrected in every frame, whose axes in the scene can only be measured before any
+    key is set.
     """
 
     frames: Mapping[int, NDArray[np.intp]]
@@ -55,7 +55,7 @@ class SceneKeys:
 def scene_keys(motion: Motion, corrected: Motion) -> SceneKeys:
     """Return the local rotations that differ, and up to five reference frames for each joint.
 
-    Raises TwistError if nothing differs.
+    Raises TwistError if there is no difference.
     """
     changed = (motion.rotations != corrected.rotations).any(axis=2)
     joints = np.flatnonzero(changed.any(axis=0)).tolist()
@@ -96,9 +96,10 @@ def scene_keys(motion: Motion, corrected: Motion) -> SceneKeys:
 def _chosen(
     free: Mapping[int, NDArray[np.bool_]], frames: int
 ) -> tuple[list[int], tuple[int, ...]]:
-    """Return the reference frames, and the joints that have none.
+    """Return the reference frames, and the joints for which there is none.
 
-    Best are frames in which every joint is uncorrected. If there is none, each joint gets its own.
+    The best frames are those in which every joint is uncorrected. If there are none, each joint
+    gets its own frames.
     """
     unseen = tuple(j for j, own in free.items() if not own.any())
     seen = [own for j, own in free.items() if j not in unseen]
@@ -109,7 +110,7 @@ def _chosen(
 
 
 def _spread(free: NDArray[np.bool_]) -> list[int]:
-    """Return up to five of the frames, far apart."""
+    """Return up to five of the frames, far apart from each other."""
     at = np.flatnonzero(free)
     picked = np.linspace(0, len(at) - 1, min(len(at), MOST_REFERENCES)).round().astype(int)
     return sorted(set(at[picked].tolist()))

@@ -54,12 +54,12 @@ TOLERANCE = {tolerance:g}  # degrees
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """The scene, and the clip's frames in it.
+    """The scene, and how the clip's frames are placed in it.
 
-    program: one of PROGRAMS; namespace: put before every name with ':', '' removes the clip's own,
-    None keeps names; take: the take (in Blender the action) that must be active; fps: of the scene,
-    None for the clip's; start: the scene's frame of frame 0, None for the default of the program's
-    importers; dry_run: only report.
+    program: one of PROGRAMS; namespace: put before every name with ':', '' removes the clip's own
+    namespace, None keeps the names; take: the take (in Blender the action) that must be active;
+    fps: the scene's frame rate, None for the clip's; start: the scene's frame for frame 0, None for
+    the default of the program's importers; dry_run: True to only report.
     """
 
     program: str
@@ -77,9 +77,9 @@ def scene_script(
     intervals: Iterable[Judged],
     options: SceneOptions,
 ) -> str:
-    """Return the script's text; clip: the file's name; intervals: listed by the script.
+    """Return the script's text; clip: the file's name; intervals: the intervals it lists.
 
-    Raises TwistError if nothing is corrected, or a name does not belong to exactly one joint.
+    Raises TwistError if nothing is corrected, or if a name does not belong to exactly one joint.
     """
     if options.program == "maya" and options.take is not None:
         raise TwistError("--take: a Maya scene has no takes; leave the option out")
@@ -128,7 +128,7 @@ def _names(names: Sequence[str], namespace: str | None) -> list[str]:
 
 
 def _interval_lines(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
-    """Return the lines that the script prints: the intervals, and who accepted them."""
+    """Return the lines that the script prints: the intervals, and the people who accepted them."""
     lines = []
     for judged in intervals:
         i = judged.interval

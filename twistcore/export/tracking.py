@@ -1,4 +1,6 @@
-"""Track a review's joints with QuaMo after the twist correction, and return the traces."""
+"""Track a review's joints with QuaMo after the twist correction, and return the tracker's
+values.
+"""
 
 from __future__ import annotations
 
@@ -46,11 +48,12 @@ DEMONSTRATION = (
 
 @dataclass(frozen=True, eq=False)
 class Traces:
-    """The tracker's values, one row a step.
+    """The tracker's values, with one row per step.
 
     frames: time of each step in frames of the clip, (n,); gains: κP, κD, κA, means over the three
     axes, (n, joints, 3); parts: sizes of the P, D, bias and acceleration parts, rad/s², (n, joints,
-    4); names: of the joints. With both directions, gains and parts are means of the two.
+    4); names: the joints' names. After a forward and a backward pass, gains and parts are the means
+    of the two.
     """
 
     frames: Array
@@ -71,7 +74,7 @@ def _network() -> Network:
 
 
 def knows_learned(motion: Motion) -> bool:
-    """True if the networks know the skeleton and the length of its unit."""
+    """True if the networks were trained for this skeleton and its unit of length is known."""
     try:
         topology = find_topology(motion.skeleton)
         metres_per_unit(motion.skeleton)
@@ -81,7 +84,7 @@ def knows_learned(motion: Motion) -> bool:
 
 
 def check_tracking(motion: Motion, tracking: Tracking) -> None:
-    """Raise TwistError with one sentence if this tracking is impossible in this motion."""
+    """Raise TwistError with one sentence if this tracking is not possible in this motion."""
     joints = _joints(motion, tracking)
     if tracking.place:
         check_place(motion, learned=tracking.learned)
@@ -99,9 +102,9 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
 
 
 def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None) -> Motion:
-    """Return the motion with the joints tracked; T-pose frames at the start are kept.
+    """Return the motion with the joints tracked; T-pose frames at the start stay unchanged.
 
-    tell: called with the share done. Raises TwistError like :func:`check_tracking`.
+    tell: called with the completed share. Raises TwistError like :func:`check_tracking`.
     """
     return _tracked(motion, tracking, tell or nobody, keep_steps=False).motion
 
@@ -148,9 +151,9 @@ def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
 
 
 def _gains(tracking: Tracking, dt: float) -> Gains:
-    """Return the review's gains; the gains of the position follow from the frame rate.
+    """Return the review's gains; the gains for the position depend on the frame rate.
 
-    If no joint is tracked, the gains of joints have no effect.
+    If no joint is tracked, the gains for joints have no effect.
     """
     usual = Gains.by_hand(dt, causal=tracking.causal)
     if not tracking.joints:
@@ -159,7 +162,7 @@ def _gains(tracking: Tracking, dt: float) -> Gains:
 
 
 def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Return gains and parts of one pass, 0 at its start, and whether there is a step."""
+    """Return gains and parts of one pass, 0 at its start, and a mask of the rows with a step."""
     gains = np.zeros((len(steps), len(shown), 3))
     parts = np.zeros((len(steps), len(shown), 4))
     seen = np.zeros(len(steps), dtype=np.int64)

@@ -1,1 +1,1 @@
-"""Safe reading and writing of files: kinds, text encodings, documents, locks and checksums."""
+"""Safe reading and writing of files: file kinds, text encodings, documents, locks and checksums."""

@@ -1,6 +1,6 @@
-"""Atomic writing: a file is either the old or the new one, never half of one.
+"""Atomic writing: a file is always either the old or the new one, never a part of one.
 
-Streams and devices cannot be replaced and are written into.
+Streams and devices cannot be replaced; they are written into.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ def write_atomically(path: Path, data: bytes) -> None:
     Open descriptors of this process (STANDARD_OUTPUT, /dev/fd/N), FIFOs and character devices are
     written into and not replaced. Opening a FIFO waits for its reader.
 
-    Raises OSError, and BrokenPipeError if the reader has gone. The old file is then unchanged.
+    Raises OSError, and BrokenPipeError if the reader has closed its end. The old file is then
+    unchanged.
     """
     with writing_atomically(path) as file:
         file.write(data)
@@ -53,10 +54,10 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 @contextlib.contextmanager
 def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
-    """Yield a file to write into piece by piece; it replaces the file at the path once complete.
+    """Yield a file to write piece by piece; once complete, it replaces the file at the path.
 
     Like :func:`write_atomically`, for data too large to hold in memory. An exception in the block
-    leaves the file unchanged; a stream keeps the bytes written before the exception.
+    leaves the old file unchanged; a stream keeps the bytes written before the exception.
     """
     try:
         descriptor = _descriptor_to_write(path)
@@ -82,7 +83,7 @@ def move_into_place(part: Path, end: Path) -> None:
 
 
 def destination(path: Path) -> Path:
-    """Return the path behind all links; nothing need exist there.
+    """Return the path at the end of all links; the file need not exist.
 
     An open descriptor of this process is not followed, though Linux shows it as a link. Raises
     OSError for a loop of links, and for a folder, a block device or a socket, which can be neither
@@ -103,13 +104,13 @@ def destination(path: Path) -> Path:
 
 
 def is_stream(path: Path) -> bool:
-    """True if the path is written into because it cannot be replaced; raises OSError."""
+    """True if the path can only be written into because it cannot be replaced; raises OSError."""
     end = destination(path)
     return descriptor_number(end) is not None or _kind(path) in _STREAMS
 
 
 def is_standard_output(path: Path) -> bool:
-    """True if the path leads to the standard output, where `print` writes."""
+    """True if the path leads to standard output, to which `print` writes."""
     try:
         return descriptor_number(destination(path)) == 1
     except OSError:
@@ -117,7 +118,7 @@ def is_standard_output(path: Path) -> bool:
 
 
 def same_file(a: Path, b: Path) -> bool:
-    """True if both paths lead to the same existing file, through links or different spellings."""
+    """True if both paths lead to the same existing file, even through links or other spellings."""
     return is_there(a) and is_there(b) and a.samefile(b)
 
 
@@ -130,7 +131,7 @@ def descriptor_number(end: Path) -> int | None:
 
 
 def _descriptor_to_write(path: Path) -> int | None:
-    """Return a descriptor to write into and close, or None if the file is replaced instead."""
+    """Return a descriptor to write into and then close, or None if the file is to be replaced."""
     if not is_stream(path):
         return None
     number = descriptor_number(destination(path))
@@ -140,7 +141,7 @@ def _descriptor_to_write(path: Path) -> int | None:
 
 
 def _kind(path: Path) -> int:
-    """Return the file type bits (links followed), 0 if nothing exists there."""
+    """Return the file type bits of a path, following links; 0 if nothing exists there."""
     try:
         return stat.S_IFMT(path.stat().st_mode)
     except (FileNotFoundError, NotADirectoryError):
@@ -150,7 +151,7 @@ def _kind(path: Path) -> int:
 def part_name(end: Path, suffix: str = "") -> Path:
     """Return the temporary name for writing a file, always the same so that a leftover is found.
 
-    A name that would be too long is shortened and gets a hash of the full name.
+    A name that would be too long is shortened, with a hash of the full name added.
     """
     name, mark = end.name, f".twist.part{suffix}"
     if len(os.fsencode(name)) + len(mark) + _SPARE > _LONGEST_NAME:
@@ -161,10 +162,10 @@ def part_name(end: Path, suffix: str = "") -> Path:
 
 
 def take_part(part: Path) -> tuple[int, Path]:
-    """Create, open and lock a new file with this name, or a similar one if the name is taken.
+    """Create, open and lock a new file with this name, or with a similar one if the name is taken.
 
-    A leftover of a killed program is removed: a file of this user that no process holds. Anything
-    else is kept, and another name is used. Raises OSError.
+    A leftover of a killed program is removed: a file of this user that no process has locked. Any
+    other file is kept, and another name is used. Raises OSError.
     """
     for _ in range(_TRIES):
         _remove_left(part)
@@ -200,7 +201,7 @@ def _replacing(end: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_left(part: Path) -> None:
-    """Remove the leftover of a killed program, but never a link or a file of others or in use."""
+    """Remove what a killed program left, but never a link, another user's file or one in use."""
     try:
         status = part.lstat()
         if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1 or not _is_mine(status):
@@ -227,7 +228,9 @@ def _is_at(path: Path, handle: int) -> bool:
 
 
 def _settle(part: Path, end: Path) -> None:
-    """Give the new file the replaced file's permissions and owner, or the defaults if none."""
+    """Give the new file the permissions and owner of the replaced file, or defaults if none
+    exists.
+    """
     try:
         old = end.stat()
     except FileNotFoundError:
@@ -256,7 +259,9 @@ def sync_folder(folder: Path) -> None:
 
 
 def free_name(path: Path, suffix: str = "") -> Path:
-    """Return the first of NAME, NAME-2, NAME-3 … next to `path` (with `suffix`) that is free."""
+    """Return the first of NAME, NAME-2, NAME-3 …, with `suffix`, that is free in `path`'s
+    folder.
+    """
     wanted = path.with_name(path.name + suffix)
     free, number = wanted, 2
     while os.path.lexists(free):
@@ -265,9 +270,10 @@ def free_name(path: Path, suffix: str = "") -> Path:
 
 
 def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
-    """Write files into a folder, except files that already exist there.
+    """Write files into a folder, leaving files that already exist there with the same bytes.
 
-    Raises TwistError, before anything is written, if an existing file has different bytes; OSError.
+    Raises TwistError, before anything is written, if an existing file has different bytes, and
+    OSError.
     """
     missing = {name: data for name, data in companions.items() if not is_there(folder / name)}
     for name in companions.keys() - missing.keys():

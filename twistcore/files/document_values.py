@@ -1,6 +1,6 @@
 """Checks of the values in a parsed document, made before any object is built from it.
 
-A document from elsewhere may hold any value in any place. Each function returns the expected value
+A document from elsewhere may contain any value anywhere. Each function returns the expected value
 or raises FormatError with one short sentence: what was expected, where, and what was found.
 """
 
@@ -38,7 +38,9 @@ _HALF = 100  # characters kept at each end of a text that is still too long
 
 
 def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
-    """Return the bytes of a file; TwistError if it is unreadable or larger than `most` bytes."""
+    """Return the bytes of a file; TwistError if it cannot be read or is larger than `most`
+    bytes.
+    """
     try:
         with open_to_read(path) as file:
             status = os.fstat(file.fileno())
@@ -55,7 +57,7 @@ def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
 
 
 def parsed_toml(data: bytes) -> dict[str, Any]:
-    """Parse TOML bytes; FormatError if they are not valid."""
+    """Parse TOML bytes; raise FormatError if they are not valid TOML."""
     import tomllib  # slow to load; few commands need it
 
     if len(data) > _MOST_TOML:
@@ -72,7 +74,7 @@ def parsed_toml(data: bytes) -> dict[str, Any]:
 
 
 def parsed_json(data: bytes | str) -> Any:
-    """Parse JSON; FormatError if it is not valid or has NaN or infinity."""
+    """Parse JSON; raise FormatError if it is not valid or contains NaN or infinity."""
     try:
         return json.loads(data, parse_int=_whole, parse_float=_finite, parse_constant=_no_number)
     except RecursionError:
@@ -98,25 +100,25 @@ def _no_number(word: str) -> float:
 
 
 def shown_value(value: object) -> str:
-    """Return a value as text for a message: short, on one line, unprintable characters escaped."""
+    """Return a value for use in a message: short, on one line, unprintable characters escaped."""
     shown = _SHOWN.repr(value)
     return shown if len(shown) <= 2 * _HALF else f"{shown[:_HALF]}…{shown[-_HALF:]}"
 
 
 def shown_words(said: object) -> str:
-    """Return another program's message, which may quote the document: short and printable."""
+    """Return another program's message, which may quote the document, short and printable."""
     words = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(said)[:200])
     return words if len(str(said)) <= 200 else f"{words}…"
 
 
 def unexpected(expected: str, what: str, value: object) -> FormatError:
-    """Return the FormatError that names the expected and the found value."""
+    """Return a FormatError that names the expected and the found value."""
     return FormatError(f"expected {expected} for {what}, found {shown_value(value)}")
 
 
 @contextmanager
 def saying(place: object) -> Iterator[None]:
-    """Put `place` in front of the message of a FormatError raised in the block."""
+    """Put `place` before the message of any FormatError raised in the block."""
     try:
         yield
     except FormatError as error:
@@ -124,7 +126,7 @@ def saying(place: object) -> Iterator[None]:
 
 
 def has(document: Any, *keys: str, what: str = "the document") -> Mapping[str, Any]:
-    """Return the document if it is an object with these keys."""
+    """Return the document if it is an object that has these keys."""
     if not isinstance(document, Mapping):
         raise unexpected("an object", what, document)
     for key in keys:
@@ -134,14 +136,14 @@ def has(document: Any, *keys: str, what: str = "the document") -> Mapping[str, A
 
 
 def text(value: Any, what: str) -> str:
-    """Return the value if it is text."""
+    """Return the value if it is a string."""
     if not isinstance(value, str):
         raise unexpected("a text", what, value)
     return value
 
 
 def path_text(value: Any, what: str) -> str:
-    """Return the value if it can be a path; in it, bytes that are not UTF-8 are escaped."""
+    """Return the value if it can be a path; bytes in it that are not UTF-8 are escaped."""
     try:
         good = isinstance(value, str) and len(value) <= _LONGEST_PATH and "\0" not in value
         if good:
@@ -153,14 +155,14 @@ def path_text(value: Any, what: str) -> str:
 
 
 def flag(value: Any, what: str) -> bool:
-    """Return the value if it is true or false, not a number."""
+    """Return the value if it is true or false, but not a number."""
     if not isinstance(value, bool):
         raise unexpected("true or false", what, value)
     return value
 
 
 def number(value: Any, what: str, low: float = -LARGEST, high: float = LARGEST) -> float:
-    """Return the value as a float if it is a finite number (not a bool) from `low` to `high`."""
+    """Return the value as a float if it is a finite number from `low` to `high`, not a bool."""
     good = isinstance(value, int | float) and not isinstance(value, bool)
     if not (good and low <= value <= high):
         raise unexpected(f"a number{_bounds(low, high, LARGEST)}", what, value)
@@ -175,7 +177,7 @@ def above_zero(value: Any, what: str) -> float:
 
 
 def whole(value: Any, what: str, low: int = 0, high: int = 2**53) -> int:
-    """Return the value if it is an integer (not a bool) from `low` to `high`."""
+    """Return the value if it is an integer from `low` to `high`, not a bool."""
     if not (isinstance(value, int) and not isinstance(value, bool) and low <= value <= high):
         raise unexpected(f"a whole number{_bounds(low, high, 2**53)}", what, value)
     return value
@@ -188,28 +190,28 @@ def _bounds(low: float, high: float, most: float) -> str:
 
 
 def one_of(value: Any, what: str, known: Collection[str]) -> str:
-    """Return the value if it is one of the known words."""
+    """Return the value if it is one of the words in `known`."""
     if not (isinstance(value, str) and value in known):
         raise unexpected(" or ".join(map(repr, known)), what, value)
     return value
 
 
 def items(value: Any, what: str) -> list[Any]:
-    """Return the value as a list if it is one."""
+    """Return the value if it is a list."""
     if not isinstance(value, list | tuple):
         raise unexpected("a list", what, value)
     return list(value)
 
 
 def texts(value: Any, what: str) -> tuple[str, ...]:
-    """Return the value as a tuple if it is a list of texts."""
+    """Return the value as a tuple if it is a list of strings."""
     if not all(isinstance(one, str) for one in items(value, what)):
         raise unexpected("a list of texts", what, value)
     return tuple(value)
 
 
 def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
-    """Read every item of a list with `read`; an error names the number of the item."""
+    """Apply `read` to every item of a list; an error says which item is wrong, by its number."""
     found = []
     for k, one in enumerate(items(value, what), start=1):
         with saying(f"{what}, number {k}"):
@@ -218,6 +220,8 @@ def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Va
 
 
 def frames(entry: Mapping[str, Any], last: int = MOST_FRAMES) -> tuple[int, int]:
-    """Return `start` and `stop` of an entry: a half-open span, not empty and not beyond `last`."""
+    """Return `start` and `stop` of an entry: a half-open span, not empty and at most up to
+    `last`.
+    """
     start = whole(entry["start"], "start", 0, last - 1)
     return start, whole(entry["stop"], "stop", start + 1, last)

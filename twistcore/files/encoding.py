@@ -1,9 +1,10 @@
-"""Text, JSON and CSV as bytes, for names made of any bytes.
+"""Text, JSON and CSV as bytes, even for names that are not valid UTF-8.
 
-A BVH may name a joint in bytes that are not UTF-8, as older programs write Latin-1, and so may a
+A BVH may name a joint in bytes that are not UTF-8, since older programs write Latin-1, and so may a
 path. Python reads each such byte 0xXX as the lone surrogate U+DCXX (surrogateescape), which UTF-8
 cannot encode. These functions write it as the six characters backslash-udcXX. In JSON that is the
-escape for the surrogate, so reading gives the same name again; elsewhere it is at least visible.
+escape for the surrogate, so reading gives the same name again; in other text it is at least
+visible.
 """
 
 from __future__ import annotations
@@ -40,14 +41,15 @@ def escaped(text: str) -> str:
 
 
 def unescaped(text: str) -> str:
-    """The reverse of :func:`escaped`."""
+    """Return text without these escapes, the reverse of :func:`escaped`."""
     return re.sub(_ESCAPED, lambda found: chr(int(found[1], 16)), text)
 
 
 def legible(text: object, *, lines: bool = False, most: int = 0) -> str:
     r"""Return a text with all control characters escaped, such as `\x1b`.
 
-    lines: keep line ends and tabs; most: keep so many characters and add '…', 0 for all.
+    lines: True to keep line ends and tabs; most: number of characters to keep, with '…' added if
+    there are more, 0 for all.
     """
     obeyed, whole = _OBEYED_IN_LINES if lines else _OBEYED, str(text)
     part = f"{whole[:most]}…" if 0 < most < len(whole) else whole
@@ -75,7 +77,7 @@ def toml_string(text: str) -> str:
 
 
 def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
-    """Return CSV with a line of column names, then one line a row; None becomes an empty cell.
+    """Return CSV with a line of column names, then one line per row; None becomes an empty cell.
 
     A text that a spreadsheet would take for a formula gets an apostrophe (:func:`cell`).
     """
@@ -84,7 +86,7 @@ def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
 
 
 def csv_lines(rows: Iterable[Iterable[Any]]) -> str:
-    """Return rows as CSV without a header."""
+    """Return rows as lines of CSV without a header."""
     import csv  # few commands need it
 
     lines = _Lines()
@@ -94,7 +96,7 @@ def csv_lines(rows: Iterable[Iterable[Any]]) -> str:
 
 
 class _Lines(list[str]):
-    """Lines of a CSV writer, each ending in a newline only."""
+    """The lines that a CSV writer produces, each ending in a newline only."""
 
     def write(self, line: str) -> None:
         """Append a line."""
@@ -102,8 +104,7 @@ class _Lines(list[str]):
 
 
 def cell(value: Any) -> Any:
-    """Return a value for a CSV cell: an apostrophe is put wherever a spreadsheet would see a
-    formula.
+    """Return a value for a CSV cell, with an apostrophe before anything that looks like a formula.
 
     :func:`text_in_cell` is the reverse. Numbers stay unchanged, negative ones too.
     """
@@ -113,5 +114,5 @@ def cell(value: Any) -> Any:
 
 
 def text_in_cell(text: str) -> str:
-    """The reverse of :func:`cell`."""
+    """Return the text in a CSV cell without such an apostrophe, the reverse of :func:`cell`."""
     return text if re.fullmatch(_NUMBER, text) else re.sub(_DEFUSED, "", text)

@@ -15,7 +15,9 @@ _SOLVE = "markers have no joints: solve them onto a skeleton first and export th
 
 
 class FileKind(NamedTuple):
-    """A kind of file (`words`: 'an FBX file (binary)') and `advice`, '' if there is none."""
+    """A kind of file: its name in `words` ('an FBX file (binary)') and `advice`, '' if there is
+    none.
+    """
 
     words: str
     advice: str = ""
@@ -78,9 +80,9 @@ _BEGINNINGS: tuple[tuple[bytes, FileKind], ...] = (
 
 
 def kind_of(head: bytes) -> FileKind | None:
-    """Return the kind of a file from its first bytes (512 suffice); None if unknown.
+    """Return the kind of a file from its first bytes, of which 512 suffice; None if unknown.
 
-    The text may be in UTF-16 or UTF-32.
+    Text may be in UTF-16 or UTF-32.
     """
     head = narrow_head(head)
     for beginning, kind in _BEGINNINGS:
@@ -92,7 +94,7 @@ def kind_of(head: bytes) -> FileKind | None:
 def found_instead(head: bytes, *expected: FileKind) -> str | None:
     """Return 'expected a BVH file, but this is a PNG picture'; None for expected or unknown kinds.
 
-    expected: the kinds the reader accepts; the message names the first.
+    expected: the kinds that the reader accepts; the message names the first of them.
     """
     kind = kind_of(head)
     if kind is None or kind in expected:
@@ -104,7 +106,7 @@ def found_instead(head: bytes, *expected: FileKind) -> str | None:
 
 
 def _zip(head: bytes) -> FileKind | None:
-    """Recognise a ZIP archive or .npz by the name of its first member, which follows 30 bytes."""
+    """Recognise a ZIP archive or .npz by the name of its first member, which is at byte 30."""
     if not head.startswith(b"PK\x03\x04"):
         return None
     name = head[30 : 30 + int.from_bytes(head[26:28], "little")]
@@ -123,14 +125,14 @@ def _film(head: bytes) -> FileKind | None:
 
 
 def _c3d(head: bytes) -> FileKind | None:
-    """Recognise a C3D: byte 2 is 0x50, byte 1 the parameter block, usually block 2."""
+    """Recognise a C3D: byte 2 is 0x50, and byte 1 the number of the parameter block, usually 2."""
     if len(head) > 2 and head[1] == 0x50 and 2 <= head[0] < 0x20:
         return FileKind("a C3D file of markers", _SOLVE)
     return None
 
 
 def _pickle(head: bytes) -> FileKind | None:
-    """Recognise pickle protocols 2 to 5, the default of every Python since 2003."""
+    """Recognise pickle protocols 2 to 5, which have been the default since Python 3.0."""
     return PICKLE if head[:1] == b"\x80" and head[1:2] in (b"\2", b"\3", b"\4", b"\5") else None
 
 

@@ -1,4 +1,4 @@
-"""Operating system locks on open files; a lock ends with the program that holds it."""
+"""Operating system locks on open files; a lock ends with the program that has it."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _FAR = 1 << 40  # Windows locks bytes, not files: lock a byte that nobody reads
 
 
 def lock(handle: int) -> bool:
-    """Lock an open file; False if another open file holds the lock.
+    """Lock an open file; return False if it is locked through another open file.
 
-    True on a file system without locks.
+    Returns True on a file system without locks.
     """
     try:
         _lock(handle)
@@ -30,7 +30,7 @@ def lock(handle: int) -> bool:
 
 
 def is_sure(handle: int) -> bool:
-    """Lock an open file; False also on a file system without locks."""
+    """Lock an open file; return False also on a file system without locks."""
     try:
         _lock(handle)
     except OSError:
@@ -39,7 +39,7 @@ def is_sure(handle: int) -> bool:
 
 
 def is_held(path: Path) -> bool:
-    """True if a running program has locked the file; False if the file cannot be opened."""
+    """True if a running program has the file locked; False if the file cannot be opened."""
     try:
         handle = os.open(path, os.O_RDONLY | _AT_ONCE)
     except OSError:

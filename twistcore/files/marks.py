@@ -1,4 +1,4 @@
-"""SHA-256 of files, computed once for each state of a file (size, time and inode)."""
+"""The SHA-256 of files, computed once for each state of a file (size, time and inode)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def sha256_of(path: Path) -> str:
 
 
 def file_mark(path: Path) -> str:
-    """Return the SHA-256 of a file, read again only if the file changed. Thread-safe."""
+    """Return the SHA-256 of a file, which is read again only if it has changed. Thread-safe."""
     state = _state(path)
     known = _marks.get(path)
     if known is not None and known[0] == state:
@@ -36,7 +36,9 @@ def file_mark(path: Path) -> str:
 
 
 def takes_long(path: Path) -> bool:
-    """True if computing the file's mark takes long enough for a thread; False if it is missing."""
+    """True if computing a file's mark takes so long that it belongs in a thread; False if
+    missing.
+    """
     with suppress(OSError):
         state, known = _state(path), _marks.get(path)
         return path.is_file() and state[0] > _LONG and (known is None or known[0] != state)
@@ -44,7 +46,7 @@ def takes_long(path: Path) -> bool:
 
 
 def forget_marks(paths: Iterable[Path]) -> None:
-    """Forget the marks of these files, so that they are read again."""
+    """Forget the marks of these files, so that the files are read again."""
     for path in paths:
         _marks.pop(path, None)
 

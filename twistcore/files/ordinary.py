@@ -1,4 +1,4 @@
-"""Reading of regular files only: never of anything that would block or has no end."""
+"""Reading of regular files only, never of anything that would block or has no end."""
 
 from __future__ import annotations
 
@@ -27,15 +27,17 @@ def read_file(path: Path | str) -> bytes:
 
 
 def read_text_file(path: Path | str) -> str:
-    """Return a UTF-8 file as text, without a byte order mark; OSError, UnicodeDecodeError."""
+    """Return a UTF-8 file as text, without a byte order mark; raises OSError,
+    UnicodeDecodeError.
+    """
     return read_file(path).decode("utf-8-sig")
 
 
 def open_to_read(path: Path | str) -> BufferedReader:
     """Open a file for reading; raises OSError also for a FIFO, a socket or a device.
 
-    Descriptors that this process was given open (/dev/stdin, /dev/fd/N, so also a shell's `<(…)`)
-    are read whatever their type: somebody is at the other end.
+    Descriptors that this process inherited (/dev/stdin, /dev/fd/N, and therefore a shell's `<(…)`)
+    may have any type, since there is somebody at the other end.
     """
     path = Path(path)
     if _was_given(path):
@@ -51,7 +53,7 @@ def open_to_read(path: Path | str) -> BufferedReader:
 
 
 def is_there(path: Path | str) -> bool:
-    """True if the path exists; False also if that cannot be found out.
+    """True if the path exists; False also if this cannot be determined.
 
     `Path.exists` raises for a name that is too long and for a folder without access.
     """
@@ -59,12 +61,12 @@ def is_there(path: Path | str) -> bool:
 
 
 def is_file(path: Path | str) -> bool:
-    """True if the path leads to a file; False also if that cannot be found out."""
+    """True if the path leads to a regular file; False also if this cannot be determined."""
     return os.path.isfile(path)  # noqa: PTH113
 
 
 def own_folder(find: Callable[[], Path]) -> Path:
-    """Return a folder of the user's, or, without a home, a path where nothing can be created.
+    """Return one of the user's folders or, without a home, a path where nothing can be created.
 
     find: a function of platformdirs. Without a home it raises, or in older versions returns a path
     that begins with '~', which would be created in the current folder.
@@ -76,7 +78,7 @@ def own_folder(find: Callable[[], Path]) -> Path:
 
 
 def real_path(path: Path) -> Path:
-    """Return the absolute path without links, as far as possible.
+    """Return the absolute path without links, as far as links can be resolved.
 
     `Path.resolve` raises for a loop of links; here the path of such a link itself is returned.
     """
@@ -91,7 +93,7 @@ def _was_given(path: Path) -> bool:
 
 
 def check_ordinary(path: Path, mode: int) -> None:
-    """Raise OSError if the mode is not the mode of a regular file."""
+    """Raise OSError unless the mode belongs to a regular file."""
     if refused := _REFUSED.get(stat.S_IFMT(mode)):
         code, why = refused
         raise OSError(code, why, str(path))

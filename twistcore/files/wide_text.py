@@ -1,4 +1,4 @@
-"""Text in UTF-16 or UTF-32, as shell redirects and some editors save it: recognise and decode."""
+"""Recognise and decode text in UTF-16 or UTF-32, as shell redirects and some editors save it."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _PRINTED = frozenset(b"\t\n\r") | frozenset(range(32, 127))
 
 @dataclass(frozen=True)
 class WideText:
-    """A file's text as UTF-8, including its byte order mark, and the data to write it back.
+    """A file's text as UTF-8, including its byte order mark, with the data to write it back.
 
-    codec: 'utf-16-le' or similar; rest: bytes at the end that are not a whole character.
+    codec: 'utf-16-le' or similar; rest: bytes at the end that do not form a whole character.
     """
 
     text: bytes = field(repr=False)
@@ -29,18 +29,18 @@ class WideText:
 
     @property
     def name(self) -> str:
-        """'UTF-16' or 'UTF-32'."""
+        """The name of the encoding, 'UTF-16' or 'UTF-32'."""
         return self.codec[:6].upper()
 
     def encoded(self, text: bytes) -> bytes:
-        """Encode a changed text as the file was, the reverse of :func:`wide_text`."""
+        """Encode a changed text as the file was encoded, the reverse of :func:`wide_text`."""
         return text.decode("utf-8", "surrogatepass").encode(self.codec, "surrogatepass") + self.rest
 
 
 def wide_text(data: bytes) -> WideText | None:
     """Return the text of a file in UTF-16 or UTF-32, with or without a mark; None for other files.
 
-    Raises UnicodeDecodeError if UTF-32 has a number that is not a character.
+    Raises UnicodeDecodeError if UTF-32 contains a number that is not a character.
     """
     codec = wide_codec(data)
     if codec is None:
@@ -52,13 +52,13 @@ def wide_text(data: bytes) -> WideText | None:
 
 
 def wide_codec(data: bytes) -> str | None:
-    """Return the codec of a text in UTF-16 or UTF-32 from its first bytes; None for any other."""
+    """Return the codec of a text in UTF-16 or UTF-32, from its first bytes; None for others."""
     marked = next((codec for mark, codec in _MARKS if data.startswith(mark)), None)
     return marked or next((codec for codec in _WIDTHS if _is_ascii(data, codec)), None)
 
 
 def wide_instead(data: bytes) -> str | None:
-    """Return a message if the file is UTF-16 or UTF-32, for readers that accept neither."""
+    """Return a message if the file is in UTF-16 or UTF-32, for readers that accept neither."""
     codec = wide_codec(data)
     if codec is None:
         return None

@@ -1,4 +1,4 @@
-"""File formats of clips: one way to read them all, and a folder for each."""
+"""File formats of clips: one way to read all of them, and a folder for each format."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

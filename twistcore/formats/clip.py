@@ -1,4 +1,4 @@
-"""A clip as read from a file: its bytes, its motion, and how its numbers are rewritten."""
+"""A clip as read from a file: its bytes, its motion, and the way its numbers are rewritten."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _JOINTS_A_NUMBER = 2  # the limit for larger files; a figure has nearly three nu
 
 @dataclass(frozen=True)
 class ClipWarning:
-    """An assumption made while reading: a sentence, and its line in the file (from 1) if any."""
+    """An assumption made while reading: a sentence, and its line in the file (from 1) if known."""
 
     text: str
     line: int | None = None
@@ -38,17 +38,17 @@ class ClipWarning:
 
 
 def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
-    """Return the first warnings and the number left out: a damaged file has thousands."""
+    """Return the first warnings and how many were left out, since a damaged file has thousands."""
     if (left := len(warnings) - _WARNINGS) <= 1:
         return list(warnings)
     return [*warnings[:_WARNINGS], ClipWarning(f"{left} more warnings are not shown.")]
 
 
 def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
-    """Return a message if a file has far too few numbers for its joints; None if it is fine.
+    """Return a message if a file has far too few numbers for its joints and frames, or None.
 
-    A line of a joint and a line of a frame take a few bytes each, but the poses of all joints in
-    all frames take the product of both.
+    The line of a joint and the line of a frame take a few bytes each, but the poses of all joints
+    in all frames need memory for their product.
     """
     if joints * frames <= _POSES or joints <= _JOINTS_A_NUMBER * columns:
         return None
@@ -60,10 +60,10 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
 
 @dataclass(frozen=True)
 class ChannelJump:
-    """A step of more than 180° in a written channel, which no equivalent angles could avoid.
+    """A step of more than 180° in a written channel that no equivalent angles could avoid.
 
-    frame: the later frame of the step; channel: such as 'Zrotation'. The pose is right in every
-    frame; only a program that interpolates the channels between frames shows a spin.
+    frame: the later frame of the step; channel: its name, such as 'Zrotation'. The pose is right in
+    every frame; only a program that interpolates the channels between frames shows a spin.
     """
 
     joint: str
@@ -76,7 +76,7 @@ class ChannelJump:
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """The bytes to write and the remaining jumps."""
+    """The bytes to write, and the channel jumps that remain in them."""
 
     data: bytes = field(repr=False)
     jumps: tuple[ChannelJump, ...] = ()
@@ -133,7 +133,7 @@ class Clip(ABC):
 
     @property
     def companions(self) -> Mapping[str, bytes]:
-        """Files in the same folder that are needed to read this one, by name."""
+        """The files in the same folder that are needed to read this one, by name."""
         return {}
 
     @property
@@ -143,12 +143,12 @@ class Clip(ABC):
 
     @property
     def fps(self) -> float:
-        """Frames a second."""
+        """Frames per second."""
         return 1.0 / self.frame_time
 
     @property
     def duration(self) -> float:
-        """Length in seconds: the number of frames times the frame time."""
+        """Duration in seconds: the number of frames times the frame time."""
         return self.frames * self.frame_time
 
     @property
@@ -163,7 +163,7 @@ class Clip(ABC):
 
     @cached_property
     def motion(self) -> Motion:
-        """The motion in the file, computed when first used."""
+        """The motion in the file, computed when it is first used."""
         angles = (self.angles(joint) for joint in range(len(self.skeleton)))
         return replace(self.read_motion(), angle_step=angle_step(angles))
 
@@ -180,7 +180,7 @@ class Clip(ABC):
 
     @abstractmethod
     def angles(self, joint: int) -> Array:
-        """Return a joint's rotation channels as written, degrees, (frames, channels)."""
+        """Return a joint's rotation channels as written, in degrees, (frames, channels)."""
 
     @abstractmethod
     def euler(self, joint: int) -> tuple[str, Array] | None:
@@ -201,13 +201,13 @@ class Clip(ABC):
     ) -> Patch:
         """Return the bytes with the rotations at `changed` (frames, joints) taken from `motion`.
 
-        positions: also write the positions that differ. All other bytes are kept. ValueError for a
-        joint that the file cannot turn about three axes.
+        positions: also write the positions that differ. All other bytes are kept. Raises ValueError
+        for a joint that the file's channels cannot turn about three axes.
         """
 
 
 def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
-    """Return which local rotations differ from the clip's, bit for bit, shape (frames, joints)."""
+    """Return a mask of the local rotations whose bits differ from the clip's, (frames, joints)."""
     if motion.rotations is clip.motion.rotations:
         return np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     differs = motion.rotations != clip.motion.rotations
@@ -217,14 +217,14 @@ def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
 
 
 def rewritten(clip: Clip, motion: Motion) -> Patch:
-    """Return the clip's bytes with the rotations and positions of `motion` where they differ."""
+    """Return the clip's bytes with the rotations and positions of `motion` where these differ."""
     check_motion(motion)
     moved = motion.positions is not clip.motion.positions
     return clip.patched(motion, changed_rotations(clip, motion), positions=moved)
 
 
 def check_ending(clip: Clip, path: Path) -> None:
-    """Raise TwistError if the name has the suffix of another format than the clip's."""
+    """Raise TwistError if the file name has the suffix of another format than the clip's."""
     if refused := not_written(path, f".{clip.format}"):
         raise TwistError(f"{path}: {refused}")
     if clip_suffix(path) not in ("", f".{clip.format}"):

@@ -17,16 +17,16 @@ CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # for file d
 
 
 def is_clip(path: str | Path) -> bool:
-    """True if the name has a clip's suffix, in any case."""
+    """True if the name has the suffix of a clip, in upper or lower case."""
     return bool(clip_suffix(path))
 
 
 def own_name(path: str | Path) -> str:
-    """Return the beginning of the names of files about a clip, unique among a folder's clips.
+    """Return the beginning of the names of files that belong to a clip, unique in its folder.
 
-    For a BVH this is the name without its suffix; for another format the whole name, since a BVH
-    may be in the same folder: 05_05.bvh has 05_05.twist.json, 05_05.amc has 05_05.amc.twist.json. A
-    BVH called 05_05.amc.bvh keeps its suffix, too.
+    For a BVH this is the name without its suffix; for another format it is the whole name, since a
+    BVH may be in the same folder: 05_05.bvh has 05_05.twist.json, 05_05.amc has
+    05_05.amc.twist.json. A BVH called 05_05.amc.bvh keeps its suffix, too.
     """
     path = Path(path)
     return path.stem if _format(path) is _format("") and not is_clip(path.stem) else path.name
@@ -38,23 +38,24 @@ def same_format(one: str | Path, other: str | Path) -> bool:
 
 
 def _format(path: str | Path) -> FormatInfo:
-    """Return the format of a name; BVH if the suffix is unknown."""
+    """Return the format of a file name; BVH if the suffix is unknown."""
     formats = known_formats()
     return formats.get(Path(path).suffix.lower(), formats[".bvh"])
 
 
 def _named(function: str) -> Callable[..., Any]:
-    """Load and return the function 'module:function'."""
+    """Load and return a function given as 'module:function'."""
     module, _, name = function.partition(":")
     found: Callable[..., Any] = getattr(import_module(module), name)
     return found
 
 
 def is_other_data(path: str | Path) -> bool:
-    """True if a file named like a clip has no motion: for example an .npz with a body's shape.
+    """True if a file with a clip's name has no motion: for example an .npz with a body's shape.
 
-    Only the archive's directory or the pickle's beginning is read. A damaged archive gives False,
-    so that reading it reports the error; so does a device, which might block forever when opened.
+    Only the archive's directory or the pickle's beginning is read. The result is False for a
+    damaged archive, so that reading it reports the error, and for a device, which might block
+    forever when opened.
     """
     test = _format(path).without_motion
     return bool(test) and is_file(path) and bool(_named(test)(Path(path)))
@@ -70,7 +71,7 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None =
     fps : float, optional
         Frames a second in place of the rate in the file.
     tell : callable, optional
-        Called now and then with the share of the work done, 0…1.
+        Called now and then with the completed share of the work, 0…1.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Suffixes of all formats, known without loading a reader or numpy."""
+"""The suffixes of all formats, available without loading a reader or numpy."""
 
 from __future__ import annotations
 
@@ -82,12 +82,12 @@ def clip_suffix(name: PurePath | str) -> str:
 
 
 def other_format(name: PurePath | str) -> str:
-    """Return the name of an unsupported motion format by suffix; '' for any other suffix."""
+    """Return the name of an unsupported motion format by its suffix; '' for any other suffix."""
     return _OTHERS.get(PurePath(name).suffix.lower(), "")
 
 
 def not_written(name: PurePath | str, endings: str) -> str:
-    """Return a message for a name with the suffix of an unsupported format; '' for other names.
+    """Return a message for a file name with the suffix of an unsupported format, or ''.
 
     endings: the expected suffixes, such as '.bvh'.
     """

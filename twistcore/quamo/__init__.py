@@ -1,6 +1,7 @@
-"""QuaMo: optional quaternion tracking of noisy motion [Le26], after the twist review.
+"""QuaMo: optional quaternion tracking of noisy motion [Le26], run after the review of twist errors.
 
-Causal frame by frame (`Tracker`, `track`), or without lag over a whole clip (`track_both_ways`).
+It runs causally, frame by frame (`Tracker`, `track`), or without lag over a whole clip
+(`track_both_ways`).
 """
 
 from twistcore.quamo.both_ways import track_both_ways

@@ -1,7 +1,7 @@
-"""Track a whole clip forwards and backwards in time: no lag, but not causal.
+"""Track a whole clip forward and backward in time, without lag but not causally.
 
-A joint that turns steadily lies 2κD/κP − Δt behind its reference in a pass forwards, and as far
-ahead of it in a pass from the end of the clip to its beginning. So both passes run, and
+A joint that turns steadily lies 2κD/κP − Δt behind its reference in a forward pass, and as far
+ahead of it in a backward pass, from the end of the clip to its beginning. So both passes run, and
 the result is halfway between them:
 
     q(t) = (a + s b) / |a + s b|,  s = ±1 so that s a·b ≥ 0;   r(t) = ½ (r_a + r_b)
@@ -42,10 +42,11 @@ def track_both_ways(
     """Return the motion halfway between a forward and a backward pass, frame by frame.
 
     q̂ (frames, …, joints, 4), r̂ (frames, …, 3) as for :func:`track`, which steps both directions
-    at once. The quaternions are in the hemisphere of the forward pass. snapped: joints that were
-    set onto the reference in either pass; apart: joints that the two passes leave more than 90°
-    apart; steps: the forward steps; steps_back: the backward steps, in the order of the frames. The
-    first of `steps` and the last of `steps_back` are the starting states of the two passes.
+    at once. The quaternions are in the hemisphere of the forward pass. In the result, snapped: True
+    for joints that were set onto the reference in either pass; apart: True for joints whose
+    rotations in the two passes differ by more than 90°; steps: the forward steps; steps_back: the
+    backward steps, in the order of the frames. The first of `steps` and the last of `steps_back`
+    are the starting states of the two passes.
     """
     q_two, r_two = np.stack([q_hat, q_hat[::-1]], 1), np.stack([r_hat, r_hat[::-1]], 1)
     found = track(
@@ -69,16 +70,16 @@ def track_both_ways(
 
 
 def half_way(a: Array, b: Array) -> Array:
-    """Return the rotation halfway from a to b on the shorter arc, (…, 4), in a's hemisphere.
+    """Return the rotation halfway from a to b along the shorter arc, (…, 4), in a's hemisphere.
 
-    Halfway from b to a is the same rotation, bit for bit except for its sign.
+    The rotation halfway from b to a is the same, bit for bit except for its sign.
     """
     dot = np.einsum("...i,...i->...", a, b)
     return normalise(a + np.where(dot[..., None] < 0.0, -b, b))
 
 
 def _of_direction(step: Step, way: int) -> Step:
-    """Return the part of a combined step that belongs to one direction."""
+    """Return the part of a combined step that belongs to one direction of time."""
     state = State(**{name: value[way] for name, value in vars(step.state).items()})
     if step.gains is None or step.parts is None:
         return Step(state, step.snapped[way])

@@ -1,9 +1,9 @@
 """ControlNet and InitNet in plain numpy [Le26 §3.1, supplement A].
 
-Two layers (linear, LayerNorm, LeakyReLU), one linear head, and a linear path from the inputs to
-the bias, which holds joints that hardly turn. All inputs are relative: poses to the parent, errors
-and velocities to the body's heading; no input is a place in the room.
-Gains are per axis, for 24 joints and the root's place.
+Each network has two layers (linear, LayerNorm, LeakyReLU) and one linear head. A linear path from
+the inputs to the bias holds the joints that hardly turn. All inputs are relative: poses to the
+parent, errors and velocities to the body's heading; no input is a position in the room.
+Gains are per axis, for 24 joints and the root's position.
 """
 
 from __future__ import annotations
@@ -60,9 +60,9 @@ VARIANTS = {
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A network: weights by name, float32, and the one of VARIANTS they were trained for.
+    """A network: its weights by name (float32) and the variant, one of VARIANTS, it was trained as.
 
-    note: the weights' origin in one line (data, seed, epochs), stored in the file.
+    note: one line about the weights' origin (data, seed, epochs), stored in the file.
     """
 
     weights: Mapping[str, Float32]
@@ -80,25 +80,27 @@ class Network:
         return len(self.weights["control.b1"])
 
     def started(self, q_hat: Array, r_hat: Array) -> NetworkController:
-        """Return a controller for a clip that begins with these one or two references."""
+        """Return a controller for a clip; q_hat, r_hat: the clip's first one or two references."""
         return NetworkController(self, q_hat[:2], r_hat[:2])
 
 
 class NetworkController(Controller):
-    """A controller with gains from ControlNet and a start from InitNet and two references.
+    """A controller whose gains come from ControlNet and whose initial state comes from InitNet.
 
-    The second reference is needed for the first pose: this path lags one sample of 25 Hz.
+    InitNet needs the first two references, so the first pose is one 25 Hz sample late.
     """
 
     def __init__(self, network: Network, q_hat: Array, r_hat: Array) -> None:
         self.network, self._q, self._r = network, q_hat, r_hat
 
     def both_ways(self, q_two: Array, r_two: Array) -> NetworkController:
-        """Return a controller that starts at either end of the clip."""
+        """Return a controller that starts at both ends of the clip, to run forward and backward."""
         return self.network.started(q_two, r_two)
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """Return the initial state: q0 = Exp(φ) ⊗ q̂0, r0, ω0, v0."""
+        """Return the initial state (q0, ω0, r0, v0) with q0 = Exp(φ) ⊗ q̂0, where φ comes from
+        InitNet.
+        """
         if len(self._q) < 2:
             return super().start(q_hat, r_hat)
         w = self.network.weights
@@ -128,7 +130,7 @@ class NetworkController(Controller):
         )
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Return the gains of a step; only at 25 Hz, the rate that the networks were trained at."""
+        """Return the gains of a step, only at 25 Hz, the rate that the networks were trained at."""
         if abs(dt - NETWORK_DT) > 1e-6:
             raise UnstableGainsError(f"learned gains work at 25 Hz, not at {1.0 / dt:g}")
         w = self.network.weights
@@ -159,7 +161,7 @@ def control_inputs(
 
 
 def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gains:
-    """Scale outputs to the gains' ranges and turn the root's bias back from the heading."""
+    """Scale the outputs to the gains' ranges and rotate the root's bias back to world axes."""
     shape = (*out.shape[:-1], JOINTS, 3)
     kp, kd, ka, bias, root = np.split(out, np.arange(1, 5) * _VECTOR, axis=-1)
     with_bias, with_acceleration = variant != "pd", variant == "full"
@@ -184,15 +186,15 @@ def pose_inputs(q: Array) -> Array:
 
 
 def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
-    """Standardise pose inputs with their mean and deviation in training.
+    """Standardise pose inputs with their mean and standard deviation in the training data.
 
-    A degree then weighs more in a joint that hardly turns than in one that turns far.
+    One degree then counts for more in a joint that hardly turns than in one that turns far.
     """
     return (pose - w["pose.mean"]) / w["pose.scale"]
 
 
 def root_heading(root: Array) -> tuple[Array, Array]:
-    """Return (cos ψ, sin ψ) of the root's z axis, projected onto the ground."""
+    """Return (cos ψ, sin ψ) of the heading: the root's z axis projected onto the ground."""
     w, x, y, z = (root[..., i] for i in range(4))
     sideways, ahead = 2 * (x * z + w * y), 1 - 2 * (x * x + y * y)
     length = np.maximum(np.hypot(sideways, ahead), 1e-6)
@@ -284,7 +286,7 @@ def untrained(width: int, init_width: int, rng: np.random.Generator, variant: st
 
 
 def write_network(network: Network, path: Path) -> None:
-    """Write weights as float16 atomically; the same network gives the same bytes."""
+    """Write the weights as float16, atomically; the same network always gives the same bytes."""
     buffer = io.BytesIO()
     arrays = {name: values.astype(np.float16) for name, values in network.weights.items()}
     arrays["variant"] = np.array(network.variant)
@@ -299,7 +301,7 @@ def write_network(network: Network, path: Path) -> None:
 
 
 def read_network(path: Path) -> Network:
-    """Read and check weights; raise FormatError if they are not a network of this program."""
+    """Read and check weights; raise FormatError if the file does not contain such a network."""
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}

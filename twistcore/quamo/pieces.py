@@ -1,4 +1,4 @@
-"""Split a clip at its cuts into captures: two-way methods must not look across a cut."""
+"""Split a clip at its cuts into captures: a method that looks ahead must not look across a cut."""
 
 from __future__ import annotations
 
@@ -12,17 +12,18 @@ from twistcore.skeleton.motion import Motion
 
 
 def cuts_behind(motion: Motion, first: int) -> NDArray[np.int64]:
-    """Return frames after `first` that start something new: cuts, and a rest pose at the end.
+    """Return the frames after `first` at which a new capture begins, ascending.
 
-    :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, ascending.
+    These are the cuts from :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, and the first
+    frame of a rest pose at the end.
     """
     return first + 1 + np.flatnonzero(find_cuts(motion)[first + 1 :])
 
 
 def pieces(motion: Motion, first: int) -> tuple[tuple[int, int], ...]:
-    """Return the captures [start, stop) in order, from frame `first` on; usually there is one.
+    """Return the captures [start, stop) in order, from frame `first` on; usually there is only one.
 
-    A single frame next to a cut is not a capture, nor is a rest pose held to the clip's end.
+    A single frame next to a cut is not a capture, nor is a rest pose held until the clip's end.
     """
     borders = [first, *cuts_behind(motion, first).tolist(), motion.frames]
     found = list(pairwise(borders))

@@ -1,4 +1,4 @@
-"""Read pose files as named arrays: .npz, and pickles without running them."""
+"""Read pose files as named arrays: .npz files, and pickles without executing their code."""
 
 from __future__ import annotations
 
@@ -34,16 +34,15 @@ class PosesError(TwistError):
 
 
 def holds_poses(path: Path) -> bool:
-    """True if a file holds poses, judged by its name; any other file is taken to be a BVH."""
+    """True if the file's name has a suffix of pose files; any other file is read as a BVH."""
     return path.suffix.lower() in SUFFIXES
 
 
 def read_names(path: Path) -> dict[Any, Any]:
     """Return a file's contents by name: arrays, dicts, lists, strings, numbers.
 
-    Pickles, also dicts within an .npz, are read without running code (:mod:`pickled_arrays
-    <twistcore.formats.npz.pickled_arrays>`). Raises PosesError,
-    OSError.
+    Pickles, also those of dicts inside an .npz, are read without running code
+    (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Raises PosesError, OSError.
     """
     if path.stat().st_size > LARGEST:
         raise _too_large(path, LARGEST)
@@ -121,7 +120,7 @@ def _archive(path: Path, data: bytes) -> dict[str, Any]:
 
 
 def _array(raw: bytes) -> Any:
-    """Return the array or object in an .npy file."""
+    """Return the array or object stored in the bytes of an .npy file."""
     start, shape, dtype, by_column = npy_header(raw)
     if dtype.hasobject:
         return read_pickle(raw[start:])

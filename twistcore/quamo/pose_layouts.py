@@ -1,4 +1,4 @@
-"""Find one person's poses on SMPL's joints in the layouts that pose estimators write."""
+"""Read one person's poses on SMPL's joints from the layouts that pose estimators write."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ _PERSONS = 10_000
 class Poses:
     """One person's poses in the file's own axes, one row per video frame.
 
-    rotations: of the 24 joints, relative to SMPL's rest pose, (frames, 24, 4); places: the root's,
-    metres, (frames, 3); up: the layout's up axis ('y', 'z', '-y'), None if
-    unknown; rate: frames a second or None; offsets: rest offsets in the file, (24, 3) metres, or
-    None; notes: what was assumed or left out, a sentence each.
+    rotations: rotations of the 24 joints relative to SMPL's rest pose, (frames, 24, 4); places: the
+    root's positions, metres, (frames, 3); up: the layout's up axis ('y', 'z', '-y'), None if
+    unknown; rate: frames per second or None; offsets: rest offsets in the file, (24, 3) metres, or
+    None; notes: one sentence for each assumption and each part that was left out.
     """
 
     rotations: Array
@@ -60,9 +60,8 @@ class Poses:
 def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
     """Return the poses of one person in a file.
 
-    person: the person's number in the file; needed if there are several. Missing frames are filled
-    by slerp between their neighbours, and a note reports it.
-    Raises PosesError.
+    person: the person's number in the file, required if there are several people. Missing frames
+    are filled by slerp between their neighbours, and a note reports this. Raises PosesError.
     """
     persons = _persons(path, names)
     if None in persons:
@@ -87,7 +86,8 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
 def _persons(path: Path, names: Names, *, inside: bool = False) -> dict[Any, Names]:
     """Return each person's arrays by the person's number; the key is None if there is no number.
 
-    inside: within an enclosing dict; at most one is opened, since in a pickle it may hold itself.
+    inside: True for the contents of a dict in the file's dict. At most one such dict is opened,
+    since a dict in a pickle may contain itself.
     """
     if not inside and isinstance(held := names.get("outputs"), dict):
         return _persons(path, held, inside=True)
@@ -114,10 +114,10 @@ def _is_layout(names: Names) -> bool:
 
 
 def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
-    """Split arrays into persons along the first axis, which the root's place then has too.
+    """Split arrays into persons along the first axis, which the root's position must then have too.
 
-    A second axis of length 1 is a frame of each person if whole-body poses have it too, since no
-    body has only one joint; if not, it is ignored.
+    A second axis of length 1 is a single frame of each person if the whole-body poses have it too,
+    since no body has only one joint; if they do not, it is ignored.
     """
     place = names.get(_first(names, _PLACE) or "")
     if not isinstance(place, np.ndarray) or place.ndim != 3:
@@ -143,7 +143,7 @@ def _check_persons(path: Path, count: int) -> None:
 
 
 def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
-    """Split rows of persons and frames by person; use world place and heading if given."""
+    """Split rows of mixed persons and frames by person, preferring world positions and headings."""
     wanted = ("smpl_thetas", "world_trans", "world_global_rots", "cam_trans", "track_ids", _ROWS_AT)
     arrays = {n: _numbers(path, names, n) for n in wanted if n in names}
     rows = len(arrays["smpl_thetas"]) if arrays["smpl_thetas"].ndim else 0
@@ -173,7 +173,10 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
 
 
 def _by_frames(names: Names) -> dict[Any, Names]:
-    """Split lists by frame into persons; only persons seen there, not repeated last poses."""
+    """Split a list with one entry per frame into persons.
+
+    A person gets only the frames in which the person was seen, not repeated last poses.
+    """
     out: dict[Any, Names] = {}
     for k, frame in enumerate(names.values()):
         lists = [_items(frame.get(n)) for n in ("tid", "smpl", "camera")]
@@ -198,7 +201,7 @@ def _shape(found: Any) -> tuple[int, ...]:
 
 
 def _frames(names: Names) -> int:
-    """Return the number of a person's frames, for a message."""
+    """Return the number of a person's frames, to be shown in a message."""
     shapes = [_shape(names[n]) for n in ("trans_world", *_PLACE) if n in names]
     return shapes[0][0] if shapes and shapes[0] else 0
 
@@ -260,7 +263,7 @@ def _poses(path: Path, names: Names) -> Poses:
 
 
 def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
-    """Return poses with a row for every frame from the first to the last frame number."""
+    """Return the poses with one row for every frame from the first to the last frame number."""
     ids = _numbers(path, names, numbered).ravel()
     if len(ids) != len(poses.rotations):
         raise PosesError(

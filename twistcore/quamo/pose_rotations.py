@@ -17,12 +17,13 @@ _SILENT, _SAID = 1e-3, 0.05
 def pose_rotations(
     path: Path, name: str, values: Array, counts: tuple[int, ...], notes: list[str]
 ) -> Array:
-    """Return unit quaternions (frames, joints, 4) of axis-angles in radians or matrices.
+    """Return unit quaternions (frames, joints, 4) from axis-angle vectors (radians) or matrices.
 
-    values: axis-angle (frames, 3 joints) or (frames, joints, 3), matrices (frames, 9 joints),
-    (frames, joints, 3, 3) or, for one joint, (frames, 3, 3); counts: possible numbers of
-    joints. notes gets a sentence if matrices are rotations only to less than 0.001. Raises
-    PosesError if the shape is different, a number is not finite, or a matrix is not a rotation.
+    values: axis-angle vectors (frames, 3 joints) or (frames, joints, 3), or matrices
+    (frames, 9 joints), (frames, joints, 3, 3) or, for one joint, (frames, 3, 3); counts: the
+    allowed numbers of joints; notes: a list that gets a sentence if matrices differ from exact
+    rotations by up to 0.001. Raises PosesError if the shape is different, a number is not finite,
+    or a matrix is not a rotation.
     """
     frames = len(values) if values.ndim else 0
     tail = values.shape[1:]
@@ -43,7 +44,7 @@ def pose_rotations(
 
 
 def check_finite(path: Path, name: str, values: Array) -> None:
-    """Raise PosesError with the frame if a number is NaN, infinite or absurdly large."""
+    """Raise PosesError that names the frame if a number is NaN, infinite or absurdly large."""
     good = np.abs(values) < 1e6
     if not good.all():
         frame = int(np.argwhere(~good)[0, 0])

@@ -32,15 +32,15 @@ def read_poses(
     up: str | None = None,
     person: str | None = None,
 ) -> Clip:
-    """Return a clip, in metres and y up, of one person's poses (docs/quamo.md, *Use*).
+    """Return a clip of one person's poses, in metres and with y up (docs/quamo.md, *Use*).
 
-    Lengths come from a BVH `template` with the 24 joints, whose rest pose may differ from SMPL's
-    (`rest_pose`), or from an array `offsets` (24, 3) in metres: the rest pose of the poses, and
-    where the root rests, also with a template. unit: metres in one unit of the template, usually
-    CMU's. up: the axis that points up in the file, 'y', 'z' or '-y'; None: the layout's axis, or
-    the one along which the figure is upright. person: number of the person if there are several.
-    fps: replaces the file's rate. The clip's warnings list all assumptions.
-    Raises PosesError, BvhError, OSError.
+    Bone lengths come from a BVH `template` with the 24 joints, whose rest pose may differ from
+    SMPL's (`rest_pose`), or from an array `offsets` (24, 3) in metres in the file. If the file has
+    `offsets`, they also define the rest pose and the root's rest position, even with a template.
+    unit: metres in one unit of the template, by default CMU's. up: the axis that points up in the
+    file, 'y', 'z' or '-y'; None: the layout's axis, or the one along which the figure is upright.
+    person: the person's number if there are several people. fps: the frame rate to use instead of
+    the file's. The clip's warnings list all assumptions. Raises PosesError, BvhError, OSError.
     """
     poses = find_poses(path, read_names(path), person)
     rate = poses.rate if fps is None else fps
@@ -63,7 +63,7 @@ def read_poses(
 def _on_skeleton(
     path: Path, poses: Poses, template: Path | None, unit: float | None
 ) -> tuple[Array, Array, tuple[str, ...]]:
-    """Return offsets (24, 3) in metres, rotations relative to them, and notes."""
+    """Return offsets (24, 3) in metres, rotations relative to this rest pose, and notes."""
     given = poses.offsets
     if given is not None and (given.shape != (JOINTS, 3) or not np.isfinite(given).all()):
         raise PosesError(f"{path}: expected finite offsets of shape (24, 3), found {given.shape}")
@@ -88,7 +88,7 @@ def _on_skeleton(
 
 
 def _upwards(poses: Poses, asked: str | None) -> tuple[str, tuple[str, ...]]:
-    """Return the axis that points up, and notes if it was assumed or seems wrong."""
+    """Return the axis that points up, and notes if it had to be assumed or seems wrong."""
     # The pelvis's own up direction, the second axis of SMPL's rest pose, over the clip.
     mean = rotate(poses.rotations[:, 0], np.array([0.0, 1.0, 0.0])).mean(axis=0)
     along = {"y": mean[1], "z": mean[2], "-y": -mean[1]}

@@ -1,4 +1,4 @@
-"""Resample a clip to 25 Hz, and apply the correction found there to the clip."""
+"""Resample a clip to 25 Hz, and apply the correction made at 25 Hz to the original clip."""
 
 from __future__ import annotations
 
@@ -10,16 +10,19 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, slerp
 
 
 def sample_times(frames: int, dt: float) -> Array:
-    """Return the times of 25 Hz samples in a clip, in (usually fractional) frames, (samples,)."""
+    """Return the times of the 25 Hz samples of a clip in (usually fractional) frames,
+    (samples,).
+    """
     count = int(np.floor((frames - 1) * dt / NETWORK_DT + 1e-9)) + 1
     times: Array = np.minimum(np.arange(count) * (NETWORK_DT / dt), float(frames - 1))
     return times
 
 
 def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
-    """Interpolate rotations (frames, joints, 4) by slerp, places (frames, 3) linearly.
+    """Interpolate rotations (frames, joints, 4) by slerp and positions (frames, 3) linearly.
 
-    times: in frames. A sample uses no frame later than the next one after it.
+    times: times of the samples, in frames. A sample uses no frame later than the first frame at or
+    after it.
     """
     before, after, share = _neighbours(times, len(q))
     turned = slerp(q[before], q[after], np.broadcast_to(share[:, None], q[before].shape[:-1]))
@@ -29,10 +32,10 @@ def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
 def corrected(
     q: Array, r: Array, times: Array, q_in: Array, r_in: Array, q_out: Array, r_out: Array
 ) -> tuple[Array, Array]:
-    """Return the clip with the samples' correction q_out ⊗ q_in* and r_out − r_in applied.
+    """Return the clip with the samples' corrections q_out ⊗ q_in* and r_out − r_in applied.
 
-    Between two samples the correction is interpolated, so a frame waits for the next sample; after
-    the last one it is held. Motion faster than 12.5 Hz stays in the clip.
+    The correction is interpolated between samples, so a frame must wait for the next sample; after
+    the last sample the correction stays constant. Motion faster than 12.5 Hz stays in the clip.
     """
     turn, shift = multiply(q_out, conjugate(q_in)), r_out - r_in
     step = times[1] - times[0] if len(times) > 1 else 1.0

@@ -1,4 +1,4 @@
-"""Lag and overshoot of a causal pass with hand-tuned gains."""
+"""Lag and overshoot of causal tracking with hand-tuned gains."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ _FRAMES = 200
 
 
 def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
-    """Return the lag behind steady motion in seconds: (of a joint, of the root's place).
+    """Return the lags behind a steady motion, in seconds: of a joint, and of the root's position.
 
-    2κD/κP − Δt, since the error of a rotation is sin(θ/2), and κD/κP − Δt; the largest if gains
-    differ, infinite if κP is 0.
+    A joint lags by 2κD/κP − Δt, since the error of a rotation is sin(θ/2), and the root's position
+    by κD/κP − Δt. The largest lag is returned if gains differ; it is infinite if κP is 0.
     """
     with np.errstate(divide="ignore"):
         joint = 2.0 * np.divide(gains.kd, gains.kp) - dt
@@ -25,9 +25,10 @@ def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
 
 
 def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
-    """Return the overshoot of a causal pass as a share: (of a joint's 30° step, of the root).
+    """Return the overshoots of a causal pass at a step, as fractions of the step: joint, root.
 
-    Gains are numbers, the same for every joint. Raises UnstableGainsError if they diverge.
+    The joint makes a step of 30°. Gains must be numbers, the same for every joint. Raises
+    UnstableGainsError if they diverge.
     """
     angle = np.where(np.arange(_FRAMES) > 0, _STEP, 0.0)
     q = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), angle)[:, None]
@@ -38,9 +39,9 @@ def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
 
 
 def response_words(name: str, late: float, over: float) -> str:
-    """Describe how a causal pass follows `name`: its lag in seconds and overshoot.
+    """Describe how a causal pass follows `name`; late: the lag in seconds, over: the overshoot.
 
-    At a few frames per second the pass runs ahead of steady motion; with κP 0 it does not follow.
+    A pass at a few frames per second runs ahead of a steady motion; with κP = 0 it does not follow.
     """
     if not np.isfinite(late):
         return f"{name} does not follow, because κP is 0"

@@ -51,16 +51,16 @@ _SHORT = 1e-6  # of the body's size: too short to have a direction
 
 @dataclass(frozen=True, eq=False)
 class RestChange:
-    """The rotations from a skeleton's rest pose into SMPL's.
+    """The rotations from a skeleton's rest pose into SMPL's rest pose.
 
-    turns: unit quaternions A, (24, 4); notes: one sentence for each thing that is turned.
+    turns: unit quaternions A, (24, 4); notes: one sentence for each turned part of the body.
     """
 
     turns: Array
     notes: tuple[str, ...]
 
     def carried(self, rotations: Array) -> Array:
-        """Convert local rotations relative to SMPL's rest to this skeleton, (frames, 24, 4)."""
+        """Convert local rotations, (frames, 24, 4), from SMPL's rest pose to the skeleton's."""
         out = multiply(rotations, self.turns)
         for j, parent in enumerate(PARENTS):
             if parent >= 0:
@@ -71,10 +71,10 @@ class RestChange:
 def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
     """Return how the rest pose of 24 joints with offsets (24, 3) differs from SMPL's.
 
-    rest: SMPL's own offsets of the body, (24, 3), if available: limbs are then turned onto these,
-    even by small angles; without them, onto the axes of the T-pose. The trunk keeps its shape:
-    hips, spine and collars, several at one joint, turn with the whole body by quarter turns.
-    Raises TwistError if these are ambiguous.
+    rest: SMPL's own offsets for this body, (24, 3), if available. The limbs are then turned onto
+    these, even by small angles; without them, onto the axes of the T-pose. The trunk keeps its
+    shape: hips, spine and collars, where several bones meet at one joint, turn with the whole body
+    by quarter turns. Raises TwistError if the quarter turns are ambiguous.
     """
     body = _body(offsets)
     directions = rotate(body, offsets)
@@ -121,7 +121,7 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
 
 
 def _body(offsets: Array) -> Array:
-    """Return the quarter turns, (4,), that make the rest pose upright along y, facing z."""
+    """Return the quarter turns, (4,), that make the rest pose stand upright along y and face z."""
     places = np.zeros((JOINTS, 3))
     for j, parent in enumerate(PARENTS):
         places[j] = (places[parent] + offsets[j]) if parent >= 0 else 0.0
@@ -172,7 +172,7 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _shortest(a: Array, b: Array) -> Array:
-    """Return the smallest rotation from unit vector a to b, (4,); a and b must not be opposite."""
+    """Return the smallest rotation from unit vector a to b, (4,); they must not be opposite."""
     axis = np.cross(a, b)
     size = float(np.linalg.norm(axis))
     if size == 0.0:

@@ -32,11 +32,11 @@ _SECOND = np.array([1.0, -2.0, 1.0])  # the second difference
 
 
 def usual_cutoff(dt: float) -> float:
-    """Return the default cut-off in Hz for a frame time: 4 Hz at 25 Hz, 5 at 60, 5.9 at 120.
+    """Return the default cut-off in Hz for a frame time: 4 Hz at 25 fps, 5 at 60, 5.9 at 120.
 
-    The noise of a frame is assumed to be equal at any rate. With more frames per second it then
-    weighs less, in proportion to Δt, and so may f⁻⁴, the best spline's weight of roughness.
-    Below 7.4 Hz the cut-off is 0.4 of the frame rate, which is always allowed.
+    The noise in a frame is assumed to be the same at any rate. With more frames per second, each
+    frame's noise then matters less, in proportion to Δt; so should f⁻⁴, the best weight of the
+    spline's roughness. Below 7.4 fps the cut-off is 0.4 of the frame rate, which is always allowed.
     """
     return float(min(CUTOFF * (NETWORK_DT / dt) ** 0.25, _HIGHEST_USUAL / dt))
 
@@ -67,5 +67,5 @@ def smoothed(values: Array, cutoff: float, dt: float) -> Array:
 
 
 def smoothed_rotations(q: Array, cutoff: float, dt: float) -> Array:
-    """Return smoothed rotations (frames, …, 4); the sign of a quaternion does not matter."""
+    """Return smoothed rotations (frames, …, 4); the signs of the quaternions do not matter."""
     return normalise(smoothed(continuous(q), cutoff, dt))

@@ -1,8 +1,8 @@
-"""One step of the state-space model: quaternion, angular velocity, root place and velocity.
+"""One step of the state-space model: quaternion, angular velocity, root position and velocity.
 
 Equation numbers are those of [Le26], arXiv:2601.19580. Everything is SI (seconds, radians, metres
 or the clip's length unit), scalar first; angular velocities are in the parent's frame and
-multiply from the left. Leading axes broadcast: shapes below show the last ones.
+multiply from the left. Leading axes broadcast: only the last axes are given in shapes below.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ class Gains:
     """Gains of the meta-PD controller; each is a number or an array that broadcasts.
 
     kp (1/s²), kd (1/s), ka (rad/s² for a difference of 1 in vec at 25 Hz) and bias (rad/s²) act on
-    rotations, shape (…, joints, 3); root_kp, root_kd, root_bias (length/s²) on the root's place,
-    shape (…, 3). clip: bound of each component of ω, rad/s.
+    rotations, shape (…, joints, 3); root_kp, root_kd and root_bias (length/s²) act on the root's
+    position, shape (…, 3). clip: upper limit of the size of each component of ω, rad/s.
     """
 
     kp: Array | float = 600.0
@@ -36,12 +36,13 @@ class Gains:
 
     @classmethod
     def by_hand(cls, dt: float, *, causal: bool = True) -> Gains:
-        """Return hand-tuned gains for a frame time in seconds: the defaults at 25 Hz, else stiffer.
+        """Return the hand-tuned gains for a frame time in seconds: stiffer at higher frame rates.
 
-        κP/s² and κD/s with s = 0.3 + 0.7 Δt/0.04 s. A joint that turns steadily lies 2κD/κP − Δt
-        behind its reference: 10 ms at 25 Hz, less than 15 ms at any rate. Stable at any rate.
-        causal: False for tracking both ways, where the lag is 0: there κP 550, κD 17, root 200, 14
-        at 25 Hz give a lower Accel at no higher MPJPE, on CMU's subjects 02, 08 and 12 with
+        The gains are the defaults at 25 Hz, and κP/s² and κD/s with s = 0.3 + 0.7 Δt/0.04 s at
+        other rates. A joint that turns steadily lies 2κD/κP − Δt behind its reference: 10 ms at
+        25 Hz, less than 15 ms at any rate. The gains are stable at any rate. causal: False for
+        tracking forward and backward, where the lag is 0: there κP 550, κD 17, root 200, 14 at
+        25 Hz give a lower Accel at no higher MPJPE, on CMU's subjects 02, 08 and 12 with
         synthetic noise.
         """
         at_25_hz = cls() if causal else cls(kp=550.0, kd=17.0, root_kp=200.0, root_kd=14.0)
@@ -56,7 +57,7 @@ class Gains:
 
 @dataclass(frozen=True, eq=False)
 class AccelerationTerms:
-    """The terms of a step's angular acceleration, rad/s², each (…, joints, 3) [Le26 Eq. 5]."""
+    """The four terms of a step's angular acceleration, rad/s², each (…, joints, 3) [Le26 Eq. 5]."""
 
     proportional: Array
     damping: Array
@@ -65,12 +66,12 @@ class AccelerationTerms:
 
 
 def short_vector(q: Array) -> Array:
-    """Return vec(±q), the sign making w ≥ 0: sin(θ/2) times the axis, (…, 4) -> (…, 3)."""
+    """Return vec(±q), with the sign for which w ≥ 0: sin(θ/2) times the axis, (…, 4) -> (…, 3)."""
     return np.where(q[..., :1] < 0.0, -q[..., 1:], q[..., 1:])
 
 
 def aligned(q_hat: Array, q: Array) -> Array:
-    """Return ±q̂ in the hemisphere of q, so that q̂ and −q̂ are the same reference."""
+    """Return q̂ or −q̂, the one in q's hemisphere, since both describe the same reference."""
     dot = np.einsum("...i,...i->...", q_hat, q)
     return np.where(dot[..., None] < 0.0, -q_hat, q_hat)
 
@@ -80,8 +81,8 @@ def angular_acceleration(
 ) -> AccelerationTerms:
     """Return the four terms of the angular acceleration [Le26 Eq. 5].
 
-    curvature: δ(t+1) − δ(t), see :func:`increment`; a difference per frame², hence κA, tuned at
-    25 Hz, is scaled by (0.04/Δt)².
+    curvature: δ(t+1) − δ(t), see :func:`increment`. It is a difference per frame², so κA, which was
+    tuned at 25 Hz, is scaled by (0.04/Δt)².
     """
     error = short_vector(multiply(q_hat, conjugate(q)))
     ka = gains.ka * (NETWORK_DT / dt) ** 2
@@ -95,12 +96,12 @@ def angular_acceleration(
 
 
 def increment(q_hat: Array, before: Array) -> Array:
-    """Return δ = vec(±(q̂(t+1) ⊗ q̂(t)*)), (…, 3): sin(θ/2) of the reference's step."""
+    """Return δ = vec(±(q̂(t+1) ⊗ q̂(t)*)), (…, 3): axis times sin(θ/2) of the reference's step."""
     return short_vector(multiply(q_hat, conjugate(before)))
 
 
 def next_velocity(omega: Array, parts: AccelerationTerms, dt: float, clip: float) -> Array:
-    """Return ω after a step, each component within ±clip [Le26 Eq. 1, 5]."""
+    """Return ω after a step, with each component limited to ±clip [Le26 Eq. 1, 5]."""
     rate = parts.proportional + parts.damping + parts.bias + parts.acceleration
     return np.clip(omega + dt * rate, -clip, clip)
 
@@ -108,8 +109,8 @@ def next_velocity(omega: Array, parts: AccelerationTerms, dt: float, clip: float
 def next_quaternion(q: Array, omega: Array, dt: float, integration: str = EXACT) -> Array:
     """Return q after a step with constant ω in the parent's frame.
 
-    exact: Exp(ωΔt) ⊗ q, which stays on S³ by itself [Le26 Eq. 4]; first-order: the tangent step
-    q + ½Δt (0, ω) ⊗ q renormalised, as in earlier work [Le26 supplement E].
+    integration 'exact': Exp(ωΔt) ⊗ q, which always stays on S³ [Le26 Eq. 4]; 'first-order': the
+    tangent step q + ½Δt (0, ω) ⊗ q, renormalised, as in earlier work [Le26 supplement E].
     """
     if integration == EXACT:
         return multiply(exponential(dt * omega), q)
@@ -124,6 +125,6 @@ def next_quaternion(q: Array, omega: Array, dt: float, integration: str = EXACT)
 def next_translation(
     r: Array, v: Array, r_hat: Array, gains: Gains, dt: float
 ) -> tuple[Array, Array]:
-    """Return the root's place and velocity after a step, each (…, 3) [Le26 §3.3]."""
+    """Return the root's position and velocity after a step, each (…, 3) [Le26 §3.3]."""
     v = v + dt * (gains.root_kp * (r_hat - r) - gains.root_kd * v + gains.root_bias)
     return r + dt * v, v

@@ -32,8 +32,9 @@ JOINTS = len(CMU_NAMES)
 class Topology:
     """The 24 joints within another skeleton.
 
-    joints: index of each of the 24 in that skeleton; folded: for each, the joints between it and
-    its parent among the 24, from the top (their rotations are combined with its own).
+    joints: index of each of the 24 joints in that skeleton; folded: for each of them, the joints
+    between it and its parent among the 24, from the top (their rotations are combined with its
+    own).
     """
 
     joints: NDArray[np.int64]
@@ -42,7 +43,7 @@ class Topology:
 
     @cached_property
     def offsets(self) -> Array:
-        """Return rest offsets of the 24 joints with folded joints at rest, (24, 3)."""
+        """Return the rest offsets of the 24 joints, with the folded joints at rest, (24, 3)."""
         own = self.skeleton.offsets
         parts = [
             own[j] + own[list(f)].sum(axis=0) for j, f in zip(self.joints, self.folded, strict=True)
@@ -58,7 +59,9 @@ class Topology:
         return out
 
     def restored(self, reduced: Array, rotations: Array) -> Array:
-        """Return the skeleton's rotations that reduce to `reduced`; other joints are unchanged."""
+        """Return the whole skeleton's rotations that reduce to `reduced`; other joints keep
+        theirs.
+        """
         out = rotations.copy()
         for k, (joint, above) in enumerate(zip(self.joints, self.folded, strict=True)):
             q = reduced[:, k]
@@ -103,9 +106,10 @@ def _topology(skeleton: Skeleton, names: tuple[str, ...]) -> Topology:
 
 
 def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
-    """Return metres per unit of a skeleton: as given, or CMU's if the skeleton looks like CMU's.
+    """Return the metres per unit of a skeleton: the given number, or CMU's for a CMU skeleton.
 
-    Raises TwistError if the unit is unknown: other names, or a height that no person has.
+    Raises TwistError if the unit is unknown because the joint names are not CMU's or the height in
+    metres would be impossible for a person.
     """
     if unit is not None:
         return unit

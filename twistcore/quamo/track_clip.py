@@ -1,6 +1,7 @@
-"""Track chosen joints of a clip with hand-tuned gains at its own rate or learned ones at 25 Hz.
+"""Track chosen joints with hand-tuned gains at the clip's rate, or with learned gains at 25 Hz.
 
-Tracking is causal, or goes both ways within each capture between cuts if the whole clip is known.
+Tracking is causal or, if the whole clip is available, runs forward and backward within each capture
+between cuts.
 """
 
 from __future__ import annotations
@@ -35,10 +36,11 @@ _STILL = 1e-4  # of a quaternion; of the longest distance that a place moves
 class TrackedMotion:
     """A tracked motion.
 
-    snapped: joints set onto the input, apart: joints that two passes leave more than 90° apart,
-    each (frames, joints of the skeleton); passes: the forward steps, if requested, and then the
-    backward steps, if both ways; at: the time of each, in frames of the clip (fractional at 25 Hz);
-    joints: the skeleton's index of each joint of a step.
+    snapped: joints that were set onto the input; apart: joints whose rotations in the two passes
+    differ by more than 90°, each (frames, joints of the skeleton); passes: if requested, the steps
+    of the forward pass, followed by those of the backward pass if there was one; at: time of each
+    step, in frames of the clip (fractional at 25 Hz); joints: index in the skeleton of each joint
+    of a step.
     """
 
     motion: Motion
@@ -50,7 +52,10 @@ class TrackedMotion:
 
 
 def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np.int64]:
-    """Return indices of the named joints, or of all writable ones; TwistError if one is not."""
+    """Return the indices of the named joints, or of all writable joints if no name is given.
+
+    Raises TwistError if a named joint does not exist or is not writable.
+    """
     rotatable = skeleton.rotatable
     able = np.ones(len(skeleton), dtype=np.bool_) if rotatable is None else rotatable
     if not names:
@@ -67,7 +72,7 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
 def joints_of_24(
     skeleton: Skeleton, joints: NDArray[np.int64], *, strict: bool
 ) -> NDArray[np.int64]:
-    """Return the joints that networks know; if strict, raise TwistError for any other."""
+    """Return the joints that the networks can track; if strict, raise TwistError for any other."""
     known = find_topology(skeleton).joints
     if strict and (other := np.setdiff1d(joints, known)).size:
         name = skeleton.names[int(other[0])]
@@ -76,11 +81,11 @@ def joints_of_24(
 
 
 def placed_joint(motion: Motion) -> int | None:
-    """Return the joint that places the figure: the topmost moving one above half of the joints.
+    """Return the joint that positions the figure: the topmost moving one above half of the joints.
 
-    Usually the root; in some rigs the root is still and the hips below it move. The root if no such
-    joint moves. None if neither has position channels. Movement in a T-pose at an end or across a
-    cut does not count.
+    This is usually the root; in some rigs the root is still and the hips below it move. If no such
+    joint moves, it is the root; if neither has position channels, None. Movement in a T-pose at an
+    end of the clip or across a cut does not count.
     """
     skeleton = motion.skeleton
     carried = np.ones(len(skeleton), dtype=np.int64)  # joints in the subtree, including its top
@@ -94,7 +99,7 @@ def placed_joint(motion: Motion) -> int | None:
 
 
 def check_place(motion: Motion, *, learned: bool = False) -> None:
-    """Raise TwistError if the place of the figure cannot be tracked."""
+    """Raise TwistError if the figure's position cannot be tracked."""
     if (placed := placed_joint(motion)) is None:
         raise TwistError(
             "expected position channels (usually of the root) to track the figure's position"
@@ -111,9 +116,10 @@ def check_place(motion: Motion, *, learned: bool = False) -> None:
 def untracked_names(
     motion: Motion, joints: NDArray[np.int64], placed: int | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of untracked joints that turn, and of untracked joints that move.
+    """Return the names of the untracked joints that turn, and of the untracked joints that move.
 
-    joints: tracked or smoothed in rotation; placed: the joint tracked in place, or None.
+    joints: joints whose rotation is tracked or smoothed; placed: the joint whose position is
+    tracked, or None.
     """
     names = motion.skeleton.names
     turned = _largest_way(motion, motion.rotations) > _STILL
@@ -125,14 +131,14 @@ def untracked_names(
 
 
 def _moving(motion: Motion) -> list[int]:
-    """Return joints whose position channels move by more than the rounding of the file."""
+    """Return the joints whose position channels vary by more than the rounding of the file."""
     way = _largest_way(motion, motion.positions)
     least = _STILL * way.max(initial=0.0)
     return [j for j, w in zip(motion.positioned, way, strict=True) if w > least]
 
 
 def _largest_way(motion: Motion, values: Array) -> Array:
-    """Return the largest range of values (frames, n, components) within a capture, (n,)."""
+    """Return the largest range that values (frames, n, components) have within a capture, (n,)."""
     way = np.zeros(values.shape[1])
     for start, stop in pieces(motion, leading_frames(motion)):
         way = np.maximum(way, np.ptp(values[start:stop], axis=0).max(axis=-1, initial=0.0))
@@ -150,12 +156,12 @@ def track_by_hand(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackedMotion:
-    """Track with hand-tuned gains at the clip's own rate; by default they depend on the rate.
+    """Track with hand-tuned gains at the clip's own rate; the default gains depend on the rate.
 
-    causal: False for both ways (:func:`track_both_ways`), each of :func:`pieces` separately; place:
-    track the place of :func:`placed_joint` as well, if there is one; first: the frame to start at,
-    earlier frames stay (a T-pose); tell: called with the completed share. Raises UnstableGainsError
-    if the gains diverge at this rate.
+    causal: False to run forward and backward (:func:`track_both_ways`) in each of :func:`pieces`
+    separately; place: True to track also the position of :func:`placed_joint`, if there is one;
+    first: the first frame to track (earlier frames, such as a T-pose, are unchanged); tell: called
+    with the completed share. Raises UnstableGainsError if the gains diverge at this rate.
     """
     placed = placed_joint(motion) if place else None
     root = np.zeros((motion.frames, 3)) if placed is None else motion.translation(placed)
@@ -191,10 +197,10 @@ def track_learned(
 ) -> TrackedMotion:
     """Track with a network's gains at 25 Hz and apply the correction to the clip.
 
-    A frame waits for the next sample of 25 Hz. unit: metres in one unit of the clip. All 24 joints
-    are tracked, since the network uses the whole body, but only `joints` are changed.
-    causal: False for both ways, each of :func:`pieces` separately, the network starting at both
-    ends; place: see :func:`check_place`; tell: called with the completed share.
+    Each frame waits for the next 25 Hz sample. unit: metres in one unit of the clip. All 24 joints
+    are tracked, since the network uses the whole body, but only `joints` are changed. causal: False
+    to run forward and backward in each of :func:`pieces` separately, with a network start at either
+    end; place: see :func:`check_place`; tell: called with the completed share.
     """
     topology = find_topology(motion.skeleton)
     scale = metres_per_unit(motion.skeleton, unit)
@@ -236,11 +242,11 @@ def smooth_clip(
     place: bool = False,
     first: int = 0,
 ) -> Motion:
-    """Smooth each of :func:`pieces` with a spline, without a tracker; offline only.
+    """Smooth each of :func:`pieces` with a spline instead of a tracker; this needs the whole clip.
 
-    cutoff: for rotations, Hz, :func:`usual_cutoff` if not given; for the place, three quarters of
-    it. The other parameters are those of :func:`track_by_hand`. Raises TwistError if the cut-off
-    does not fit the clip's rate.
+    cutoff: cut-off for rotations in Hz, by default :func:`usual_cutoff`; the position has three
+    quarters of it. The other parameters are those of :func:`track_by_hand`. Raises TwistError if
+    the cut-off does not fit the clip's rate.
     """
     dt, placed = motion.frame_time, placed_joint(motion) if place else None
     cutoff = usual_cutoff(dt) if cutoff is None else cutoff
@@ -256,9 +262,10 @@ def smooth_clip(
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """Frames tracked in one go.
+    """Frames that are tracked in one go.
 
-    at: times of the steps in frames of the clip; q (frames, joints, 4), r (frames, 3): to write.
+    at: times of the steps in frames of the clip; q (frames, joints, 4), r (frames, 3): the
+    rotations and positions to write.
     """
 
     found: TrackResult
@@ -268,7 +275,7 @@ class _Piece:
 
 
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
-    """Return the spans to track in one go; causally one, since a stream does not reveal cuts."""
+    """Return the spans to track in one go; only one if causal, since a stream reveals no cuts."""
     return ((first, motion.frames),) if causal else pieces(motion, first)
 
 
@@ -281,7 +288,7 @@ def _tracked(
     placed: int | None,
     tell: Tell,
 ) -> TrackedMotion:
-    """Return the motion tracked by `run`; joints: to write; stepped: the joints of a step."""
+    """Return the motion tracked by `run`; joints: those to write; stepped: the joints of a step."""
     snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     apart = np.zeros_like(snapped)
     frames = sum(stop - start for start, stop in spans)
@@ -316,7 +323,7 @@ def _written(
     placed: int | None,
     parts: Sequence[tuple[int, Array, Array]],
 ) -> Motion:
-    """Return the motion with each part's rotations and places written from its first frame on."""
+    """Return the motion with each part's rotations and positions from its first frame on."""
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
     for start, q, r in parts:
         rotations[start : start + len(q), joints] = q

@@ -34,7 +34,10 @@ _NAMED, _JOINTS_NAMED = 10, 6  # most runs of frames and most joints listed in a
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The tracker's state: q (…, joints, 4), ω (…, joints, 3) in rad/s, r and v (…, 3)."""
+    """The tracker's state: q (…, joints, 4), ω (…, joints, 3) in rad/s, position r and velocity v.
+
+    r and v have the shape (…, 3).
+    """
 
     q: Array
     omega: Array
@@ -43,28 +46,28 @@ class State:
 
 
 class Controller(ABC):
-    """The source of the gains of each step: hand-tuned or from a network."""
+    """The source of each step's gains, which are hand-tuned or come from a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """Return the state at the first reference, by default at rest on it."""
+        """Return the state at the first reference; by default it is at rest on that reference."""
         return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
     def both_ways(self, q_two: Array, r_two: Array) -> Controller:
-        """Return a controller for both directions of a clip at once, by default this one.
+        """Return a controller that runs forward and backward at once; by default this one.
 
-        q_two (frames, 2, …, joints, 4), r_two (frames, 2, …, 3): the references forwards and from
-        the end to the beginning.
+        q_two (frames, 2, …, joints, 4), r_two (frames, 2, …, 3): the references in forward and in
+        backward order.
         """
         del q_two, r_two
         return self
 
     @abstractmethod
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Return gains for the step to this reference, which is in the state's hemisphere."""
+        """Return the gains of the step to this reference, which is in the state's hemisphere."""
 
 
 class HandGains(Controller):
-    """The same hand-tuned gains in every frame, if they are stable at the clip's frame time.
+    """The same hand-tuned gains in every frame; they must be stable at the clip's frame time.
 
     gains: None for :meth:`Gains.by_hand` at the clip's frame time; causal: passed on to it.
     """
@@ -75,12 +78,12 @@ class HandGains(Controller):
         self._checked = 0.0
 
     def both_ways(self, q_two: Array, r_two: Array) -> HandGains:
-        """Return a controller with the given gains, or with the default gains for both ways."""
+        """Return a controller for a forward and backward pass, with the given or default gains."""
         del q_two, r_two
         return HandGains(self._given, causal=False)
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Return the constant gains; raise UnstableGainsError if they diverge at dt."""
+        """Return the constant gains; raise UnstableGainsError if they diverge at frame time dt."""
         del state, q_hat, r_hat
         if dt != self._checked:
             gains = self._given or Gains.by_hand(dt, causal=self._causal)
@@ -93,8 +96,9 @@ class HandGains(Controller):
 class Step:
     """The result of one frame.
 
-    state: after the step; snapped: joints set onto the reference because they had lost it, shape
-    (…, joints); gains, parts: of the step, None in the first frame, where tracking starts.
+    state: the state after the step; snapped: True for joints set onto the reference because they
+    had lost it, shape (…, joints); gains, parts: gains and acceleration terms of the step, None in
+    the first frame, where tracking starts.
     """
 
     state: State
@@ -104,7 +108,7 @@ class Step:
 
 
 class Tracker:
-    """Online tracking: one call a frame, all joints at once.
+    """Online tracking: one call per frame, all joints at once.
 
     integration: 'exact' or 'first-order'.
     """
@@ -156,9 +160,9 @@ class Tracker:
 class TrackResult:
     """A tracked clip: q (frames, …, joints, 4), r (frames, …, 3), snapped (frames, …, joints).
 
-    steps: every step with its gains and parts, if requested; steps_back: the steps of the backward
-    pass, if there was one, in the order of the frames; apart: where the two passes are more than
-    90° apart, shaped like snapped, None for a single pass.
+    steps: if requested, every step with its gains and acceleration terms; steps_back: the steps of
+    the backward pass, if there was one, in the order of the frames; apart: True where the two
+    passes differ by more than 90°, with the shape of snapped, or None for a single pass.
     """
 
     q: Array
@@ -179,9 +183,9 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Track a whole clip; gives the same bits as calling :class:`Tracker` frame by frame.
+    """Track a whole clip, with bit for bit the same result as calling :class:`Tracker` per frame.
 
-    tell: called with the completed share now and then; an exception from it ends the tracking.
+    tell: called now and then with the completed share; an exception from it ends the tracking.
     """
     tell = tell or nobody
     tracker = Tracker(controller, integration=integration)
@@ -203,7 +207,8 @@ def snap_sentences(
 ) -> tuple[str, ...]:
     """Report which joints were set onto the reference and where, one sentence per joint.
 
-    causal: False if it happened in one of two passes, so that the result is halfway from there.
+    causal: False if this happened in one of two passes, so that the result lies halfway between
+    them.
     """
     lost, was = ("", "") if causal else (" in a pass", " there")
     return tuple(
@@ -213,7 +218,7 @@ def snap_sentences(
 
 
 def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
-    """Report in one sentence the joints and frames where two passes are over 90° apart, or ''."""
+    """Report in one sentence where which joints of the two passes differ by over 90°, or ''."""
     found = [f"{name} at {places}" for name, places in _where(apart, names)]
     if not found:
         return ""
@@ -226,9 +231,9 @@ def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
 
 
 def frames_listed(there: NDArray[np.bool_]) -> str:
-    """Return 'frame 7' or 'frames 7, 12–15' without 15, with … for more than ten runs.
+    """Return 'frame 7' or 'frames 7, 12–15' (15 excluded); more than ten runs are cut short by '…'.
 
-    there: shape (frames,), some True.
+    there: True for the frames to list, shape (frames,), with at least one True.
     """
     at = [f"{a}" if b == a + 1 else f"{a}–{b}" for a, b in runs(there)]
     some = ", ".join(at[:_NAMED]) + (" …" if len(at) > _NAMED else "")
@@ -236,7 +241,7 @@ def frames_listed(there: NDArray[np.bool_]) -> str:
 
 
 def _where(there: NDArray[np.bool_], names: Sequence[str]) -> list[tuple[str, str]]:
-    """Return joint names with their frames in words; there: (frames, joints)."""
+    """Return the joint names with their frames in words; there: mask (frames, joints)."""
     joints = np.flatnonzero(there.any(axis=0)).tolist()
     return [(names[joint], frames_listed(there[:, joint])) for joint in joints]
 
@@ -252,6 +257,6 @@ def _checked(q_hat: ArrayLike, r_hat: ArrayLike) -> tuple[Array, Array]:
 
 
 def _leading(q: Array) -> Array:
-    """Return the first nonzero component, (…, 4) -> (…, 1): its sign gives the hemisphere."""
+    """Return the first nonzero component, (…, 4) -> (…, 1); its sign determines the hemisphere."""
     first = np.argmax(q != 0.0, axis=-1)[..., None]
     return np.take_along_axis(q, first, axis=-1)

@@ -1,1 +1,1 @@
-"""Reports: a page for one clip, and a page for a whole folder."""
+"""Reports: a page for a clip, and pages for a whole folder."""

@@ -1,4 +1,4 @@
-"""Measure what a correction changed, by how much, and what it left unchanged."""
+"""Measure what a correction changed and by how much, and check that nothing else changed."""
 
 from __future__ import annotations
 
@@ -34,10 +34,9 @@ _ROWS = 4096  # frames compared at a time
 
 @dataclass(frozen=True)
 class JointChange:
-    """Change of a joint's own rotation: the number of frames, the largest angle and the RMS,
-    degrees.
+    """Change of a joint's own rotation: number of frames, largest angle and RMS in degrees.
 
-    rms: over the frames in which it changed.
+    rms: over the frames in which the rotation changed.
     """
 
     joint: str
@@ -48,12 +47,12 @@ class JointChange:
 
 @dataclass(frozen=True)
 class FidelityCheck:
-    """Comparison of a written file, read again, with its source.
+    """Comparison of a written file, read back, with its source.
 
     what: 'columns' of numbers, compared byte for byte, or 'joints', whose rotations are compared
-    bit for bit; total: their number; same: the number without any difference; outside: differences
-    in frames without a correction; head: True if the bytes before the numbers are equal, None if
-    the format has no such part.
+    bit for bit; total: their number; same: how many have no difference; outside: number of
+    differences in frames without a correction; head: True if the bytes before the numbers are
+    equal, None if the format has no such part.
     """
 
     name: str
@@ -66,11 +65,11 @@ class FidelityCheck:
 
 @dataclass(frozen=True)
 class MeasureSum:
-    """One protected measure over all corrections.
+    """One protected measure, summed over all corrections.
 
-    measured: corrections with this measure; better, worse: how many of them improved or worsened
-    it; most: the largest growth, 0 if there is none; rows: corrections that made it worse, by chain
-    and frames.
+    measured: number of corrections that have this measure; better, worse: how many of them improved
+    or worsened it; most: the largest increase, 0 if there is none; rows: the corrections that made
+    it worse, by chain and frames.
     """
 
     name: str
@@ -84,7 +83,7 @@ class MeasureSum:
 
 @dataclass(frozen=True)
 class WorseRow:
-    """A correction that made a measure worse at a joint: chain, frames [start, stop), values."""
+    """A correction that made a measure worse at a joint: chain, frames [start, stop) and values."""
 
     chain: str
     start: int
@@ -100,10 +99,10 @@ def protected_sums(
     applied: Sequence[Interval],
     finds: Sequence[Interval],
 ) -> tuple[MeasureSum, ...]:
-    """Return how the corrections changed the limbs and their neighbours, a sum for each measure.
+    """Return how the corrections changed the limbs and their neighbours, as a sum per measure.
 
-    applied: each is measured with the other corrections also applied; finds: all intervals of the
-    clip.
+    applied: the corrections, each measured with the others also applied; finds: all intervals of
+    the clip.
     """
     hinges = Hinges(motion, finds)
     every: dict[str, list[tuple[Interval, ProtectedMeasure]]] = {name: [] for name in NAMES}
@@ -131,7 +130,7 @@ def _sum_of(name: str, found: Sequence[tuple[Interval, ProtectedMeasure]]) -> Me
 
 
 def joint_changes(before: Motion, after: Motion, difference: Difference) -> tuple[JointChange, ...]:
-    """Return the changes of all joints that rotate differently, in the skeleton's order."""
+    """Return the changes of all joints whose rotation differs, in the skeleton's order."""
     spans: dict[str, list[tuple[int, int]]] = {}
     for run in difference.joints:
         spans.setdefault(run.joint, []).append((run.start, run.stop))
@@ -148,7 +147,7 @@ def joint_changes(before: Motion, after: Motion, difference: Difference) -> tupl
 
 
 def check_fidelity(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
-    """Read the written file and compare it with its source; raises TwistError."""
+    """Read back the written file and compare it with its source; raises TwistError."""
     again = read_clip(written)
     head: bool | None = None
     if isinstance(clip, BvhClip) and isinstance(again, BvhClip):
@@ -166,7 +165,7 @@ def check_fidelity(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
 
 
 def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
-    """Return which numbers are written identically, byte for byte, (frames, columns)."""
+    """Return a mask of the numbers written identically, byte for byte, (frames, columns)."""
     shape = one.values.shape
     if other.values.shape != shape:
         raise TwistError(f"{other.path}: its frames or columns differ from those of {one.name}")
@@ -189,7 +188,7 @@ def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
 
 
 def remaining_detection(refined: Motion, chains: Sequence[Chain], state: ReviewState) -> Detection:
-    """Detect errors in the corrected motion with the same detector and τ."""
+    """Detect the errors that remain in the corrected motion, with the same detector and τ."""
     analysis = ClipAnalysis(refined, chains, rig=state.rig)
     found = analysis.detect(state.method, tau_radians=dict(state.tau))
     known = {name: t for name, t in found.tau.items() if name in state.tau}

@@ -1,4 +1,4 @@
-"""The page of one clip: worst intervals with pictures, curves, decisions and changes."""
+"""The page of a clip: its worst intervals with pictures, curves, decisions and changes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ WORST = 3  # intervals shown in pictures
 
 @dataclass(frozen=True)
 class Home:
-    """The folder page that a clip's page belongs to; address: relative to the clip's page."""
+    """The folder page that a clip's page belongs to; address: its path relative to the clip's
+    page.
+    """
 
     title: str
     address: str
@@ -47,9 +49,10 @@ def clip_page(
     drawn: Drawn | None = None,
     home: Home | None = None,
 ) -> str:
-    """Return the page as HTML; document: from :func:`document.report_to_json`; drawn: pictures.
+    """Return the page of a clip as HTML.
 
-    Without `drawn` the page does not mention pictures.
+    document: from :func:`document.report_to_json`; drawn: the pictures, without which the page does
+    not mention any.
     """
     analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)
@@ -81,7 +84,9 @@ def clip_page(
 
 
 def figure_of_worst(report: Report) -> Figure | None:
-    """Return the figure for the pictures of a page; None if there is nothing to show."""
+    """Return the figure from which a page's pictures are drawn; None if there is nothing to
+    show.
+    """
     worst = _worst(report)
     if not worst:
         return None
@@ -93,7 +98,7 @@ def figure_of_worst(report: Report) -> Figure | None:
 
 
 def pictures_of(report: Report) -> Drawn:
-    """Draw the pictures of a page."""
+    """Draw the pictures for the page of a clip."""
     figure = figure_of_worst(report)
     return draw_figures([figure])[0] if figure else Drawn()
 
@@ -102,7 +107,9 @@ def pictures_of(report: Report) -> Drawn:
 
 
 def _worst(report: Report) -> list[Judged]:
-    """Return up to WORST repairable intervals that are not rejected, by degrees times frames."""
+    """Return up to WORST repairable intervals that are not rejected, largest degrees × frames
+    first.
+    """
     names = {chain.name for chain in report.chains}
     may = [
         j
@@ -113,12 +120,12 @@ def _worst(report: Report) -> list[Judged]:
 
 
 def _applied_and(report: Report, *also: Interval) -> list[Interval]:
-    """Return the applied intervals and these."""
+    """Return the applied intervals together with the given ones."""
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 
 def _pictured_frame(interval: Interval) -> int:
-    """Return the middle of the frames with at least 90 % of the largest offset."""
+    """Return the middle one of the frames that have at least 90 % of the largest offset."""
     size = np.abs(interval.offset)
     there = np.flatnonzero(size >= 0.9 * size.max())
     return interval.start + int(there[len(there) // 2])
@@ -167,7 +174,7 @@ def _as_address(picture: bytes) -> str:
 def _decisions(
     document: Mapping[str, Any], report: Report
 ) -> list[tuple[Mapping[str, Any], dict[str, Any]]]:
-    """Return every interval as in the document, with data that only the page shows."""
+    """Return every interval of the document, with data that only the page shows."""
     out = []
     for row, one in zip(document["intervals"], report.state.intervals, strict=True):
         largest, rms = largest_and_rms(one.interval.offset)
@@ -208,14 +215,14 @@ def _changes(report: Report) -> dict[str, Any]:
 
 
 def _strength_by(analysis: ClipAnalysis, method: str) -> str:
-    """Return the review's detector, or the default one if it is missing or fails on the clip."""
+    """Return the name of the review's detector, or the default if it is missing or fails here."""
     with suppress(TwistError):
         analysis.by(DETECTORS.usable(method))
     return analysis.usable(method)
 
 
 def _not_usable(analysis: ClipAnalysis, method: str) -> Iterator[str]:
-    """Yield a note on a review whose detector is missing or fails on the clip."""
+    """Yield a note if the review's detector is missing or fails on the clip."""
     if analysis.usable(method) != method:
         why = analysis.failure(method)
         why = f"fails on the clip ({why})" if why else "is not installed here"
@@ -226,8 +233,9 @@ def _not_usable(analysis: ClipAnalysis, method: str) -> Iterator[str]:
 
 
 def _earlier_verdict(entry: Mapping[str, Any], report: Report) -> str:
-    """Return the earlier verdict on a remaining interval of `detect --json`; 'new' if there is
-    none.
+    """Return the earlier verdict on a remaining interval, or 'new' if there was none.
+
+    entry: the interval as in `detect --json`.
     """
     name = entry.get("limb") or entry["chain"]
     same = [

@@ -1,4 +1,4 @@
-"""The files of a clip's report: an HTML page, the intervals as CSV, everything as JSON."""
+"""The files of a clip's report: an HTML page, the intervals as CSV, and everything as JSON."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from twistcore.report.document import SCHEMA, Report, intervals_csv, report_to_j
 
 
 def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -> tuple[Path, ...]:
-    """Write the report into `folder`, created if missing; return the paths.
+    """Write the report into `folder`, which is created if missing; return the paths of the files.
 
     The files are NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender.
     The JSON lists the SHA-256 of the other three and of the files in `report.files`. While they are
-    being written it also lists the SHA-256 of the files they replace, so that after a crash the
-    next run still recognises the files as its own. Raises TwistError as :func:`check_report`,
-    OSError.
+    being written, it also lists the SHA-256 of the files they replace, so that after a crash the
+    next run still recognises the files as its own. Raises the TwistError of :func:`check_report`,
+    and OSError.
     """
     name = report.name or own_name(report.clip.path)
     check_report(folder, name, None if report.name else report.clip)
@@ -49,10 +49,10 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
 
 
 def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
-    """Raise TwistError if a report would replace a file of another program or clip.
+    """Raise TwistError if a report would replace a file of another program or of another clip.
 
-    clip: the clip to report, if `name` is its own name. A clip of the same name with other bytes is
-    a new version of the reported one.
+    clip: the clip of the report, if `name` is its own name. A clip of the same name with other
+    bytes is a new version of the reported one.
     """
     *others, listing = report_files(folder, name)
     marks = report_marks(listing)
@@ -83,9 +83,9 @@ def _other_clip(listing: Path, clip: Clip) -> str:
 
 
 def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
-    """True if the existing report is of a clip of this name with other bytes.
+    """True if the existing report is about a clip of this name with other bytes.
 
-    The other clip may be an earlier version or a clip from another folder; nothing tells which.
+    That clip may be an earlier version or a clip from another folder; there is no way to tell.
     """
     mark = _listed(report_files(folder, name)[-1]).get("sha256")
     return mark is not None and mark != clip.sha256
@@ -100,8 +100,8 @@ def report_files(folder: Path, name: str) -> tuple[Path, ...]:
 def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
     """Return the SHA-256 values in a report's JSON by file name: one, or two during a replacement.
 
-    Names and values are not checked. Empty if the file is missing or is not a report; TwistError if
-    it cannot be read.
+    Names and values are not checked. The result is empty if the file is missing or is not a report.
+    Raises TwistError if it cannot be read.
     """
     document = _listed(listing)
     try:

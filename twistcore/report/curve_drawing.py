@@ -1,4 +1,4 @@
-"""Curves of a chain or limb as small SVG paths, so that a page of many stays small.
+"""The curves of a chain or limb as small SVG paths, so that a page with many of them stays small.
 
 A path has one or two points for each column of the picture: the lowest and the highest value of the
 column's frames, so that a jump of a single frame remains visible. x counts columns, y goes down
@@ -32,7 +32,7 @@ _AROUND = 0.5  # seconds before and after an enlarged interval
 
 @dataclass(frozen=True)
 class CurvePath:
-    """One path with its look: 'same', 'before', 'after' or 'strength'."""
+    """One path and its style: 'same', 'before', 'after' or 'strength'."""
 
     look: str
     path: str
@@ -40,9 +40,9 @@ class CurvePath:
 
 @dataclass(frozen=True)
 class CurveRow:
-    """One quantity over time: its symbol, the values at the bottom and the top, degrees.
+    """One quantity over time: its symbol, and the values at the bottom and the top, in degrees.
 
-    tau: y of the threshold, from 0 at the top to HEIGHT; None for a quantity without one.
+    tau: y of the threshold, from 0 at the top to HEIGHT; None for a quantity without a threshold.
     """
 
     symbol: str
@@ -55,7 +55,7 @@ class CurveRow:
 
 @dataclass(frozen=True)
 class Band:
-    """An interval in a panel: first column x, width in columns, and its decision."""
+    """An interval in a panel: its first column x, its width in columns, and its decision."""
 
     x: float
     width: float
@@ -80,7 +80,8 @@ class Panel:
 class ClipCurves:
     """The curves of a clip under review.
 
-    tau: radians by name of a chain or limb; verdict: returns the text for an interval.
+    tau: τ in radians by name of a chain or limb; verdict: function that returns the text for an
+    interval.
     """
 
     def __init__(
@@ -102,9 +103,10 @@ class ClipCurves:
         self._expected.take(i for i in sound if i.repairable)
 
     def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
-        """Return panels of chains with intervals, worst first, and the number of chains left out.
+        """Return the panels of chains with intervals, worst first, and how many chains were left
+        out.
 
-        corrected: with the accepted intervals applied.
+        corrected: the motion with the accepted intervals applied.
         """
         every = self._analysis.chains_and_limbs
         known = [c for c in every if c.name in self._by_chain and c.name in self._tau]
@@ -168,7 +170,7 @@ class ClipCurves:
         return Panel(chain.name, chain.label, *span, columns, tuple(rows), bands, tau)
 
     def _angles(self, corrected: Corrected, chain: Chain) -> list[tuple[str, str, Array, Array]]:
-        """Return symbol, meaning, and unwrapped angles before and after, radians."""
+        """Return (symbol, meaning, angles before, angles after) of each row; unwrapped, radians."""
         expected = self._expected
         if isinstance(chain, Limb):
             was = self._analysis.flips.limbs[chain.name].swivel.angle
@@ -191,13 +193,13 @@ class ClipCurves:
 
 
 def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:
-    """Unwrap angles along `expected`, so that both stay within half a turn of it."""
+    """Unwrap the angles along `expected`, so that both stay within half a turn of it."""
     way = np.unwrap(expected)
     return way + wrap(before - expected), way + wrap(after - expected)
 
 
 def weight(judged: Judged) -> float:
-    """Return how bad an interval is: degrees times frames, or its angle if it has no offset."""
+    """Return how bad an interval is: degrees × frames, or only its angle if it has no offset."""
     interval = judged.interval
     if not interval.repairable:
         return float(abs(np.degrees(interval.residual)))
@@ -205,7 +207,7 @@ def weight(judged: Judged) -> float:
 
 
 def _angle_row(symbol: str, meaning: str, before: Array, after: Array, columns: int) -> CurveRow:
-    """Return a row with one curve, and two where the correction changes it."""
+    """Return a row with one curve, or with two where the correction changes it."""
     every = np.degrees(np.concatenate([before, after]))
     low, high = _range(float(every.min()), float(every.max()))
     edges = _edges(len(before), columns)
@@ -224,9 +226,7 @@ def _angle_row(symbol: str, meaning: str, before: Array, after: Array, columns: 
 
 
 def _strength_row(symbol: str, meaning: str, values: Array, tau: float, columns: int) -> CurveRow:
-    """Return a row on a square-root scale, so that τ is visible next to peaks a hundred times
-    higher.
-    """
+    """Return a row on a square-root scale, which shows τ next to peaks a hundred times higher."""
     _, high = _range(0.0, max(float(values.max(initial=0.0)), 1.4 * tau))
     roots = _levels(np.sqrt(np.abs(values)), 0.0, float(np.sqrt(high)))
     path = _path(roots, _edges(len(values), columns), np.ones(columns, np.bool_))
@@ -235,18 +235,18 @@ def _strength_row(symbol: str, meaning: str, values: Array, tau: float, columns:
 
 
 def _range(low: float, high: float) -> tuple[float, float]:
-    """Return a range of whole degrees with a margin, large enough that noise does not fill it."""
+    """Return a range of whole degrees with a margin, wide enough that noise does not fill it."""
     air = max(0.06 * (high - low), 1.0)
     return float(np.floor(low - air * (low != 0.0))), float(np.ceil(high + air))
 
 
 def _edges(count: int, columns: int) -> NDArray[np.intp]:
-    """Return the first frame of each column, (columns,)."""
+    """Return the first frame of each column of the picture, (columns,)."""
     return (np.arange(columns) * count // columns).astype(np.intp)
 
 
 def _levels(values: Array, low: float, high: float) -> NDArray[np.int64]:
-    """Convert degrees to y."""
+    """Convert degrees to y coordinates."""
     levels: NDArray[np.int64] = np.rint(HEIGHT * (high - values) / (high - low)).astype(np.int64)
     return levels
 
@@ -254,7 +254,7 @@ def _levels(values: Array, low: float, high: float) -> NDArray[np.int64]:
 def _path(
     levels: NDArray[np.int64], edges: NDArray[np.intp], shown: NDArray[np.bool_]
 ) -> str:  # fmt: skip
-    """Return a path through the extremes of all shown columns; '' for none."""
+    """Return a path through the extremes of all shown columns; '' if none is shown."""
     least, most = np.minimum.reduceat(levels, edges), np.maximum.reduceat(levels, edges)
     first = levels[edges]
     parts: list[str] = []

@@ -1,4 +1,4 @@
-"""A clip's report as data: one JSON document, and its intervals as CSV."""
+"""A clip's report as data: one JSON document, and a CSV of its intervals."""
 
 from __future__ import annotations
 
@@ -58,13 +58,14 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """The data of a report: the clip, the review, the motion before and after.
+    """The data of a report: the clip, the review, and the motion before and after the correction.
 
-    chains: the examined chains and limbs; name: of the report's files, the clip file's name if
-    empty; files: SHA-256 by name of other files written with the report; by: who requested it; at:
-    when, ISO 8601; analysis: an existing analysis of the clip with these chains; written: the
-    corrected clip's file, which is read again and compared; parameters: of the run, as given; left:
-    intervals already found in the corrected clip, as in `detect --json`.
+    chains: the examined chains and limbs; name: name of the report's files, by default the clip
+    file's; files: SHA-256 by name of other files written with the report; by: the person who
+    requested it; at: the time, ISO 8601; analysis: an existing analysis of the clip with these
+    chains; written: the corrected clip's file, which is read back and compared; parameters:
+    parameters of the run, as given; left: intervals already found in the corrected clip, as in
+    `detect --json`.
     """
 
     clip: Clip
@@ -82,25 +83,29 @@ class Report:
 
     @cached_property
     def analysed(self) -> ClipAnalysis:
-        """The clip's analysis: the given one, or a new one with these chains."""
+        """The clip's analysis: the given one, or a newly computed one with these chains."""
         return self.analysis or ClipAnalysis(
             self.clip.motion, self.chains, self.clip.name, self.state.rig
         )
 
     @property
     def not_examined(self) -> str:
-        """The reason why nothing could be found in the clip, as a clause; '' if it was examined."""
+        """The reason, as a clause, why nothing could be found in the clip; '' if it was
+        examined.
+        """
         return "" if self.state.intervals else self.analysed.not_examined
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """Notes on the clip for people."""
+        """Notes about the clip, for people to read."""
         notes = self.analysed.notes
         return tuple(n for n in notes if n.kind != NOT_EXAMINED or self.not_examined)
 
     @cached_property
     def stuck(self) -> Mapping[int, tuple[str, ...]]:
-        """Joints without three rotation channels, by id of the interval they prevent correcting."""
+        """Joints without three rotation channels, by the id of the interval they prevent
+        correcting.
+        """
         by_name, motion = {chain.name: chain for chain in self.chains}, self.clip.motion
         found = {
             j.id: stuck_joints(motion, by_name[j.interval.chain], [j.interval])
@@ -119,31 +124,31 @@ class Report:
 
     @cached_property
     def protected(self) -> tuple[MeasureSum, ...]:
-        """How the corrections changed the limbs and their neighbours, by measure."""
+        """How the corrections changed the limbs and their neighbours, for each measure."""
         finds = [j.interval for j in self.state.intervals if j.interval.repairable]
         return protected_sums(self.clip.motion, self.chains, self.applied, finds)
 
     @property
     def not_corrected(self) -> tuple[str, ...]:
-        """Sentences on accepted intervals that could not be corrected, without folder names."""
+        """Sentences about accepted intervals that could not be corrected, without folder names."""
         sentences, _ = uncorrected_sentences(self.clip, self.chains, self.state.chosen())
         sentences += left_to_later_versions(self.clip, self.state)
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
-        """Return the verdict as shown; 'not correctable' for an accepted interval that stays."""
+        """Return the verdict as shown; 'not correctable' for an accepted interval not corrected."""
         if judged.decision == Decision.ACCEPTED and judged.id in self.stuck:
             return NOT_CORRECTABLE
         return judged.verdict
 
 
 def report_to_json(report: Report) -> dict[str, Any]:
-    """Return the report as one document; degrees, seconds and frames.
+    """Return the report as one document, in degrees, seconds and frames.
 
     tracking: joints tracked with QuaMo after the correction, as in a session, or null; changed:
-    frames in which anything rotates differently or has other position channels, joints that rotate
-    differently, and joints that moved, by how much and why; protected: the measures that a
-    correction must not make worse, over all corrections.
+    frames in which any rotation or position channel differs, joints that rotate differently, and
+    joints that moved, by how much and why; protected: the measures that a correction must not make
+    worse, over all corrections.
     """
     motion, state = report.clip.motion, report.state
     difference = compare(motion, report.refined)
@@ -200,7 +205,9 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
 
 def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
-    """Return who decided how many intervals, from when to when; '' for a person without a name."""
+    """Return who decided on how many intervals, from when to when; '' for a person without a
+    name.
+    """
     by_name: dict[str, list[str]] = {}
     for judged in state.intervals:
         if judged.decision != Decision.UNDECIDED and (judged.reviewer or judged.decided_at):
@@ -217,7 +224,7 @@ def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
 
 
 def intervals_csv(report: Report) -> str:
-    """Return one line an interval, the columns of the table; degrees and seconds.
+    """Return the intervals as CSV, one per line, in degrees and seconds.
 
     tracked_after: joints of the interval's chain that were tracked after the correction.
     """
@@ -237,14 +244,14 @@ def _tracked(judged: Judged, report: Report) -> str:
 
 
 def _end(interval: Interval) -> str:
-    """Return whether a flip carried the limb's end along; '' for other kinds."""
+    """Return whether a flip carried the end of the limb along; '' for other kinds."""
     if interval.kind != Kind.LIMB_FLIP:
         return ""
     return "carried" if interval.carried else "kept"
 
 
 def _speed(interval: Interval, fps: float) -> float | None:
-    """Return the speed of a lone jump, degrees a second; None for other kinds."""
+    """Return the speed of a lone jump in degrees per second; None for other kinds."""
     if interval.kind != Kind.LONE_JUMP:
         return None
     return round(abs(float(np.degrees(interval.size))) * fps, 1)
@@ -259,7 +266,7 @@ def _frames_changed(report: Report, difference: Difference) -> int:
 
 
 def _replaced_positions(report: Report) -> list[str]:
-    """Return phrases for joints whose position channels have changed."""
+    """Return phrases about joints whose position channels have changed."""
     motion = report.clip.motion
     other = (motion.positions != report.refined.positions).any(axis=(0, 2))
     joints = np.array(motion.positioned, dtype=np.intp)[other]
@@ -284,7 +291,7 @@ def _is_below_tracked(report: Report, joint: str) -> bool:
 
 
 def _follows_place(report: Report, joint: str) -> bool:
-    """True if a joint is the one whose position was tracked, or is below it."""
+    """True if a joint's position was tracked, or if the joint is below one whose position was."""
     tracking, motion = report.state.tracking, report.clip.motion
     if tracking is None or not tracking.place:
         return False
@@ -292,7 +299,7 @@ def _follows_place(report: Report, joint: str) -> bool:
 
 
 def _why_moved(report: Report, joint: str) -> str:
-    """Return the kinds of errors whose correction moves a joint, and tracking; '' for neither."""
+    """Return the kinds of errors whose correction moves a joint, and tracking; '' if none does."""
     chosen, why = report.applied, []
     at, above = report.clip.motion.skeleton.index(joint), _ancestors(report, joint)
     for chain in report.chains:
@@ -329,11 +336,11 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
 
 
 def reported_moves(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
-    """Return the moved joints for sentences; joints carried along by a tracked position are one
-    entry.
+    """Return the moved joints for sentences; joints that only follow the position are one entry.
 
     placed: joints whose position channels have changed; along: the joint whose position was
-    tracked, with the largest move and number of frames of the joints that only follow it, or None.
+    tracked, with the largest move and the number of frames of the joints that only follow it, or
+    None.
     """
     moved = document["changed"]["moved"]
     along = [

@@ -1,4 +1,4 @@
-"""A batch in numbers: how many intervals where, how many frames they affect, and their size."""
+"""A batch in numbers: how many intervals there are where, their frames, and their sizes."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _BINS = 180 // BIN
 
 @dataclass(frozen=True)
 class ClipRow:
-    """A line of the table of clips; a clip that was not processed has only name, state and reason.
+    """A row of the table of clips; a clip that was not processed has only name, state and reason.
 
-    counts: intervals by kind; severity, max_deg, rms_deg: degrees; affected: frames; missing:
-    frames that the file's header declares but the file does not have; unexamined: limbs that no
-    chain examines, each with the reason; left: intervals found after the correction, None if
-    nothing was corrected; decided, of: number of decided and of all intervals, None if nobody
-    reviewed the clip.
+    counts: number of intervals by kind; severity, max_deg, rms_deg: degrees; affected: number of
+    affected frames; missing: number of frames that the file's header declares but the file does not
+    have; unexamined: limbs that no chain examines, each with the reason; left: number of intervals
+    found after the correction, None if nothing was corrected; decided, of: numbers of decided and
+    of all intervals, None if nobody reviewed the clip.
     """
 
     name: str
@@ -60,12 +60,12 @@ class ClipRow:
 
 @dataclass
 class FolderNumbers:
-    """Sums over all clips, added one at a time.
+    """Sums over all clips, which are added one at a time.
 
-    joints: intervals by name of a chain, limb or joint and by kind; sizes: repairable intervals by
-    kind in bins of BIN degrees; missing: frames that headers declare but files do not have; cut:
-    clips with such frames; in_part: clips with limbs that no chain examines; how: versions and
-    parameters used for processing.
+    joints: number of intervals by name of a chain, limb or joint, and by kind; sizes: number of
+    repairable intervals by kind, in bins of BIN degrees; missing: number of frames that headers
+    declare but files do not have; cut: number of clips with such frames; in_part: number of clips
+    with limbs that no chain examines; how: versions and parameters used for processing.
     """
 
     states: Counter[str] = field(default_factory=Counter)
@@ -87,7 +87,7 @@ class FolderNumbers:
     how: Counter[str] = field(default_factory=Counter)
 
     def add(self, record: ClipRecord) -> ClipRow:
-        """Add a clip and return its line of the table."""
+        """Add a clip to the sums and return its row of the table."""
         self.states[record.state] += 1
         result = record.result
         if record.state != "done" or result is None:
@@ -124,12 +124,12 @@ class FolderNumbers:
 
     @property
     def clips(self) -> int:
-        """Number of clips, processed or not."""
+        """Number of clips, whether processed or not."""
         return self.states.total()
 
     @property
     def intervals(self) -> int:
-        """Number of intervals of all kinds."""
+        """Number of intervals of all kinds together."""
         return self.kinds.total()
 
     @property
@@ -138,17 +138,17 @@ class FolderNumbers:
         return percent_affected(self.affected, self.frames)
 
     def an_hour(self, kind: str) -> float:
-        """Return the number of intervals of a kind in an hour of capture."""
+        """Return the number of intervals of a kind per hour of capture."""
         return 3600.0 * self.kinds[kind] / self.seconds if self.seconds else 0.0
 
 
 def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parameters that were set, without empty ones."""
+    """Return the parameters that were set, leaving out empty ones."""
     return {k: v for k, v in parameters.items() if v not in (None, [], "", False)}
 
 
 def worst_first(rows: Iterable[ClipRow]) -> list[ClipRow]:
-    """Sort rows: clips that were not processed, then the worst first."""
+    """Sort rows: first the clips that were not processed, then the others, worst first."""
     return sorted(rows, key=lambda r: (r.state == "done", -r.severity, -r.found, r.name))
 
 
@@ -184,5 +184,5 @@ def _parameter(name: str, value: Any) -> str:
 
 
 def _place_name(entry: Mapping[str, Any]) -> str:
-    """Return the jumping joint, the limb, or the chain of an entry of `detect --json`."""
+    """Return the jumping joint, limb or chain named in an entry of `detect --json`."""
     return str(entry.get("joint") or entry.get("limb") or entry["chain"])

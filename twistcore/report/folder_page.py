@@ -1,4 +1,4 @@
-"""The page of a batch folder, and the page of a clip known only from the manifest."""
+"""The page of a batch folder, and the page of a clip of which only the manifest's data exists."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ _MOST_JOINTS = 60
 
 @dataclass(frozen=True)
 class HistogramBar:
-    """One bin of the histogram: first degree, and counts by kind."""
+    """One bin of the histogram: its first degree, and the counts by kind."""
 
     start: int
     counts: tuple[int, ...]
 
     @property
     def total(self) -> int:
-        """Count of all kinds."""
+        """Count of intervals of all kinds."""
         return sum(self.counts)
 
 
 def folder_page(
     title: str, rows: Sequence[ClipRow], numbers: FolderNumbers, broken: Sequence[Broken]
 ) -> str:
-    """Return the page; rows: in the order of the table, clips that were not processed first."""
+    """Return the page of a folder; rows: in the order of the table, unprocessed clips first."""
     done = [row for row in rows if row.state == "done"]
     joints = sorted(numbers.joints.items(), key=lambda j: (-j[1].total(), j[0]))
     return rendered(
@@ -60,7 +60,7 @@ def folder_page(
 
 
 def known_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page without curves and pictures; why: the reason for that."""
+    """Return a clip's page without curves and pictures; why: the reason why they are missing."""
     numbers = FolderNumbers()
     return rendered(
         "known.html",
@@ -74,12 +74,12 @@ def known_page(record: ClipRecord, why: str, home: Home) -> str:
 
 
 def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
-    """Return the kinds with a column; capture faults only if there are any."""
+    """Return the kinds that have a column; capture faults have one only if there are any."""
     return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
 
 
 def _bars(numbers: FolderNumbers) -> list[HistogramBar]:
-    """Return the histogram, empty if there are no intervals."""
+    """Return the bars of the histogram; none if there are no intervals."""
     if not numbers.sizes:
         return []
     count = len(next(iter(numbers.sizes.values())))

@@ -1,4 +1,4 @@
-"""The report of a batch folder: an overview page, and a page for each clip."""
+"""The report of a batch folder: an overview page, and one page for each clip."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _HEAD = 2048  # bytes at the start of a page that include its generator
 
 @dataclass(frozen=True)
 class FolderReport:
-    """The written pages, and the reasons why some are incomplete."""
+    """The pages that were written, and the reasons why some are incomplete."""
 
     index: Path
     pages: int
@@ -52,13 +52,13 @@ def write_folder_report(
     records: Sequence[ClipRecord] | None = None,
     counter: Counter = uncounted,
 ) -> FolderReport:
-    """Write index.html and clips/NAME.html into `target`, created if missing.
+    """Write index.html and clips/NAME.html into `target`, which is created if missing.
 
-    folder: of the batch; most_pages: write pages only for this many clips, the worst; broken: rules
-    that were broken; records: instead of the records in the folder's manifest; counter: of pages
-    written. A clip that cannot be read again gets a page with the data of the manifest. Raises
-    TwistError if there is no manifest or a page would replace another file, OSError if nothing can
-    be written.
+    folder: the batch folder; most_pages: the largest number of clips that get a page, worst first;
+    broken: rules that were broken; records: used instead of the records in the folder's manifest;
+    counter: counts the pages written. A clip that cannot be read again gets a page with the data of
+    the manifest. Raises TwistError if there is no manifest or a page would replace another file,
+    and OSError if nothing can be written.
     """
     if records is None:
         with Manifest.open(folder) as manifest:
@@ -91,9 +91,9 @@ def write_folder_report(
 
 
 def page_of(name: str) -> str:
-    """Return the path of a clip's page below the report, with '/' as separator.
+    """Return the path of a clip's page within the report, with '/' as separator.
 
-    A name too long for the suffix is shortened and gets a hash of the full name.
+    A name too long for the suffix is shortened, with a hash of the full name added.
     """
     parts = [part for part in PurePosixPath(name).parts if part not in ("/", "..", ".")]
     if parts and len(encoded(parts[-1])) > _LONGEST:
@@ -107,7 +107,7 @@ def page_of(name: str) -> str:
 def _write_pages(
     records: Sequence[ClipRecord], *, folder: Path, target: Path, home: str, pictures: bool
 ) -> list[str]:
-    """Write the pages of some clips; return for each why it is incomplete, or ''."""
+    """Write the pages of some clips; return for each the reason why it is incomplete, or ''."""
     reports = [_read_again(record, folder) for record in records]
     figures: list[Figure | None] = [
         figure_of_worst(report) if isinstance(report, Report) and pictures else None
@@ -142,7 +142,7 @@ def _tried(make: Callable[[], Made]) -> Made | Exception:
 
 
 def _drawn(figures: Sequence[Figure | None]) -> list[Drawn]:
-    """Draw the figures and return a Drawn for each, empty for None."""
+    """Draw the figures and return a Drawn for each, which is empty if the figure is None."""
     pictured = iter(draw_figures([figure for figure in figures if figure is not None]))
     return [Drawn() if figure is None else next(pictured) for figure in figures]
 
@@ -153,7 +153,7 @@ def _page(record: ClipRecord, report: Report, drawn: Drawn | None, home: str) ->
 
 
 def _write_known(record: ClipRecord, target: Path, home: str, why: str) -> str:
-    """Write a page with the data of the manifest; why: the reason for the missing parts."""
+    """Write a page with the manifest's data; why: the reason why other parts are missing."""
     _write(target / page_of(record.name), known_page(record, why, _home(record, home)))
     return why
 

@@ -1,4 +1,4 @@
-"""Templates of the pages: each page is one file that needs no other file and no network."""
+"""The templates of the pages; each page is a single file and needs no network."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GENERATOR = "twistcore report"  # the generator named at the start of a page
 
 
 def rendered(template: str, **context: Any) -> str:
-    """Render a template; texts from files and people are escaped."""
+    """Render a template, escaping all texts from files and people."""
     return _environment().get_template(template).render(**context)
 
 
@@ -42,12 +42,12 @@ def _environment() -> jinja2.Environment:
 
 
 def _when(stamp: str) -> str:
-    """Format ISO 8601 for people, to the minute."""
+    """Format an ISO 8601 time for people, to the minute."""
     return stamp[:16].replace("T", " ") + (" UTC" if stamp.endswith(("+00:00", "Z")) else "")
 
 
 def _plural(count: int, word: str, words: str = "") -> str:
-    """Return '1 clip' or '2 clips'."""
+    """Return a count with its noun: '1 clip' or '2 clips'."""
     return f"{_thousands(count)} {word if count == 1 else words or word + 's'}"
 
 
@@ -60,10 +60,10 @@ def _thousands(number: float) -> str:
 
 
 def _rate(number: float) -> str:
-    """Format with two significant digits: '0.35', '4.2', '2,840'."""
+    """Format a number with two significant digits: '0.35', '4.2', '2,840'."""
     return f"{number:.2g}" if 0.0 < number < 10.0 else _thousands(number)
 
 
 def _href(path: str) -> str:
-    """Return a relative path as an address."""
+    """Return a relative path as a link address."""
     return quote(os.fsencode(path))  # keeps bytes that are not UTF-8

@@ -1,4 +1,4 @@
-"""Pictures of a report, drawn in a separate process by the desktop program.
+"""The pictures of a report, drawn in a separate process by the desktop program.
 
 The figures are written into a folder, and the pictures come back in it. Nothing here needs Qt or
 VTK, and a graphics driver that crashes does not end the report.
@@ -41,7 +41,7 @@ _SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # unset, since drawing needs no screen
 
 @dataclass(frozen=True)
 class BeforeAfter:
-    """Two pictures from the same side, before and after a correction.
+    """Two pictures from the same side: before and after a correction.
 
     chain: name of the chain to look at; first, second: frames of the two poses in the motion.
     """
@@ -53,9 +53,9 @@ class BeforeAfter:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """The figure to draw for one clip: some frames of its motion, then the poses of the pairs.
+    """The figure to draw for one clip: a motion with the poses of its pairs of pictures.
 
-    chains: include limbs; they decide which limbs have a skin, and which way the figure faces.
+    chains: chains and limbs, which decide which limbs have a skin and which way the figure faces.
     """
 
     motion: Motion
@@ -65,7 +65,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Drawn:
-    """JPEG pictures of every pair in order, or the reason why there are none."""
+    """The JPEG pictures of every pair in order, or the reason why there are none."""
 
     pictures: tuple[tuple[bytes, bytes], ...] = ()
     problem: str = ""
@@ -74,7 +74,7 @@ class Drawn:
 def figure_of(
     before: Motion, after: Motion, chains: Sequence[Chain], wanted: Sequence[tuple[str, int]]
 ) -> Figure:
-    """Return a figure with pairs at (chain name, frame), posed as in both motions."""
+    """Return a figure with a pair for each (chain name, frame), posed as in the two motions."""
     count = min(before.frames, _SAMPLE)
     some = np.linspace(0, before.frames - 1, count).astype(np.intp)
     frames = np.array([frame for _, frame in wanted], dtype=np.intp)
@@ -93,7 +93,7 @@ def figure_of(
 def draw_figures(
     figures: Sequence[Figure], python: Sequence[str] = (sys.executable,)
 ) -> list[Drawn]:
-    """Draw all figures in one process; if it fails, nothing is raised."""
+    """Draw all figures in one process; if it fails, the results say why and nothing is raised."""
     total = sum(len(figure.pairs) for figure in figures)
     if not total:
         return [Drawn() for _ in figures]
@@ -107,7 +107,7 @@ def draw_figures(
 
 
 def _run(command: Sequence[str], seconds: float) -> str:
-    """Run a process and return why it failed, '' if it did not."""
+    """Run a process and return the reason why it failed, or ''."""
     environment = {k: v for k, v in os.environ.items() if k not in _SCREEN}
     try:
         ended = subprocess.run(
@@ -143,7 +143,7 @@ def _read_pictures(folder: Path, number: int, figure: Figure, problem: str) -> D
 
 
 def picture_path(folder: Path, figure: int, pair: int, which: int) -> Path:
-    """Return the path of a job's picture; which: 0 before, 1 after."""
+    """Return the path of one of a job's pictures; which: 0 for before, 1 for after."""
     return folder / f"{figure}-{pair}-{which}.jpg"
 
 
@@ -151,7 +151,7 @@ def picture_path(folder: Path, figure: int, pair: int, which: int) -> Path:
 
 
 def write_job(folder: Path, figures: Sequence[Figure]) -> None:
-    """Write the figures into a folder."""
+    """Write the figures into a folder, for :func:`read_job`."""
     for k, figure in enumerate(figures):
         motion = figure.motion
         np.savez(
@@ -212,7 +212,7 @@ def _figure_from(path: Path, entry: dict[str, Any]) -> Figure:
 
 
 def _chain_to_json(chain: Chain) -> dict[str, Any]:
-    """Return the data for drawing a body; a varying axis is taken from the first frame."""
+    """Return the chain's data for drawing a body; a varying axis is taken from the first frame."""
     axis, arm = (np.atleast_2d(v)[0].tolist() for v in (chain.axis, chain.arm))
     keys = ("name", "parent", "child", "grandchild", "side", "segment", "person")
     own = {key: getattr(chain, key) for key in keys}

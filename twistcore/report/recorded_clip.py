@@ -21,10 +21,10 @@ from twistcore.skeleton.rig import AS_FOUND, rig_from_json
 
 
 def report_of(record: ClipRecord, folder: Path) -> Report:
-    """Return the report of a processed clip; folder: of the batch.
+    """Return the report of a processed clip; folder: the batch folder.
 
-    The decisions come from its session if a person made some, or from the run. Raises TwistError or
-    OSError if the clip is missing or was changed.
+    The decisions come from its session if a person made any, or from the run. Raises TwistError or
+    OSError if the clip is missing or has changed.
     """
     if record.result is None:
         raise TwistError(f"{record.source}: has no result to report")
@@ -84,7 +84,7 @@ def _names(analysis: ClipAnalysis) -> set[str]:
 
 
 def _parameters(record: ClipRecord) -> dict[str, Any]:
-    """Return the parameters that were set, without the detector, which the page shows already."""
+    """Return the parameters that were set, except the detector, which the page shows elsewhere."""
     return {
         **{k: v for k, v in given(record.parameters).items() if k != "method"},
         "processed by": f"twistcore {record.version}",

@@ -1,4 +1,4 @@
-"""A person's review of the intervals: state, commands with undo, session file."""
+"""A person's review of the intervals: its state, its commands with undo, and the session file."""
 
 from twistcore.review.commands import (
     Annotate,

@@ -1,4 +1,4 @@
-"""Commands of a review as data: each turns one state into the next."""
+"""The commands of a review, as data: each turns one state into the next."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from twistcore.work.frozen import dataclass
 
 
 class Command(ABC):
-    """An edit with a text for the menu; an `apply` that raises changes nothing."""
+    """A change with a text for the menu; if its `apply` raises, nothing has changed."""
 
     @property
     @abstractmethod
@@ -43,7 +43,9 @@ class Command(ABC):
 
 @dataclass(frozen=True)
 class Decide(Command):
-    """Set the verdict on intervals; in_bulk: on all confident ones, without looking at each."""
+    """Set the verdict on intervals; in_bulk: True for all confident ones, without looking at
+    each.
+    """
 
     ids: tuple[int, ...]
     decision: Decision
@@ -73,10 +75,11 @@ class Decide(Command):
 
 @dataclass(frozen=True)
 class Sign(Command):
-    """Add a name to decisions without one, given later by the person who decided.
+    """Add a name to decisions without one, which the person who decided gives later.
 
     A name decides nothing, so this is not a step of the history: `Review` adds it to the same
-    decisions in every state. An undo then takes back the last decision and keeps the other names.
+    decisions in every state. An undo then takes back the last decision and keeps the names of the
+    others.
     """
 
     ids: tuple[int, ...]
@@ -95,7 +98,7 @@ class Sign(Command):
         """Return a function that adds the name, in any state, to decisions that have none now.
 
         The same state always becomes the same new one; a state without such a decision is returned
-        unchanged. KeyError if the review has no such interval now.
+        unchanged. Raises KeyError if the review has no such interval now.
         """
         nobody = {
             (judged.id, judged.decided_at)
@@ -122,7 +125,9 @@ class Sign(Command):
 
 @dataclass(frozen=True, eq=False)
 class Edit(Command):
-    """Give an interval other frames or another offset; equal `drag` numbers are one drag."""
+    """Give an interval different frames or a different offset; equal `drag` numbers mean one
+    drag.
+    """
 
     id: int
     interval: Interval
@@ -147,7 +152,7 @@ class Edit(Command):
         return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
 
     def continues(self, earlier: Command) -> bool:
-        """True if this is the same drag of the same interval."""
+        """True if this belongs to the same drag of the same interval."""
         return (
             isinstance(earlier, Edit)
             and self.drag != 0
@@ -157,7 +162,7 @@ class Edit(Command):
 
 @dataclass(frozen=True)
 class Annotate(Command):
-    """Set the note of an interval, and the reason for its rejection."""
+    """Set the note on an interval, and the reason why it is rejected."""
 
     id: int
     note: str
@@ -175,7 +180,7 @@ class Annotate(Command):
 
 @dataclass(frozen=True, eq=False)
 class Insert(Command):
-    """Add a hand-made interval."""
+    """Add an interval made by hand."""
 
     interval: Interval
 
@@ -189,7 +194,7 @@ class Insert(Command):
 
 @dataclass(frozen=True)
 class Remove(Command):
-    """Remove a hand-made interval; a detected one must be rejected instead."""
+    """Remove an interval made by hand; a detected one must be rejected instead."""
 
     id: int
 
@@ -210,9 +215,9 @@ class Redetect(Command):
     """Set a new τ (radians, by chain name) and the intervals detected with it in those chains.
 
     An interval that a person decided on or edited is kept. It replaces every detected interval that
-    is the same (IoU of 0.5 or more) or lies inside it (80 % or more), and is marked as unsupported
-    if there is none. An untouched interval is replaced by overlap, the largest first, or removed.
-    All other detected intervals are new.
+    is the same (IoU of at least 0.5) or lies inside it (at least 80 %), and is marked as
+    unsupported if there is no such interval. An untouched interval is replaced by a detected one
+    that overlaps it, largest overlap first, or removed. All other detected intervals are new.
     """
 
     tau: Mapping[str, float]
@@ -236,7 +241,7 @@ class Redetect(Command):
         return _redetected(known, self.tau, self.found)
 
     def continues(self, earlier: Command) -> bool:
-        """True if this is the same drag of the same τ line."""
+        """True if this belongs to the same drag of the same τ line."""
         return (
             isinstance(earlier, Redetect)
             and self.drag != 0
@@ -247,11 +252,11 @@ class Redetect(Command):
 
 @dataclass(frozen=True, eq=False)
 class ChangeChains(Command):
-    """Change the chains and limbs; removed chains lose their intervals.
+    """Change the chains and limbs; the intervals of removed chains are removed.
 
-    rig: the new chains; tau: radians of all of them, in their order; found: intervals detected in
-    the chains named in `again` (new ones, and ones whose neighbours changed), merged by the rules
-    of `Redetect`.
+    rig: the new chains; tau: τ of all of them, radians, in their order; found: intervals detected
+    in the chains named in `again` (new ones, and ones whose neighbours changed), merged by the
+    rules of `Redetect`.
     """
 
     rig: Rig
@@ -281,7 +286,7 @@ class ChangeChains(Command):
 
 @dataclass(frozen=True, eq=False)
 class CarryOver(Command):
-    """Carry over the decisions of an earlier review, of another take or (same_clip) of this one."""
+    """Apply the decisions of an earlier review, of another take or (same_clip) of this clip."""
 
     earlier: tuple[Judged, ...]
     same_clip: bool = False
@@ -319,7 +324,7 @@ class Track(Command):
 def _redetected(
     state: ReviewState, chains: Iterable[str], found: Iterable[Interval]
 ) -> ReviewState:
-    """Replace the intervals of these chains by the detected ones."""
+    """Replace the intervals of these chains with the detected ones."""
     chains, found = tuple(chains), tuple(found)
     out = [j for j in state.intervals if j.interval.chain not in chains]
     next_id = state.next_id
@@ -364,7 +369,7 @@ def _replaces(kept: Interval, found: Interval, common: int) -> bool:
 
 
 def _overlaps(earlier: tuple[Judged, ...], found: list[Interval]) -> Iterator[tuple[int, int, int]]:
-    """Yield (−common frames, k, n) of all overlapping pairs; nearly linear in their number."""
+    """Yield (−common frames, k, n) for all overlapping pairs, in nearly linear time."""
     by_start = sorted(range(len(found)), key=lambda n: found[n].start)
     starts = [found[n].start for n in by_start]
     longest = max((f.frames for f in found), default=0)

@@ -61,23 +61,22 @@ class Review:
 
     @classmethod
     def of(cls, found: Detection) -> Review:
-        """Return a review of a detection with all intervals undecided."""
+        """Return a review of a detection in which all intervals are undecided."""
         return cls(_started(found))
 
     @property
     def accepted(self) -> tuple[Interval, ...]:
-        """The accepted intervals to refine by, without lone jumps."""
+        """The accepted intervals to correct, without lone jumps."""
         return self.state.chosen()
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return chains and limbs of the review's rig in a motion, and the accepted intervals."""
+        """Return the review's chains and limbs in a motion, and the accepted intervals."""
         return self.state.to_correct(motion)
 
     def accept(self, at_least: float | None = None, *, include_open: bool = False) -> int:
-        """Accept all intervals that qualify for automatic correction, in one step; return their
-        number.
+        """Accept all intervals that qualify for automatic correction, in one step; return how many.
 
-        at_least: confidence, 0…1; see `applied_unasked` in twistcore.analysis.correction.
+        at_least: lowest confidence, 0…1; see `applied_unasked` in twistcore.analysis.correction.
         """
         ids = self.state.unasked(at_least, include_open=include_open)
         if ids:
@@ -87,9 +86,9 @@ class Review:
     def do(self, command: Command) -> None:
         """Carry out a command; a step of a drag replaces the previous step.
 
-        The step starts from the state before the drag, so only its end matters: a τ line dragged up
-        and back leaves every interval unchanged. Signing is not a step: the name is added in all
-        states.
+        The step starts from the state before the drag, so only the end of the drag matters:
+        dragging a τ line up and back changes no interval. Signing is not a step: the name is added
+        in all states.
         """
         if isinstance(command, Sign):
             self._change_all(command.signing(self.state))
@@ -104,14 +103,14 @@ class Review:
         self.state = after
 
     def undo(self) -> None:
-        """Undo the last command, if any."""
+        """Undo the last command, if there is one."""
         if self._done:
             step = self._done.pop()
             self._undone.append(step)
             self.state = step.before
 
     def redo(self) -> None:
-        """Redo the last undone command, if any."""
+        """Redo the last undone command, if there is one."""
         if self._undone:
             step = self._undone.pop()
             self._done.append(step)
@@ -119,32 +118,34 @@ class Review:
 
     @property
     def undo_text(self) -> str:
-        """Name of the command that undo takes back, or ''."""
+        """Name of the command that an undo would take back, or ''."""
         return self._done[-1].command.text if self._done else ""
 
     @property
     def redo_text(self) -> str:
-        """Name of the command that redo repeats, or ''."""
+        """Name of the command that a redo would repeat, or ''."""
         return self._undone[-1].command.text if self._undone else ""
 
     @property
     def state_before_last(self) -> ReviewState:
-        """State before the last command; the present state if there is none."""
+        """State before the last command; the present state if there was none."""
         return self._done[-1].before if self._done else self.state
 
     @property
     def state_after_next(self) -> ReviewState:
-        """State after the next redo; the present state if there is none."""
+        """State after the next redo; the present state if there is nothing to redo."""
         return self._undone[-1].after if self._undone else self.state
 
     @property
     def history(self) -> tuple[str, ...]:
-        """Names of all steps, done and undone, in order; the first :attr:`position` are done."""
+        """Names of all steps, done and undone, in order; the first :attr:`position` of them are
+        done.
+        """
         return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))
 
     @property
     def position(self) -> int:
-        """Number of steps done."""
+        """Number of steps that are done and not undone."""
         return len(self._done)
 
     @property
@@ -153,13 +154,15 @@ class Review:
         return self.state is self._saved
 
     def take_reasons(self, found: Iterable[Interval]) -> None:
-        """Add the reasons of equal detected intervals in every state; this is not a step."""
+        """Add the reasons of equal detected intervals in every state; this is not an undoable
+        step.
+        """
         change = with_reasons(found)
         self._saved = self._saved and change(self._saved)
         self._change_all(change)
 
     def _change_all(self, change: Callable[[ReviewState], ReviewState]) -> None:
-        """Apply a change to every state and keep the steps between them."""
+        """Apply a change to every state, keeping the steps between them."""
         self.state = change(self.state)
         for steps in (self._done, self._undone):
             steps[:] = [_Step(s.command, change(s.before), change(s.after)) for s in steps]
@@ -169,12 +172,12 @@ class Review:
         self._saved = self.state
 
     def mark_unsaved(self) -> None:
-        """Mark every state as unsaved: the review was recovered from a journal."""
+        """Mark every state as unsaved, since the review was recovered from a journal."""
         self._saved = None
 
 
 def _state_of(found: Detection | ClipAnalysis | ReviewState) -> ReviewState:
-    """Return the initial state of a review: as given, or with all intervals undecided."""
+    """Return the initial state of a review: the given one, or one with all intervals undecided."""
     if isinstance(found, ReviewState):
         return found
     if isinstance(found, ClipAnalysis):

@@ -1,10 +1,10 @@
 """The journal: every command is on disk before the next one, so that no decision is lost.
 
-A journal is a text file, one JSON document a line. The first line has the session as it was when
-the journal began, and the number of unsaved steps before. Every other line has one command, an
+A journal is a text file with one JSON document per line. The first line has the session as it was
+when the journal began, and the number of unsaved steps before. Every other line has one command, an
 undo, a redo, or the whole session again (after an undo of a step older than the journal). A line
 cut short by a crash is ignored; the lines before it are used. A journal never replaces an existing
-file, and its good lines are never removed.
+file, and its valid lines are never removed.
 """
 
 from __future__ import annotations
@@ -76,10 +76,10 @@ class Journal:
     """An open journal; entries that could not be written are written before the next one."""
 
     def __init__(self, path: Path, clip: Clip, state: ReviewState, steps: int = 0) -> None:
-        """Begin a journal with `state`, which is `steps` unsaved steps old.
+        """Begin a journal with `state`, which has `steps` unsaved steps.
 
-        Raises FileExistsError if the file exists, OSError if it cannot be written; no file is left
-        then.
+        Raises FileExistsError if the file exists, and OSError if it cannot be written, in which
+        case no file remains.
         """
         self.path = path
         self._file: BinaryIO = path.open("xb", buffering=0)
@@ -97,9 +97,9 @@ class Journal:
 
     @classmethod
     def resume(cls, recovered: Recovered) -> Journal:
-        """Continue a journal left by an earlier run; raises OSError and never removes good lines.
+        """Continue a journal from an earlier run; raises OSError and never removes valid lines.
 
-        If lines could not be replayed, a copy of the file is first saved next to it.
+        If some lines could not be replayed, a copy of the file is first saved next to it.
         """
         path = recovered.path
         data = read_file(path)
@@ -120,20 +120,20 @@ class Journal:
 
     @property
     def waiting(self) -> int:
-        """Number of entries not yet on disk."""
+        """Number of entries that are not yet on disk."""
         return len(self._waiting)
 
     def do(self, command: Command) -> None:
-        """Record a successful command."""
+        """Record a command that succeeded."""
         self.append(command_to_json(command))
 
     def append(self, entry: Mapping[str, Any]) -> None:
-        """Record an entry; if it cannot be written, OSError is raised and the entry waits."""
+        """Record an entry; if it cannot be written, it is kept for later and OSError is raised."""
         self._waiting.append(json_bytes(entry, indent=None))
         self.write_waiting()
 
     def write_waiting(self) -> None:
-        """Write the waiting entries; raises OSError if that fails again."""
+        """Write the entries that are not yet on disk; raises OSError if this fails again."""
         if self._file.closed:
             raise OSError("the journal is closed")
         if not self._waiting:
@@ -153,7 +153,7 @@ class Journal:
         self._waiting.clear()
 
     def is_there(self) -> bool:
-        """True if the file still exists and was not replaced."""
+        """True if the file still exists and has not been replaced."""
         try:
             return os.path.samestat(self.path.stat(), os.fstat(self._file.fileno()))
         except (OSError, ValueError):  # ValueError if it is closed
@@ -165,9 +165,9 @@ class Journal:
             self._file.close()
 
     def discard(self) -> None:
-        """Close and delete the journal, whose contents are saved or knowingly discarded.
+        """Close and delete the journal, whose contents were saved or deliberately discarded.
 
-        If it cannot be deleted it is offered once more, with nothing new in it.
+        If it cannot be deleted, it is offered for recovery once more, with nothing new in it.
         """
         mine = self.is_there()
         self.close()
@@ -178,11 +178,11 @@ class Journal:
 
 @dataclass(frozen=True, eq=False)
 class Recovered:
-    """The contents of a journal: the session at its start, the review after replaying it.
+    """The contents of a journal: the session at its start, and the review after replaying it.
 
-    steps: unsaved steps of the review, including steps before the journal; size: bytes of the
-    replayed lines; damaged: number of lines that could not be replayed, 0 for a journal that ends
-    in a complete line or in one cut short.
+    steps: number of unsaved steps of the review, including steps before the journal; size: bytes of
+    the replayed lines; damaged: number of lines that could not be replayed, 0 for a journal that
+    ends in a complete line or in one cut short.
     """
 
     path: Path
@@ -197,7 +197,8 @@ class Recovered:
 def recover(path: Path, clip: Clip | None = None) -> Recovered:
     """Replay a journal; raises TwistError if nothing in it can be used.
 
-    clip: if it is the journal's own, entries about frames it does not have count as damaged.
+    clip: the clip to replay it on; if it is the journal's own clip, entries about frames that it
+    does not have count as damaged.
     """
     lines = bytes_of(path, _MOST_BYTES).split(b"\n")
     try:
@@ -267,7 +268,7 @@ def _check(
     state: ReviewState | None,
     frames: int | None,
 ) -> None:
-    """Raise FormatError if the review has no such chain, or the clip no such frame."""
+    """Raise FormatError if the review has no such chain, or if the clip has no such frame."""
     intervals = tuple(intervals)
     named = {*chains, *(interval.chain for interval in intervals)}
     if state is not None and not named <= state.tau.keys():
@@ -277,7 +278,9 @@ def _check(
 
 
 def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
-    """Raise FormatError unless τ is given for all chains of the rig and any of its limbs."""
+    """Raise FormatError unless τ is given for all chains of the rig; its limbs may have a τ,
+    too.
+    """
     if motion is None:
         return
     try:
@@ -290,7 +293,7 @@ def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> 
 
 
 def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
-    """Return an entry with the whole session."""
+    """Return a journal entry with the whole session."""
     return {"session": session_document(clip, state)}
 
 
@@ -336,14 +339,14 @@ _NAMES = {"tau": "tau_deg"}
 
 
 def command_to_json(command: Command) -> dict[str, Any]:
-    """Return a command as data: its verb, usually the class name, then its fields in order."""
+    """Return a command as a list: its verb, usually the class name, then its fields in order."""
     fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
     other = isinstance(command, Track) and needs_both_ways_schema(command.tracking)
     return {"do": _BOTH_WAYS if other else type(command).__name__, **fields}
 
 
 def command_from_json(entry: Any) -> Command:
-    """Return the command of an entry of :func:`command_to_json`; FormatError if it is damaged."""
+    """Return the command in an entry of :func:`command_to_json`; FormatError if it is damaged."""
     kind: Any = _KINDS[one_of(has(entry, "do")["do"], "do", _KINDS)]
     # Fields that the first journals did not have.
     entry = {"same_clip": False, "in_bulk": False, **entry}

@@ -1,4 +1,4 @@
-"""Frames that a person leaves out of tuning, so that they do not influence τ."""
+"""Frames that a person excludes from tuning, so that they do not influence τ."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class LeaveOut(Command):
-    """Leave exactly these half-open spans of frames out of tuning."""
+    """Exclude exactly these half-open spans of frames from tuning."""
 
     spans: tuple[Span, ...]
 
@@ -31,7 +31,7 @@ class LeaveOut(Command):
 
 
 def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
-    """Sort half-open spans and join the ones that touch."""
+    """Sort half-open spans and join spans that touch or overlap."""
     out: list[Span] = []
     for start, stop in sorted(spans):
         if out and start <= out[-1][1]:
@@ -42,7 +42,7 @@ def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
 
 
 def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
-    """Return the parts of some spans that are in none of the others."""
+    """Return the parts of `spans` that lie in none of `others`."""
     out: list[Span] = []
     taken = joined_spans(others)
     for start, stop in joined_spans(spans):
@@ -57,7 +57,7 @@ def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, .
 
 
 def spans_from_json(entries: Any) -> tuple[Span, ...]:
-    """Return spans as listed in files; FormatError if they are damaged."""
+    """Return the spans listed in a file; raise FormatError if they are damaged."""
     return joined_spans(read_each(entries, "left_out", _span))
 
 

@@ -46,13 +46,13 @@ class Decision(StrEnum):
 
 @dataclass(frozen=True)
 class Tracking:
-    """The joints tracked with QuaMo after the twist correction, and how.
+    """The joints tracked with QuaMo after the twist correction, and the settings.
 
-    joints: names, in the skeleton's order, empty if only the position is tracked; learned: use the
-    gains of the shipped networks instead of κP (1/s²), κD (1/s) and κA; weights: the first 16
-    digits of the SHA-256 of the networks' file, '' with gains set by hand; causal: False for both
-    directions; place: also track the figure's position. Sessions without the last two keys mean
-    these defaults.
+    joints: names, in the skeleton's order, empty if only the position is tracked; learned: True to
+    use the gains of the shipped networks instead of κP (1/s²), κD (1/s) and κA; weights: the first
+    16 digits of the SHA-256 of the networks' file, '' with gains set by hand; causal: False to
+    track forward and backward; place: True to track also the figure's position. In sessions without
+    the last two keys, these have their defaults.
     """
 
     joints: tuple[str, ...]
@@ -66,7 +66,7 @@ class Tracking:
 
     @property
     def what(self) -> str:
-        """The tracked parts in two or three words."""
+        """The tracked parts, in two or three words."""
         joints = self.joints[0] if len(self.joints) == 1 else f"{len(self.joints)} joints"
         return " and ".join((joints,) * bool(self.joints) + ("the place",) * self.place)
 
@@ -75,10 +75,10 @@ class Tracking:
 class Judged:
     """An interval under review.
 
-    id: stays the same during the review; by_hand: created by a person; edited: its frames or offset
-    were changed; supported: the detector still finds it at the present τ; reviewer, decided_at (ISO
-    8601), note, reason (of a rejection): as entered; in_bulk: accepted together with all equally
-    confident intervals, without looking at each.
+    id: number that stays the same during the review; by_hand: True if a person created it; edited:
+    True if its frames or offset were changed; supported: True if the detector still finds it at the
+    present τ; reviewer, decided_at (ISO 8601), note, reason (for a rejection): as entered; in_bulk:
+    True if accepted together with all equally confident intervals, without looking at each.
     """
 
     id: int
@@ -95,7 +95,7 @@ class Judged:
 
     @property
     def verdict(self) -> str:
-        """The decision as shown to people.
+        """The decision in the words shown to people.
 
         An accepted lone jump is 'seen', not corrected. An interval accepted without a name and a
         time is an automatic correction that nobody looked at.
@@ -108,7 +108,7 @@ class Judged:
 
     @property
     def kept(self) -> bool:
-        """True if a person has worked on it, so that re-detection must keep it."""
+        """True if a person has worked on the interval, so that a new detection must keep it."""
         return (
             self.by_hand
             or self.edited
@@ -119,10 +119,11 @@ class Judged:
 
 @dataclass(frozen=True, eq=False)
 class ReviewState:
-    """method: detector; tau: radians by chain or limb; intervals by chain order and start.
+    """The state of a review: its intervals, sorted by chain order and start, and its settings.
 
-    tracking: the tracking after the twist correction, None for none; rig: the chains and limbs that
-    the names refer to; left_out: spans left out of tuning.
+    method: name of the detector; tau: τ in radians by name of a chain or limb; tracking: the
+    tracking after the twist correction, None for none; rig: the chains and limbs that the names
+    refer to; left_out: spans excluded from tuning.
     """
 
     method: str
@@ -139,22 +140,22 @@ class ReviewState:
         return f"<ReviewState by {self.method}: {decided} of {len(self.intervals)} decided>"
 
     def find(self, interval_id: int) -> Judged:
-        """Return the interval with an id; KeyError if there is none."""
+        """Return the interval with an id; raise KeyError if there is none."""
         for judged in self.intervals:
             if judged.id == interval_id:
                 return judged
         raise KeyError(interval_id)
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return chains and limbs of the review's rig in a motion, and the accepted intervals."""
+        """Return the review's chains and limbs in a motion, and the accepted intervals."""
         return self.rig.chains(motion), self.chosen()
 
     def of_chain(self, chain: str) -> tuple[Judged, ...]:
-        """Return the intervals of one chain by start."""
+        """Return the intervals of one chain, sorted by start."""
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
     def same_frames(self, interval: Interval) -> Judged | None:
-        """Return a non-rejected interval with the same chain, kind and frames, or None."""
+        """Return an interval, not rejected, with the same chain, kind and frames, or None."""
         wanted = interval.kind, interval.start, interval.stop
         for judged in self.of_chain(interval.chain):
             own = judged.interval
@@ -163,9 +164,10 @@ class ReviewState:
         return None
 
     def chosen(self, *, undecided: bool = False) -> tuple[Interval, ...]:
-        """Return the accepted intervals, with `undecided` all that are not rejected.
+        """Return the accepted intervals or, with `undecided`, all that are not rejected.
 
-        Lone jumps are left out: an accepted lone jump was seen, and it cannot be corrected.
+        Lone jumps are left out: a person has only looked at an accepted lone jump, and it cannot be
+        corrected.
         """
         wanted = {Decision.ACCEPTED} | ({Decision.UNDECIDED} if undecided else set())
         return tuple(
@@ -179,7 +181,7 @@ class ReviewState:
         include_open: bool = False,
         confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
     ) -> tuple[int, ...]:
-        """Return ids of undecided intervals that :func:`applied_unasked` lets pass."""
+        """Return the ids of the undecided intervals that :func:`applied_unasked` lets pass."""
         undecided = {j.interval: j.id for j in self.intervals if j.decision == Decision.UNDECIDED}
         passing = applied_unasked(
             undecided, at_least, include_open=include_open, confidence=confidence
@@ -196,8 +198,8 @@ class ReviewState:
     ) -> int | None:
         """Return the id of the next (+1) or previous (−1) interval, wrapping around; None if none.
 
-        undecided: skip decided ones; order: ids in the order of a list, by chain and start if
-        empty.
+        undecided: True to skip decided ones; order: ids in the order of a list, by default sorted
+        by chain and start.
         """
         by_id = {j.id: j for j in self.intervals}
         ids = [
@@ -215,7 +217,7 @@ class ReviewState:
     def with_intervals(
         self, intervals: Iterable[Judged], next_id: int | None = None
     ) -> ReviewState:
-        """Return the same review with other intervals, sorted."""
+        """Return the same review with other intervals, which are sorted."""
         order = self.chain_order
         ordered = sorted(
             intervals,
@@ -233,7 +235,7 @@ def start_review(
     chains: Iterable[str],
     rig: Rig = AS_FOUND,
 ) -> ReviewState:
-    """Return a review with all intervals undecided."""
+    """Return a review in which all intervals are undecided."""
     judged = [Judged(k, as_written(interval)) for k, interval in enumerate(found, start=1)]
     state = ReviewState(
         method, MappingProxyType(dict(tau)), chain_order=chain_places(chains), rig=rig
@@ -242,33 +244,33 @@ def start_review(
 
 
 def chain_places(chains: Iterable[str]) -> Mapping[str, int]:
-    """Return the index of each chain by name."""
+    """Return the index of each chain, by its name."""
     return MappingProxyType({name: k for k, name in enumerate(chains)})
 
 
 def as_written(interval: Interval) -> Interval:
-    """Return the interval with its offset as in a session file: degrees with nine decimals, no
-    −0.0.
+    """Return the interval with its offset rounded as in a session file: nine decimals of degrees.
 
-    This way the program and `twistcore apply` correct by exactly the same numbers.
+    −0.0 becomes 0.0. This way the program and `twistcore apply` correct by exactly the same
+    numbers.
     """
     return interval.as_written
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """Return the interval over [start, stop): offsets are kept, new frames get the nearest one."""
+    """Return the interval over [start, stop); new frames get the offset of the nearest old one."""
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
 
 
 def same_offsets(one: Interval, other: Interval) -> bool:
-    """True if two intervals of a chain have equal frames and offsets, except for rounding."""
+    """True if two intervals of a chain have the same frames and, up to rounding, offsets."""
     frames = (one.start, one.stop, one.carried) == (other.start, other.stop, other.carried)
     return frames and np.allclose(one.offset, other.offset, atol=1e-12)
 
 
 def levelled(interval: Interval, delta: float) -> Interval:
-    """Return the interval shifted as a whole to the median offset `delta`, radians.
+    """Return the interval with all offsets shifted so that their median is `delta`, radians.
 
     An interval with soft ends gets `delta` as its largest offset: it is scaled, so that its ends
     stay soft.
@@ -279,14 +281,14 @@ def levelled(interval: Interval, delta: float) -> Interval:
 
 
 def flattened(interval: Interval) -> Interval:
-    """Return the interval with its median offset in all frames: a level shift."""
+    """Return the interval with its median offset in all frames, so that it is a level shift."""
     return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
 
 
 def following(interval: Interval, theta_p: Array) -> Interval:
-    """Return the interval with an offset per frame that makes P's corrected twist a straight line.
+    """Return the interval with offsets per frame that turn P's twist into a straight line.
 
-    theta_p: twist of P, radians, (frames,). For errors that drift or jitter inside.
+    theta_p: twist of P, radians, (frames,). This is for errors that drift or jitter inside.
     """
     if interval.frames >= len(theta_p):
         return interval
@@ -294,7 +296,7 @@ def following(interval: Interval, theta_p: Array) -> Interval:
 
 
 def off_line(theta: Array, start: int, stop: int) -> Array:
-    """Return the twist in [start, stop) above a straight line between its neighbours, in (−π, π].
+    """Return the twist in [start, stop) relative to a line between its neighbours, in (−π, π].
 
     At an end of the clip, which has only one neighbour, the line is level. For the whole clip, the
     line has the level of the last frame.
@@ -308,13 +310,13 @@ def off_line(theta: Array, start: int, stop: int) -> Array:
 def carried_over(
     earlier: Sequence[Judged], state: ReviewState, *, same_clip: bool = False
 ) -> ReviewState:
-    """Apply the decisions of an earlier review to this one, with intervals matched by overlap.
+    """Apply the decisions of an earlier review to this one, matching intervals by their overlap.
 
     An untouched interval takes verdict, reviewer, note and reason from the earlier interval of its
     chain that shares most frames with it, and also frames and offset if they were edited. An
-    interval that a person has touched here stays. Hand-made ones are added. same_clip: also add,
-    without the detector's support, all other kept intervals that overlap none here; in another take
-    their error may not exist.
+    interval that a person has changed here stays. Intervals made by hand are added. same_clip: True
+    to add also, marked as unsupported by the detector, all other kept intervals that overlap none
+    here; in another take their error may not exist.
     """
     left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
     by_hand = {_frames(j) for j in state.intervals if j.by_hand}
@@ -341,7 +343,10 @@ def carried_over(
 
 
 def _common(one: Interval, other: Interval) -> int:
-    """Return the number of common frames, 0 or less for none or for different chains or kinds."""
+    """Return the number of common frames; it is 0 or less if there are none.
+
+    It is also 0 or less for different chains or kinds.
+    """
     if (one.chain, one.kind) != (other.chain, other.kind):
         return 0
     return min(one.stop, other.stop) - max(one.start, other.start)
@@ -352,7 +357,9 @@ def _frames(judged: Judged) -> tuple[str, int, int]:
 
 
 def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
-    """Return ids of non-rejected intervals that overlap in a chain, so their offsets add."""
+    """Return the ids of intervals, not rejected, that overlap in a chain, so their offsets add
+    up.
+    """
     out: set[int] = set()
     reach: Judged | None = None  # the previous interval that reaches furthest
     wanted = (j for j in intervals if j.decision != Decision.REJECTED and j.interval.repairable)
@@ -368,6 +375,6 @@ def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
 
 
 def constant(chain: str, start: int, stop: int, delta: float) -> Interval:
-    """Return an interval with one offset, radians, in all frames."""
+    """Return an interval with the same offset, radians, in all frames."""
     offset: Array = np.full(stop - start, delta)
     return Interval(chain, start, stop, offset)

@@ -1,4 +1,4 @@
-"""Change the chains of a review: their τ, and where to detect again."""
+"""Change the chains of a review: their τ, and the chains in which to detect again."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from twistcore.review.model import ReviewState
 def changed_chains(
     before: ClipAnalysis, after: ClipAnalysis, state: ReviewState, what: str = ""
 ) -> ChangeChains:
-    """Return the command that changes a review of `before` to the chains of `after`.
+    """Return the command that changes a review from the chains `before` to the chains `after`.
 
-    A chain that stays keeps its τ, unless that was the automatic one, which is then computed again.
-    Chains of one line are explained together, so a neighbour of a chain that comes or goes may have
+    A chain that stays keeps its τ, unless it was the automatic one, which is then computed again.
+    Chains of one line are explained together, so a neighbour of an added or removed chain may have
     other intervals now; such chains are detected again. what: name of the command.
     """
     method = before.usable(state.method)
@@ -40,12 +40,12 @@ def changed_chains(
 
 
 def _was_automatic(tau: float, before: float, now: float) -> bool:
-    """True if τ is the automatic one and that has changed."""
+    """True if τ was the automatic one and the automatic one is different now."""
     return math.isclose(tau, before) and not math.isclose(before, now)
 
 
 def _alike(some: tuple[Interval, ...], others: tuple[Interval, ...]) -> bool:
-    """True if a review would store both the same way."""
+    """True if a review would store both in the same way."""
     return len(some) == len(others) and all(
         (a.start, a.stop, a.confidence, a.open, a.kind, a.carried)
         == (b.start, b.stop, b.confidence, b.open, b.kind, b.carried)

@@ -1,4 +1,4 @@
-"""First guess for a hand-made interval."""
+"""A first guess for an interval made by hand."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _FAINT, _FAINT_FLIP = np.radians(1.0), np.radians(25.0)
 
 
 def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float) -> Interval:
-    """Return an interval around a frame, between the strongest counter-rotations before and after
+    """Return an interval around a frame, from the strongest counter-rotation before to that after
     it.
 
-    Without any of 1° or more, the interval is 0.1 s long. Its offset is the level of θp inside
+    If there is none of 1° or more, the interval is 0.1 s long. Its offset is the level of θp inside
     relative to the line between its two neighbours outside.
     """
     frames = len(signals.theta_p)
@@ -35,17 +35,17 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
 
 
 def interval_over(chain: str, signals: TwistSignals, start: int, stop: int) -> Interval:
-    """Return an interval over [start, stop) at the level of θp above its neighbours' line."""
+    """Return an interval over [start, stop), offset by θp relative to its neighbours' line."""
     level = median(off_line(signals.theta_p, start, stop))
     return constant(chain, start, stop, level)
 
 
 def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
-    """Return a flip of a limb around a frame, between the nearest jumps before and after it.
+    """Return a flip of a limb around a frame, from the nearest jump before to the nearest after it.
 
-    Without any jump of 25° or more within half a second, the interval is 0.1 s long. Its offset is
-    the level of φ inside relative to the line between its two neighbours outside; for a straight
-    limb, the jump at its start.
+    If there is no jump of 25° or more within half a second, the interval is 0.1 s long. Its offset
+    is the level of φ inside relative to the line between its two neighbours outside; for a straight
+    limb, it is the jump at its start.
     """
     jumps = np.flatnonzero(np.abs(limb.departures) >= _FAINT_FLIP)
     near = jumps[np.abs(jumps - frame) <= max(2, round(_REACH * limb.fps))]
@@ -56,7 +56,7 @@ def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
 
 
 def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
-    """Return a flip of a limb over [start, stop), with the offset as in `proposed_flip`."""
+    """Return a flip of a limb over [start, stop), with an offset as in `proposed_flip`."""
     level = circular_median(off_line(limb.swivel.angle, start, stop))
     if median(limb.swivel.height[start:stop]) < BENT:
         level = float(limb.departures[start])
@@ -65,7 +65,7 @@ def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
-    """Return the edges, with an edge of −1 replaced by one 0.1 s away or around the frame."""
+    """Return the edges, replacing an edge of −1 by one 0.1 s away or around the frame."""
     half = max(1, round(_HALF * fps))
     if start < 0:
         start = max(0, (stop if stop >= 0 else frame + half + 1) - 2 * half - 1)

@@ -1,4 +1,4 @@
-"""Restore the reasons of intervals that come from a file, which does not store them."""
+"""Restore the reasons of intervals read from a file, which does not store them."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from twistcore.review.model import Judged, ReviewState
 
 
 def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
-    """Return the intervals found by the detector at a review's τ.
+    """Return the intervals that the detector finds at a review's τ.
 
-    No long computation is started: chains that the detector has not processed yet give nothing.
+    No long computation is started: chains that the detector has not processed yet give no
+    intervals.
     """
     # The review's detector may be missing here or fail on the clip.
     method = analysis.usable(state.method)
@@ -26,8 +27,8 @@ def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[In
 def with_reasons(found: Iterable[Interval]) -> Callable[[ReviewState], ReviewState]:
     """Return a function that adds to a review the reasons of equal intervals (chain, kind, frames).
 
-    An interval keeps its own reason, and a hand-made one gets none. The same state and interval
-    always become the same new ones; if there is nothing to add they are returned unchanged.
+    An interval keeps the reason it has, and one made by hand gets none. The same state and interval
+    always become the same new ones; if there is nothing to add, they are returned unchanged.
     """
     known = {_place(i): i.explain for i in found if i.explain is not None}
     states: dict[ReviewState, ReviewState] = {}

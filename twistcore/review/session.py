@@ -65,7 +65,7 @@ _JUDGED: Mapping[str, Callable[[Any, str], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """A review and its clip: the path as saved and the SHA-256 of its bytes."""
+    """A review and its clip, with the clip's path as saved and the SHA-256 of its bytes."""
 
     clip: str
     sha256: str
@@ -73,14 +73,14 @@ class Session:
     state: ReviewState
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return chains and limbs of the review's rig in a motion, and the accepted intervals."""
+        """Return the review's chains and limbs in a motion, and the accepted intervals."""
         return self.state.to_correct(motion)
 
 
 def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
-    """Return the session as JSON; angles in degrees with nine decimals, times in frames.
+    """Return the session as JSON data; angles in degrees with nine decimals, times in frames.
 
-    The oldest possible schema is used, so that older programs can read sessions without new
+    The oldest possible schema is used, so that older programs can read sessions that use no newer
     features.
     """
     tracking = state.tracking
@@ -110,14 +110,14 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
 
 
 def _needs_kinds(clip: Clip, state: ReviewState) -> bool:
-    """True if any interval is not a counter-twist, or if there is a τ of a limb."""
+    """True if any interval is not a counter-twist, or if there is a τ for a limb."""
     joints = set(clip.motion.skeleton.names)
     of_limb = any(name not in joints for name in state.tau)
     return of_limb or any(j.interval.kind != Kind.COUNTER_TWIST for j in state.intervals)
 
 
 def session_bytes(clip: Clip, state: ReviewState) -> bytes:
-    """Return the bytes of the session file."""
+    """Return the bytes of a session file."""
     return json_bytes(session_document(clip, state))
 
 
@@ -218,7 +218,7 @@ def read_session(path: str | Path) -> Session:
 
 
 def read_session_file(path: Path) -> tuple[Session, str]:
-    """Return the session of a file, and the SHA-256 of its bytes."""
+    """Return the session in a file, and the SHA-256 of the file's bytes."""
     if not is_there(path):
         raise TwistError(f"{path}: expected a session file, but there is no such file")
     data = bytes_of(path)
@@ -230,7 +230,7 @@ def read_session_file(path: Path) -> tuple[Session, str]:
 
 
 def session_from_document(document: Any) -> Session:
-    """Return the session of a JSON document; FormatError says what is missing or wrong."""
+    """Return the session in a JSON document; a FormatError names the missing or wrong part."""
     if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
     has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
@@ -257,7 +257,7 @@ def session_from_document(document: Any) -> Session:
 
 
 def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
-    """Return the tracking if the document's schema allows any."""
+    """Return the tracking, if the document's schema has one."""
     schema = document["schema"]
     may_be = schema in _WITH_KINDS and document.get("tracking") is not None
     if schema == TRACKING_SCHEMA or may_be:
@@ -266,25 +266,25 @@ def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
 
 
 def degrees_to_json(radians: float) -> float:
-    """Return degrees with nine decimals; −0.0 becomes 0.0."""
+    """Return an angle in degrees with nine decimals; −0.0 becomes 0.0."""
     return round(float(np.degrees(radians)), 9) + 0.0
 
 
 def tau_to_json(tau: Mapping[str, float]) -> dict[str, float]:
-    """Return τ in degrees by name of a chain or limb."""
+    """Return τ in degrees, by name of a chain or limb."""
     return {name: degrees_to_json(t) for name, t in tau.items()}
 
 
 def tau_from_json(entry: Any) -> dict[str, float]:
-    """Return τ in radians by name; FormatError if it is damaged."""
+    """Return τ in radians by name; raise FormatError if the data is damaged."""
     degrees = {name: above_zero(t, "tau_deg") for name, t in has(entry, what="tau_deg").items()}
     return {text(name, "tau_deg"): math.radians(min(t, DEGREES)) for name, t in degrees.items()}
 
 
 def needs_both_ways_schema(tracking: Tracking | None) -> bool:
-    """True if the position or both directions are tracked.
+    """True if the position is tracked, or if tracking runs forward and backward.
 
-    The first programs with tracking ignore the keys for both, so these need a newer schema.
+    The first programs with tracking ignore the keys for these, so a newer schema is needed.
     """
     return tracking is not None and (tracking.place or not tracking.causal)
 
@@ -304,7 +304,7 @@ def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
 
 
 def tracking_from_json(entry: Any) -> Tracking:
-    """Return the tracking of JSON data; FormatError if it is damaged."""
+    """Return the tracking in JSON data; raise FormatError if it is damaged."""
     has(entry, "joints", "gains", "kp", "kd", "ka", "weights", what="tracking")
     joints = texts(entry["joints"], "joints")
     causal = flag(entry.get("causal", True), "causal")  # the first files have neither of these
@@ -318,9 +318,9 @@ def tracking_from_json(entry: Any) -> Tracking:
 
 
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval as JSON data, with its offset in degrees: one number, or one a frame.
+    """Return an interval as JSON data; its offset in degrees is one number, or one per frame.
 
-    kinds: also write the kind of a counter-twist.
+    kinds: True to write the kind also for a counter-twist.
     """
     degrees = [degrees_to_json(offset) for offset in interval.offset]
     entry = {
@@ -338,10 +338,10 @@ def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, An
 
 
 def interval_from_json(entry: Any) -> Interval:
-    """Return the interval of JSON data; FormatError if it is damaged.
+    """Return the interval in JSON data; raise FormatError if it is damaged.
 
-    An equal offset in all frames takes the memory of one number, since damaged frame numbers may be
-    huge.
+    An offset that is equal in all frames takes the memory of one number, since damaged frame
+    numbers may be huge.
     """
     has(entry, "chain", "start", "stop", "offset_deg", "confidence", "open", "residual_deg")
     start, stop = frames(entry)
@@ -361,7 +361,7 @@ def interval_from_json(entry: Any) -> Interval:
 
 
 def _kind(entry: Any) -> Kind:
-    """Return a kind of error, which may be one of a later version."""
+    """Return a kind of error, which may come from a later version."""
     if not text(entry, "kind").strip():
         raise unexpected("a text", "kind", entry)
     if (kind := Kind(entry)) != entry:  # another spelling counts as damage
@@ -370,7 +370,7 @@ def _kind(entry: Any) -> Kind:
 
 
 def _offset(entry: Any, frames: int) -> Array:
-    """Return one number, or one a frame, in radians."""
+    """Return the offset in radians, given as one number or as one per frame."""
     listed = entry if isinstance(entry, list) else [entry]
     degrees = [number(one, "offset_deg", -DEGREES, DEGREES) for one in listed]
     if len(degrees) not in (1, frames):
@@ -379,7 +379,7 @@ def _offset(entry: Any, frames: int) -> Array:
 
 
 def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval under review as JSON data; kinds: as in :func:`interval_to_json`."""
+    """Return an interval under review as JSON data; kinds: see :func:`interval_to_json`."""
     return {
         "id": judged.id,
         **interval_to_json(judged.interval, kinds=kinds),
@@ -390,9 +390,9 @@ def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
 
 
 def judged_from_json(entry: Any, *, kinds: bool = False) -> Judged:
-    """Return an interval under review from JSON data; FormatError if it is damaged.
+    """Return an interval under review from JSON data; raise FormatError if it is damaged.
 
-    kinds: the kind is required also for a counter-twist.
+    kinds: True if the kind is required also for a counter-twist.
     """
     has(entry, "id", "decision", *(k for k in _JUDGED if k != "reason"), what="an interval")
     has(entry, *(("kind", "carried") if kinds else ()))

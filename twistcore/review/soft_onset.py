@@ -1,4 +1,4 @@
-"""Describe an error with a soft onset in words."""
+"""Describe in words an error with a soft onset."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BEGUN, THERE = 0.05, 0.9  # shares of the largest offset at which the onset begi
 
 
 def soft_onset(interval: Interval) -> str:
-    """Return how an error sets in, its size, and that size relative to its scale; '' for others."""
+    """Return how an error begins, its size, and the size relative to its scale; '' for others."""
     evidence = interval.evidence or {}
     if evidence.get("follows") != SOFT:
         return ""
@@ -31,7 +31,9 @@ def soft_onset(interval: Interval) -> str:
 
 
 def onset_frames(offset: Array) -> tuple[int, int]:
-    """Return the frames an offset, (frames,), takes to nearly reach its maximum, and to decay."""
+    """Return how many frames an offset, (frames,), takes to nearly reach its maximum, and to
+    decay.
+    """
     size = np.abs(offset)
     if not size.any():
         return 0, 0

@@ -91,14 +91,16 @@ class Chain:
 
     @property
     def label(self) -> str:
-        """Return the label in tables: 'Left ForeArm', with several people 'B · Left ForeArm'."""
+        """Return the label for tables: 'Left ForeArm', or 'B · Left ForeArm' if there are
+        several people.
+        """
         return f"{self.person} · {self.part}" if self.person else self.part
 
     @property
     def part(self) -> str:
         """Return the part of the body: 'Left ForeArm', or the joint's name if unknown.
 
-        For a bone in pieces the piece is added: 'Left Arm · upperarm02.L'.
+        For a bone in pieces, the piece is added: 'Left Arm · upperarm02.L'.
         """
         if not self.segment:
             return self.name
@@ -107,7 +109,7 @@ class Chain:
 
     @property
     def list_label(self) -> str:
-        """Return the label in a list of chains and limbs."""
+        """Return the label for a list that contains both chains and limbs."""
         return self.label
 
     def sliced(self, start: int, stop: int) -> Chain:
@@ -116,14 +118,14 @@ class Chain:
         return replace(self, axis=axis, arm=arm)
 
     def at(self, frames: NDArray[np.intp] | slice) -> Chain:
-        """Return the chain in the given frames only."""
+        """Return the chain at the given frames only."""
         axis, arm = (v if v.ndim == 1 else v[frames] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return P and its children: the joints that an error or its correction changes.
+        """Return P and its children, which are the joints that an error or its correction changes.
 
-        carried: only for limbs: True if the end turned along.
+        carried: only for limbs: True if the end of the limb turned with it.
         """
         del carried
         return self.parent, *skeleton.children[self.parent]
@@ -169,7 +171,7 @@ def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Cha
 
 
 def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
-    """Yield the chains of a limb whose bones have a length, in order."""
+    """Yield, in order, the chains of those bones of a limb that have a length."""
     below = [*(bone.child for bone in line.bones[1:]), line.below]
     for bone, grandchild in zip(line.bones, below, strict=True):
         # Pieces lie in one line: only C's own axis shows its turn about that line.
@@ -182,10 +184,10 @@ def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
 def make_chain(
     motion: Motion, parent: int, child: int, grandchild: int = -1, side: str = "", segment: str = ""
 ) -> Chain | None:
-    """Return the chain of three joints, or None if P→C has no length and so no axis.
+    """Return the chain of three joints, or None if P→C has no length and therefore no axis.
 
-    Without a grandchild b is, for a hand, the unit Z of C's frame [Choi26 §4.1.3] (or the axis of
-    C least parallel to a, if Z lies within 20° of it); for a foot its End Site.
+    Without a grandchild, b is for a hand the unit Z of C's frame [Choi26 §4.1.3], or the axis of C
+    least parallel to a if Z lies within 20° of it; for a foot, b points to its End Site.
     """
     skeleton = motion.skeleton
     warnings: list[str] = []
@@ -206,7 +208,7 @@ def make_chain(
 
 
 def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
-    """Group chains that change a joint in common, directly or through other chains.
+    """Group the chains that change a common joint, directly or through other chains.
 
     An error in one group changes nothing in another.
     """
@@ -231,10 +233,11 @@ def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...
 
 
 def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False) -> tuple[str, ...]:
-    """Return the joints that prevent a correction: changed, but without three rotation channels.
+    """Return the joints that prevent a correction: it changes them, but they cannot rotate freely.
 
-    Empty if the chain is correctable. carried: for a limb flip in which the end turned along, so
-    that its own rotation stays.
+    These joints lack three rotation channels; the result is empty if the chain is correctable.
+    carried: True for a limb flip in which the end turned with the limb, so that its own rotation
+    does not change.
     """
     skeleton = motion.skeleton
     rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)
@@ -249,8 +252,9 @@ _NAME, _LABELS = ("name",), ("label", "list_label")
 def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain:
     """Return the chain or limb with a name or label, as `twistcore info` lists them.
 
-    Case and spaces matter only if chains differ in nothing else. where: the clip, for messages.
-    Raises TwistError with similar names if none has the name, or with all that may be meant.
+    Case and spaces are ignored unless chains differ only in these. where: the clip, for messages.
+    Raises TwistError that lists similar names if no chain has the name, or all matching chains if
+    there are several.
     """
     chains = tuple(chains)
     for key, attributes in (
@@ -287,7 +291,7 @@ def _folded(name: str) -> str:
 
 
 def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
-    """Return chains by person, in the given order."""
+    """Return the chains by person, in the given order."""
     own: dict[str, list[SomeChain]] = {}
     for chain in chains:
         own.setdefault(chain.person, []).append(chain)
@@ -295,12 +299,17 @@ def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
 
 
 def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
-    """Return the chains' assumptions, each sentence once: two chains may share a joint."""
+    """Return the chains' assumptions, each sentence only once, since two chains may share a
+    joint.
+    """
     return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))
 
 
 def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
-    """Return the unit direction from its parent, (3,), (frames, 3) if varying, None at length 0."""
+    """Return the unit direction from a joint's parent to the joint; None if its length is 0.
+
+    The shape is (3,), or (frames, 3) if the direction varies.
+    """
     skeleton = motion.skeleton
     offset = bone_offset(motion, joint)
     if joint in motion.positioned and offset.ndim == 1:

@@ -1,7 +1,7 @@
-"""Twist bones next to the chain, as in Unreal rigs, which distribute the roll of a limb's bone.
+"""Twist bones next to a chain, as in Unreal rigs, which distribute the roll of a limb's bone.
 
 A helper is a child of the joint P of a bone, next to C, and turns about the bone. A helper that
-turns alone wrings the skin ("candy wrapper") although no joint of the limb is wrong.
+turns wrongly wrings the skin ("candy wrapper") although no joint of the limb is wrong.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ _IN_LINE = np.cos(np.radians(5.0))  # largest angle between a helper and the bon
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Helper(Chain):
-    """A twist bone next to a chain, with its own index instead of P's.
+    """A twist bone next to a chain, treated as a chain whose parent is the helper.
 
-    parent: the helper; child: C of the bone whose roll it distributes; axis: the bone's direction
-    in the coordinates of their common parent joint.
+    parent: index of the helper; child: C of the bone whose roll it distributes; axis: the bone's
+    direction in the coordinates of their common parent joint.
     """
 
     def __repr__(self) -> str:
@@ -39,7 +39,7 @@ class Helper(Chain):
 
     @property
     def list_label(self) -> str:
-        """Return the label in a list of chains and limbs."""
+        """Return the label for a list that contains chains and limbs."""
         return f"{self.label} · helper"
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
@@ -49,7 +49,7 @@ class Helper(Chain):
 
 
 def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
-    """Find the twist bones next to the bones of a body's limbs, in the bones' order."""
+    """Find the twist bones next to the bones of a body's limbs, in the order of the bones."""
     return tuple(
         helper
         for line in body.lines
@@ -59,7 +59,7 @@ def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
 
 
 def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator[Helper]:
-    """Yield helpers of one bone: leaves that lie on it, and children named as helpers."""
+    """Yield the helpers of one bone: leaves that lie on it, and children with a helper's name."""
     skeleton, parent, child = motion.skeleton, bone.parent, bone.child
     chain = make_chain(motion, parent, child, side=line.side, segment=bone.segment)
     if chain is None:
@@ -74,7 +74,7 @@ def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator
 
 
 def _lies_on(motion: Motion, joint: int, child: int) -> bool:
-    """True for a leaf strictly between the ends of the bone to `child`."""
+    """True for a leaf joint strictly between the two ends of the bone to `child`."""
     if motion.skeleton.children[joint]:
         return False
     place, bone = (bone_offset(motion, j).reshape(-1, 3).mean(axis=0) for j in (joint, child))

@@ -1,6 +1,6 @@
-"""Derive the side and the part of the body from joint names.
+"""Derive the side and the part of the body from the names of joints.
 
-Words and their meanings are in `joint_vocabulary.py`.
+The words and their meanings are in `joint_vocabulary.py`.
 """
 
 from __future__ import annotations
@@ -57,14 +57,14 @@ _LAST = 3  # the rank of a word that counts only if there is no other
 
 
 def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
-    """Return the meaning of each joint name of a skeleton, by default with built-in words."""
+    """Return the meaning of each joint name of a skeleton; the built-in words are the default."""
     return list(_understood(tuple(names), vocabulary or default_vocabulary()))
 
 
 def own_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
-    """Return the joints that a person's vocabulary names differently from the built-in one.
+    """Return the joints that a person's vocabulary interprets differently from the built-in one.
 
-    By joint, in the words of :func:`joint_as_said`.
+    The result maps joint names to words for :func:`joint_as_said`.
     """
     before, after = understood(names), understood(names, vocabulary)
     return {
@@ -82,7 +82,7 @@ def _said(joint: JointName) -> str:
 
 
 def is_helper(name: str) -> bool:
-    """True if a joint only distributes the twist of its bone."""
+    """True if a joint with this name only distributes the twist of its bone."""
     return understood([name])[0].helper
 
 
@@ -95,7 +95,7 @@ def _understood(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointNa
 
 
 def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """Return the meanings of names in the language that names most bones."""
+    """Return the meanings of the names in the language that recognises most bones."""
     found = _read(words, vocabulary)
     if _limb_words(found) >= _ENOUGH:
         return found
@@ -110,12 +110,12 @@ def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointN
 
 
 def _known(joints: Iterable[JointName]) -> int:
-    """Return the number of joints with a known name."""
+    """Return the number of joints whose name is known."""
     return sum(bool(joint.roles or joint.other or joint.trunk) for joint in joints)
 
 
 def _limb_words(joints: Iterable[JointName]) -> int:
-    """Return the number of different bones that are named."""
+    """Return the number of different bones that the names refer to."""
     return len({joint.word for joint in joints if joint.roles and not joint.helper})
 
 
@@ -144,7 +144,7 @@ class _Piece:
 
 
 def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """Return the meaning of each joint's words, first alone and then compared with the others."""
+    """Return the meaning of each joint's words, read alone and then compared with other joints."""
     numbers = [_number(w, vocabulary) for w in words]
     letters = [[w for w in joint if not w.isdigit()] for joint in words]
     pieces = [_pieces(joint, vocabulary) for joint in letters]
@@ -158,7 +158,7 @@ def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
 
 
 def _number(words: list[str], vocabulary: Vocabulary) -> str:
-    """Return all digits, except after the rig's own prefix: Bip01."""
+    """Return all digits of a name except those of the rig's own prefix, such as Bip01."""
     out = ""
     for k, word in enumerate(words):
         if word.isdigit():
@@ -171,7 +171,7 @@ def _number(words: list[str], vocabulary: Vocabulary) -> str:
 
 
 def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
-    """Return a name's words, with phrases joined and compounds split."""
+    """Return the words of a name, with phrases joined and compounds split."""
     split: list[_Piece] = []
     for word in words:
         split += _sides_off(folded(word), word.isupper(), vocabulary)
@@ -197,7 +197,7 @@ def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
-    """Split a side off the beginning or end of a word, if it has one."""
+    """Split the word for a side off the beginning or end of a word, if there is one."""
     meaning = vocabulary.words.get(word)
     if meaning is not None:
         return [_Piece(word, meaning, upper)] if meaning.side else [_Piece(word, None, upper)]
@@ -210,7 +210,7 @@ def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _may_join(word: str, shortest: int) -> bool:
-    """True if a word may be found within another: not a short alphabetic word."""
+    """True if a word may be searched for within another; short alphabetic words may not."""
     return len(word) >= shortest or not _has_case(word)
 
 
@@ -219,7 +219,7 @@ def _has_case(word: str) -> bool:
 
 
 def _taken_apart(word: str, vocabulary: Vocabulary) -> list[_Piece]:
-    """Split a word into as few known words as possible; [] if a part is unknown."""
+    """Split a word into as few known words as possible; [] if some part is unknown."""
     if len(word) > _LONGEST:
         return []
     best: list[list[_Piece] | None] = [None] * (len(word) + 1)
@@ -245,7 +245,7 @@ def _taken_apart(word: str, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]]:
-    """Remove unknown first (0) or last (−1) words that most joints share, except sides."""
+    """Remove unknown first (place 0) or last (−1) words that most joints share, except sides."""
     while True:
         rest = [[p for p in joint if not p.side] for joint in pieces]
         ends = Counter(r[place].word for r in rest if len(r) > 1 and not r[place])
@@ -261,7 +261,10 @@ def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]
 
 
 def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabulary) -> list[str]:
-    """Return sides from words that mean a side only if the mirrored name has the other; else ''."""
+    """Return sides from words that count only if the mirrored name has the other word; or ''.
+
+    Such words mean a side only in pairs of mirrored names.
+    """
     out = [""] * len(pieces)
     for pair in vocabulary.pairs:
         seen: tuple[dict[Any, int], dict[Any, int]] = ({}, {})
@@ -315,7 +318,7 @@ def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
 
 
 def _side(pieces: list[_Piece]) -> str:
-    """Return the side; a word takes precedence over a letter, a capital over a small letter."""
+    """Return the side; a word has priority over a letter, and a capital over a small letter."""
     sides = [p for p in pieces if p.side]
     if len(sides) == len(pieces):
         return ""  # Xsens' L5 is a vertebra
@@ -324,9 +327,9 @@ def _side(pieces: list[_Piece]) -> str:
 
 
 def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName]:
-    """Resolve roles by comparing joints: drop the roles of words with a better one on that side.
+    """Choose roles by comparing joints: drop a role if another word on that side fits it better.
 
-    If a word has several meanings, the one that no other word of its side has comes first.
+    If a word has several meanings, a meaning that no other word of its side has comes first.
     """
     ranks = [_rank(p) for p in pieces]
     best: dict[tuple[str, str], int] = {}
@@ -358,7 +361,10 @@ def _without_roles(joint: JointName, pieces: list[_Piece]) -> JointName:
 
 
 def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
-    """Return joints with roles not certain for others first, and the certain (side, role) pairs."""
+    """Return the joints, likeliest roles first, and the (side, role) pairs that are certain.
+
+    Roles that are certain for another joint come last.
+    """
     out = list(joints)
     open_ = {k: list(joint.roles) for k, joint in enumerate(joints) if joint.roles}
     taken: set[tuple[str, str]] = set()
@@ -380,7 +386,7 @@ def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str
 
 
 def _rank(pieces: list[_Piece]) -> int:
-    """Return a name's distance from a plain name of known words; 0 for a plain name."""
+    """Return how far a name is from a plain name made of known words, which has rank 0."""
     if any(p.has("third") for p in pieces):
         return _LAST
     bare = [p for p in pieces if p or len(p.word) > 1]

@@ -1,4 +1,4 @@
-"""Words in joint names and their meanings: `joint_names.toml`, and a person's own file."""
+"""The words in joint names and their meanings: `joint_names.toml`, and a person's own file."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ class JointName:
     """The meaning of a joint's name.
 
     side: 'Left', 'Right' or ''; stem: the rest in lower-case letters, without accents; number: its
-    digits; roles: which of ROLES the word can mean, the likeliest first, () for none; helper: the
-    joint only distributes the twist of its bone; other: the joint is a part of the head or hand, or
-    something carried, and never part of an arm or leg; trunk: the joint is the pelvis, spine or
-    neck; word: the word with this meaning.
+    digits; roles: those of ROLES that the word can mean, the likeliest first, () for none; helper:
+    True if the joint only distributes the twist of its bone; other: True if the joint belongs to
+    the head or hand, or to something carried, and never to an arm or leg; trunk: True if the joint
+    is the pelvis, spine or neck; word: the word that has this meaning.
     """
 
     side: str
@@ -66,31 +66,31 @@ class JointName:
 
     @property
     def no_limb(self) -> bool:
-        """True for a part of the head or hand, or something carried."""
+        """True for a part of the head or hand, or of something carried."""
         return self.other
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """The meaning of a word; see `joint_names.toml`."""
+    """The meaning of a word; see `joint_names.toml` for the fields."""
 
     side: str = ""
     roles: tuple[str, ...] = ()
     marks: frozenset[str] = frozenset()  # 'sided', 'other', …
 
     def joined(self, other: Meaning) -> Meaning:
-        """Return both meanings joined, for a word in two lists."""
+        """Return the union of two meanings, for a word that is in two lists."""
         roles = tuple(dict.fromkeys(self.roles + other.roles))
         return Meaning(self.side or other.side, roles, self.marks | other.marks)
 
 
 @dataclass(frozen=True, eq=False)
 class Vocabulary:
-    """Words, in the form returned by `folded`, with their meanings.
+    """Words, in the form that `folded` returns, with their meanings.
 
-    pairs: words for left and right that mean it only on mirrored names; languages: vocabularies
-    whose words count only for a skeleton named entirely in that language; joints: a person's
-    meanings of single joints, by their whole names.
+    pairs: words for left and right that mean a side only in mirrored names; languages: vocabularies
+    whose words count only if the whole skeleton is named in that language; joints: a person's
+    meanings of single joints, by their full names.
     """
 
     words: Mapping[str, Meaning]
@@ -99,7 +99,7 @@ class Vocabulary:
     joints: Mapping[str, JointName] = field(default_factory=dict)
 
     def over(self, other: Vocabulary) -> Vocabulary:
-        """Return a vocabulary with the words of this one, and of `other` for missing words."""
+        """Return a vocabulary with this one's words, and those of `other` that are missing here."""
         return Vocabulary(
             {**other.words, **self.words},
             tuple(dict.fromkeys(self.pairs + other.pairs)),
@@ -109,18 +109,18 @@ class Vocabulary:
 
     @cached_property
     def with_languages(self) -> tuple[Vocabulary, ...]:
-        """Return this vocabulary combined with each of its languages."""
+        """Return this vocabulary combined with each of its languages in turn."""
         return tuple(language.over(self) for language in self.languages)
 
     @cached_property
     def longest(self) -> int:
-        """Return the number of letters of the longest word."""
+        """Return the number of letters in the longest word."""
         return max(map(len, self.words), default=0)
 
 
 @cache
 def default_vocabulary() -> Vocabulary:
-    """Return the words of `joint_names.toml` from `known_words.py`, which loads fast."""
+    """Return the words of `joint_names.toml`, loaded quickly from `known_words.py`."""
     from twistcore.skeleton.known_words import VOCABULARIES
 
     common, *languages = (Vocabulary(_meanings(groups), pairs) for groups, pairs in VOCABULARIES)
@@ -136,17 +136,22 @@ def _meanings(groups: Iterable[tuple[str, str, str, str]]) -> dict[str, Meaning]
 
 
 def default_words() -> Vocabulary:
-    """Read `joint_names.toml` itself; slower than :func:`default_vocabulary`."""
+    """Return the words read from `joint_names.toml`, slower than :func:`default_vocabulary`."""
     return _vocabulary(parsed_toml(DEFAULT_WORDS.read_bytes()))
 
 
 def read_vocabulary(path: Path) -> Vocabulary:
-    """Read a person's file on top of the default; raise TwistError or FormatError if damaged."""
+    """Return a person's words from a file, added to the default words.
+
+    Raises TwistError or FormatError if the file is damaged.
+    """
     return vocabulary_of(read_words(path))
 
 
 def read_words(path: Path) -> dict[str, Any]:
-    """Read and check a person's file of words; raise the errors of :func:`read_vocabulary`."""
+    """Read and check a person's file of words; raises the same errors as
+    :func:`read_vocabulary`.
+    """
     data = bytes_of(path)
     with saying(path):
         document = parsed_toml(data)
@@ -158,12 +163,12 @@ def read_words(path: Path) -> dict[str, Any]:
 
 
 def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
-    """Return a file's words on top of the default vocabulary; raise FormatError if damaged."""
+    """Return a file's words, added to the default words; raises FormatError if damaged."""
     return _vocabulary(words).over(default_vocabulary())
 
 
 class _WordsError(FormatError):
-    """An error in a file of words, and the words `at` which it is, to find the line."""
+    """An error in a file of words; `at`: the words near it, by which its line is found."""
 
     def __init__(self, message: str, *at: str) -> None:
         super().__init__(message)
@@ -171,7 +176,7 @@ class _WordsError(FormatError):
 
 
 def _place(data: bytes, at: tuple[str, ...]) -> str:
-    """Return 'line 7: ' for the first line that has all these words in order, or ''."""
+    """Return 'line 7: ' for the first line that contains these words in this order, or ''."""
     found = 0
     lines = data.decode("utf-8", "replace").splitlines()
     for word in at:
@@ -183,7 +188,7 @@ def _place(data: bytes, at: tuple[str, ...]) -> str:
 
 
 def folded(word: str) -> str:
-    """Return lower-case letters without accents, full and half width unified."""
+    """Return a word in lower case, without accents, and with full-width letters made half-width."""
     if word.isascii():
         return word.lower()
     plain = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", word).casefold())
@@ -192,7 +197,7 @@ def folded(word: str) -> str:
 
 
 def _vocabulary(document: Mapping[str, Any]) -> Vocabulary:
-    """Return the vocabulary of a document; raise FormatError if it is damaged."""
+    """Return the vocabulary in a parsed document; raise FormatError if it is damaged."""
     words: dict[str, Meaning] = {}
     pairs: list[tuple[str, str]] = []
     languages: list[Vocabulary] = []
@@ -244,7 +249,9 @@ def _table(
 
 
 def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
-    """Return `check` of a table's value; raise _WordsError with its place on failure."""
+    """Return `check` applied to a table's value; raise a _WordsError with its position if it
+    fails.
+    """
     try:
         return check(value, key)
     except FormatError as error:
@@ -270,14 +277,16 @@ def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
 
 
 def _phrase(words: str) -> str:
-    """Return a phrase in the form that is looked up: as one word."""
+    """Return a phrase in the form in which it is looked up: as one word."""
     if words.isascii():
         return "".join(filter(str.isalnum, words)).lower()
     return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")
 
 
 def _without_side(phrase: str) -> str:
-    """Return a phrase without 'left' or 'right' at an end: a person may give a whole name."""
+    """Return a phrase without 'left' or 'right' at its ends, since a person may give a full
+    name.
+    """
     for side in _SIDES:
         rest = phrase.removeprefix(side).removesuffix(side)
         if rest:
@@ -286,7 +295,7 @@ def _without_side(phrase: str) -> str:
 
 
 def _own_joints(table: Mapping[str, Any]) -> dict[str, JointName]:
-    """Return a person's meanings of single joints, by name."""
+    """Return a person's meanings of single joints, by joint name."""
     return {name: _checked(_as_said, said, "joints", name) for name, said in table.items()}
 
 
@@ -297,7 +306,7 @@ def _as_said(said: Any, name: str) -> JointName:
 def joint_as_said(name: str, said: str) -> JointName:
     """Return the meaning of a person's word for a joint: 'left hand', 'helper', 'other', 'unknown'.
 
-    Raises FormatError for other words.
+    Raises FormatError for any other word.
     """
     words = said.casefold().split()
     side = _SIDES[words.pop(0)] if words and words[0] in _SIDES else ""

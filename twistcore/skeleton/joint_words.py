@@ -13,7 +13,7 @@ _ENCODINGS = ("cp932", "gb18030", "cp949", "cp1251", "latin-1")
 
 
 def words_of(name: str) -> list[str]:
-    """Return runs of letters or digits, as written, without namespaces, paths and brackets."""
+    """Return the runs of letters or digits in a name, without namespaces, paths and brackets."""
     plain = "".join(
         c for c in unicodedata.normalize("NFKC", name) if unicodedata.category(c) != "Cf"
     )
@@ -48,7 +48,7 @@ def _runs(name: str) -> list[str]:
 
 
 def _is_side_and_letter(capitals: str) -> bool:
-    """True if two capitals before a word are a side and its first letter: LUArm, RFArm."""
+    """True if two capitals before a word are a side and the word's first letter: LUArm, RFArm."""
     return len(capitals) == 2 and capitals[0] in "LR"
 
 
@@ -65,10 +65,10 @@ def _kind(c: str) -> str:
 
 
 def decodings(names: Sequence[str]) -> list[tuple[str, ...]]:
-    """Return the names in the encodings in which they may have been written.
+    """Return the names decoded in each encoding in which they may have been written.
 
     A byte outside UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). Names
-    without any are returned unchanged.
+    without such bytes are returned unchanged.
     """
     if not any(_is_byte(c) for name in names if not name.isascii() for c in name):
         return [tuple(names)]

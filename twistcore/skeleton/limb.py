@@ -1,4 +1,4 @@
-"""Limbs of three joints: a flip turns them about the line from their first joint to their end.
+"""Limbs of three joints, which a flip turns about the line from their first joint to their end.
 
 The angle of the middle joint about that line is the *swivel angle* of inverse kinematics.
 """
@@ -50,22 +50,24 @@ class Limb(Chain):
 
     @property
     def end(self) -> int:
-        """Return E, the joint whose place a flip does not change."""
+        """Return E, the joint whose position a flip does not change."""
         return self.grandchild
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return P, and E unless it was carried: a flip does not change C's own rotation."""
+        """Return P and, unless it was carried, E; a flip does not change C's own rotation."""
         del skeleton
         return (self.parent,) if carried else (self.parent, self.end)
 
     @property
     def part(self) -> str:
-        """Return the limb: 'Left arm', or the joints' names if the limb is unknown."""
+        """Return the name of the limb: 'Left arm', or the names of its joints if unknown."""
         return f"{self.side} {_SEGMENTS[self.segment]}" if self.segment else self.name
 
     @property
     def list_label(self) -> str:
-        """Return a label that differs clearly from the chain 'Right Leg': 'Right leg · limb'."""
+        """Return a label that is clearly different from the chain 'Right Leg': 'Right leg ·
+        limb'.
+        """
         return f"{self.label} · limb"
 
     @property
@@ -126,7 +128,10 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
 
 
 def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
-    """Yield chains over a whole bone and the next, P to C to E; line: chains of one limb."""
+    """Yield chains from P over C to E, each spanning a whole bone and the next one.
+
+    line: the chains of one limb.
+    """
     by_parent = {c.parent: c for c in line}
     inner = {c.child for c in line if not c.ends}
     for chain in line:
@@ -140,7 +145,7 @@ def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
 
 
 def _last_piece(chain: Chain, by_parent: Mapping[int, Chain]) -> Chain:
-    """Return the chain of a bone's last piece; chain: of its first piece."""
+    """Return the chain of the last piece of a bone; chain: the chain of its first piece."""
     while not chain.ends and chain.child in by_parent:
         chain = by_parent[chain.child]
     return chain
@@ -155,7 +160,10 @@ def joint_path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
 
 
 def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
-    """Return C and E relative to P, in the frame of P's parent, (frames, 3) each, file's unit."""
+    """Return the positions of C and E relative to P, each (frames, 3), in the file's unit.
+
+    They are in the frame of P's parent.
+    """
     upper = joint_path(motion.skeleton, limb.parent, limb.child)
     lower = joint_path(motion.skeleton, limb.child, limb.end)
     to_end = along(motion, lower)
@@ -167,7 +175,7 @@ def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
 
 
 def along(motion: Motion, joints: Sequence[int]) -> Array:
-    """Return the last joint's place in the frame of the first joint's parent, (frames, 3)."""
+    """Return the last joint's position in the frame of the first joint's parent, (frames, 3)."""
     place = np.zeros((motion.frames, 3))
     for joint in joints[::-1]:
         if joint != joints[-1]:
@@ -177,7 +185,7 @@ def along(motion: Motion, joints: Sequence[int]) -> Array:
 
 
 def as_limb(motion: Motion, chain: Chain) -> Limb:
-    """Return the three joints of a chain as a limb."""
+    """Return the limb that consists of the three joints of a chain."""
     names = motion.skeleton.names
     name = f"{names[chain.parent]}-{names[chain.grandchild]}"
     fields = {k: v for k, v in vars(chain).items() if k != "name"}
@@ -185,7 +193,7 @@ def as_limb(motion: Motion, chain: Chain) -> Limb:
 
 
 def bones(motion: Motion, chain: Chain) -> tuple[float, float]:
-    """Return the lengths of P to C and of C to E."""
+    """Return the lengths of the bones from P to C and from C to E."""
     upper = joint_path(motion.skeleton, chain.parent, chain.child)
     lower = joint_path(motion.skeleton, chain.child, chain.grandchild)
     return _length(motion, upper), _length(motion, lower)

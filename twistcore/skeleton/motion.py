@@ -71,7 +71,7 @@ class Skeleton:
 
     @cached_property
     def end_offsets(self) -> dict[int, Array]:
-        """Return the offset of each joint's first End Site, if any, (3,) by joint."""
+        """Return the offset of the first End Site of each joint that has one, (3,) by joint."""
         return {joint: np.array(offset) for joint, offset in reversed(self.ends)}
 
     @cached_property
@@ -85,7 +85,7 @@ class Skeleton:
 
     @cached_property
     def height(self) -> float:
-        """Return the rest pose's largest extent along an axis in the file's unit; never 0."""
+        """Return the largest extent of the rest pose along an axis, in the file's unit; never 0."""
         rest = np.zeros((len(self), 3))
         for joint, parent in enumerate(self.parents):
             rest[joint] = self.offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
@@ -95,7 +95,7 @@ class Skeleton:
         return extent if extent > 0.0 else 1.0
 
     def index(self, name: str) -> int:
-        """Return the index of a joint by name; raise KeyError if there is none."""
+        """Return the index of the joint with a name; raise KeyError if there is none."""
         try:
             return self.names.index(name)
         except ValueError:
@@ -158,7 +158,7 @@ class Motion:
 
     @property
     def times(self) -> Array:
-        """Return the times of the frames in seconds from the first, (frames,)."""
+        """Return the time of each frame in seconds from the first frame, (frames,)."""
         return np.arange(self.frames, dtype=np.float64) * self.frame_time
 
     @cached_property
@@ -166,29 +166,32 @@ class Motion:
         return {joint: place for place, joint in enumerate(self.positioned)}
 
     def translation(self, joint: int) -> Array:
-        """Return the translation from the parent: (3,) from OFFSET, (frames, 3) from channels."""
+        """Return a joint's translation from its parent.
+
+        The shape is (3,) if it comes from OFFSET, (frames, 3) if it comes from channels.
+        """
         if (place := self._places.get(joint)) is not None:
             return self.positions[:, place]
         offset: Array = self.skeleton.offsets[joint]
         return offset
 
     def with_rotations(self, rotations: Array) -> Motion:
-        """Return the motion with other local rotations, shape (frames, joints, 4)."""
+        """Return the motion with different local rotations, shape (frames, joints, 4)."""
         return replace(self, rotations=rotations)
 
     def at(self, frames: NDArray[np.intp]) -> Motion:
-        """Return a motion of the given frames."""
+        """Return the motion at the given frames only."""
         return replace(self, rotations=self.rotations[frames], positions=self.positions[frames])
 
     def sliced(self, start: int, stop: int) -> Motion:
-        """Return frames [start, stop)."""
+        """Return the motion in frames [start, stop)."""
         return replace(
             self, rotations=self.rotations[start:stop], positions=self.positions[start:stop]
         )
 
 
 class HasMotion(Protocol):
-    """A clip, or anything else with a motion."""
+    """A clip, or any other object with a motion."""
 
     @property
     def motion(self) -> Motion:
@@ -197,7 +200,7 @@ class HasMotion(Protocol):
 
 
 def motion_of(clip: Motion | HasMotion) -> Motion:
-    """Return the motion of a clip, or the motion itself; TypeError for anything else."""
+    """Return the motion of a clip, or the motion itself; raise TypeError for anything else."""
     motion = clip if isinstance(clip, Motion) else getattr(clip, "motion", None)
     if isinstance(motion, Motion):
         return motion
@@ -205,9 +208,9 @@ def motion_of(clip: Motion | HasMotion) -> Motion:
 
 
 def once_a_motion(work: Callable[[Motion], Known]) -> Callable[[Motion], Known]:
-    """Cache a function's result for each motion as long as the motion exists.
+    """Cache a function's result for each motion, for as long as the motion exists.
 
-    The same object is returned each time, so callers must not change it. The object must not refer
+    Each call returns the same object, so callers must not change it. The object must not refer
     to the motion, which would then never be released.
     """
     known: WeakKeyDictionary[Motion, Known] = WeakKeyDictionary()
@@ -223,7 +226,7 @@ def once_a_motion(work: Callable[[Motion], Known]) -> Callable[[Motion], Known]:
 
 
 def check_motion(thing: object) -> None:
-    """Raise TypeError for anything but a motion; for a clip, the message names its motion."""
+    """Raise TypeError for anything but a motion; for a clip, the message points to its motion."""
     if not isinstance(thing, Motion):
         inside = isinstance(getattr(thing, "motion", None), Motion)
         its = "; use its .motion" if inside else ""
@@ -253,7 +256,10 @@ def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
 
 
 def _descend(q: Array, p: Array, level: NDArray[np.int64], above: NDArray[np.int64]) -> None:
-    """Turn local into global for joints of one depth, in place; q: (4, joints, n), p: (3, …)."""
+    """Convert local to global values for the joints of one depth, in place.
+
+    q: (4, joints, n), p: (3, joints, n); above: the parents' indices.
+    """
     aw, ax, ay, az = q[:, above]
     bw, bx, by, bz = q[:, level]
     q[0, level] = aw * bw - ax * bx - ay * by - az * bz

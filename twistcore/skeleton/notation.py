@@ -48,10 +48,10 @@ UNSEEN = 3.0  # steps of written angles: a smaller error may be rounding
 
 
 def angle_step(angles: Iterable[Array]) -> float:
-    """Return the step of a clip's written angles, radians; 0 if finer than 0.1°.
+    """Return the step size of a clip's written angles, radians; 0 if it is finer than 0.1°.
 
-    angles: joint by joint, degrees, (frames, channels). Only angles that differ from the previous
-    frame count, since unchanged ones such as 0 fit any step.
+    angles: one array per joint, degrees, (frames, channels). Only angles that differ from the
+    previous frame count, since constant ones such as 0 fit any step.
     """
     told = np.zeros(len(STEPS), dtype=np.int64)
     many = 0
@@ -80,10 +80,11 @@ def _middle(frames: int) -> slice:
 
 @dataclass(frozen=True, eq=False)
 class DistinctFrames:
-    """The frames that determine a clip: distinct frames, or linear keys.
+    """The frames that determine a clip: the frames that are not repeated, or the linear keys.
 
-    motion: these frames only, at their own rate; first: the frame of each in the clip, (kept,);
-    frames: number of frames of the clip; even: True if motion between them is linear, not held.
+    motion: the motion in these frames only, at their own rate; first: index of each in the clip,
+    (kept,); frames: number of frames of the clip; even: True if the motion between them is linear,
+    False if it is held.
     """
 
     motion: Motion
@@ -93,32 +94,36 @@ class DistinctFrames:
 
     @property
     def too_few(self) -> bool:
-        """True if there are too few keys per second to tell an error from motion."""
+        """True if there are too few keys per second to distinguish an error from motion."""
         return self.even and self.motion.fps < FEWEST_A_SECOND
 
     @property
     def smallest(self) -> float:
-        """Return the least τ that tells an error from motion between keys, radians; 0 if held."""
+        """Return the lowest τ, in radians, that distinguishes an error from motion between keys.
+
+        It is 0 if frames are held.
+        """
         return BETWEEN_KEYS / self.motion.fps if self.even else 0.0
 
     def begin(self, kept: int) -> int:
-        """Return the first clip frame changed by an interval that begins with a kept frame."""
+        """Return the first frame of the clip changed by an interval that begins at a kept frame."""
         if self.even and kept:
             return int(self.first[kept - 1]) + 1
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def end(self, kept: int) -> int:
-        """Return the clip frame after an interval that ends before a kept frame."""
+        """Return the first frame of the clip after an interval that ends before a kept frame."""
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def of(self, frame: int) -> int:
-        """Return the kept frame that a clip frame repeats or follows."""
+        """Return the kept frame that a frame of the clip repeats or follows."""
         return max(0, int(np.searchsorted(self.first, frame, side="right")) - 1)
 
     def spread(self, start: int, offset: Array) -> Array:
-        """Return an offset over kept frames [start, start + n) in all clip frames that it changes.
+        """Return an offset over kept frames [start, start + n) for all clip frames that it changes.
 
-        Radians. Held with its frame, or linear from 0 at the previous key to 0 at the next key.
+        The offset is in radians. It is held with its frame or, between linear keys, grows linearly
+        from 0 at the previous key and falls to 0 at the next key.
         """
         stop = start + len(offset)
         if not self.even:
@@ -136,10 +141,10 @@ class DistinctFrames:
 
 @once_a_motion
 def without_held(motion: Motion) -> DistinctFrames | None:
-    """Return the motion without repeated frames if most are repeated by a rule, else None.
+    """Return the motion without repeated frames if most are repeated by a rule, or None.
 
     A frame that differs in any way from the previous one is kept, so that an error begins in its
-    own frame. While the figure is still, the frames are kept that the rule would keep.
+    own frame. While the figure is still, those frames are kept that the rule would keep.
     """
     starts = _run_starts(motion.rotations[_middle(motion.frames)])
     if _held_often(starts) is None:
@@ -159,13 +164,13 @@ def without_held(motion: Motion) -> DistinctFrames | None:
 
 
 def _run_starts(rotations: Array) -> Frames:
-    """Return the first frames of runs of equal frames, and the end, (runs + 1,)."""
+    """Return the first frame of every run of equal frames, and the end, (runs + 1,)."""
     differs = (rotations[1:] != rotations[:-1]).any(axis=(1, 2))
     return np.concatenate([[0], np.flatnonzero(differs) + 1, [len(rotations)]]).astype(np.intp)
 
 
 def _held_often(starts: Frames) -> float | None:
-    """Return the usual length of runs of equal frames; None if they follow no rule."""
+    """Return the usual length of the runs of equal frames; None if they follow no rule."""
     lengths = np.diff(starts)
     if len(lengths) < FEWEST_HELD or len(lengths) > (1.0 - HELD_SHARE) * starts[-1]:
         return None
@@ -183,7 +188,7 @@ def _held_often(starts: Frames) -> float | None:
 
 @dataclass(frozen=True)
 class Keys:
-    """Linear keys: one every `spacing` frames, the first in frame `first`."""
+    """Linear keys: one every `spacing` frames, the first one at frame `first`."""
 
     spacing: int
     first: int
@@ -194,7 +199,7 @@ class Keys:
         return mask
 
     def alone(self, motion: Motion) -> DistinctFrames:
-        """Return the keys of a motion; its first frame counts as a key too."""
+        """Return the motion reduced to its keys; the first frame counts as a key, too."""
         first = np.flatnonzero(self.mask(motion.frames))
         if first[0] > 0:
             first = np.concatenate([[0], first])
@@ -206,8 +211,9 @@ class Keys:
 def linear_keys(motion: Motion) -> Keys | None:
     """Return the keys between which all joints turn evenly; None if there are none.
 
-    The pace of joints changes at keys and hardly between them: folded over n frames, one frame has
-    nearly all changes of pace. Errors, cuts and a rest pose at the start are outvoted.
+    The speed of the joints changes at keys and hardly between them: folded over n frames, one frame
+    has nearly all changes of speed. The many keys outweigh errors, cuts and a rest pose at the
+    start.
     """
     middle = _middle(motion.frames)
     q = motion.rotations[middle]
@@ -243,7 +249,7 @@ def linear_keys(motion: Motion) -> Keys | None:
 
 
 def notation_notes(motion: Motion) -> tuple[Note, ...]:
-    """Return sentences about the recognised notation."""
+    """Return sentences about the notation that was recognised."""
     said = []
     if motion.angle_step:
         step = math.degrees(motion.angle_step)

@@ -15,7 +15,7 @@ RESTLESS_CLIP = "restless"  # too many lone jumps for any find to be sure
 
 @dataclass(frozen=True)
 class Note:
-    """A sentence about a clip; kind: a short word shared by notes on the same subject."""
+    """A sentence about a clip; kind: a short word that notes on the same subject share."""
 
     kind: str
     text: str
@@ -24,5 +24,5 @@ class Note:
         return self.text
 
     def to_json(self) -> dict[str, str]:
-        """Return the note's fields by name."""
+        """Return the note's fields by their names."""
         return {"kind": self.kind, "text": self.text}

@@ -37,10 +37,10 @@ _LATEST = 8  # people to whom another limb may belong
 
 @dataclass(frozen=True)
 class Person:
-    """A person in a skeleton; `name` is '' for the only person.
+    """One of the people in a skeleton; `name` is '' if there is only one.
 
-    joints: indices in file order; words: the joints' names, in the same order, without the person's
-    mark.
+    joints: indices in file order; words: the joints' names, in the same order, without the part
+    that identifies the person.
     """
 
     name: str
@@ -50,7 +50,7 @@ class Person:
 
 @dataclass(frozen=True)
 class _Mark:
-    """The part of names that distinguishes a person from others; '' for none."""
+    """The part of joint names that distinguishes a person from the others; '' for none."""
 
     namespace: str = ""
     affix: str = ""
@@ -61,8 +61,8 @@ class _Mark:
 class _Top:
     """A joint with all joints below it.
 
-    words: its joints' names without the mark; limbs: (side, 'hand' or 'foot') of each limb with a
-    known name of its end.
+    words: these joints' names without the person's mark; limbs: (side, 'hand' or 'foot') of each
+    limb whose end has a known name.
     """
 
     joint: int
@@ -94,9 +94,9 @@ def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
 
 
 def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]:
-    """Return the meaning of each joint's name without its person's mark.
+    """Return the meaning of each joint's name, read without its person's mark.
 
-    Joints above several people belong to nobody, and their names are read as written.
+    Joints above several people belong to no person, and their names are read as written.
     """
     names = [JointName("", "", "")] * len(skeleton)
     for person in people:
@@ -111,7 +111,10 @@ def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]
 def _split(
     skeleton: Skeleton, begin: Sequence[int], sizes: Sequence[int], levels: int = _LEVELS
 ) -> list[list[_Top]]:
-    """Split sibling joints and their subtrees into people, each a list of tops; empty if no two."""
+    """Split sibling joints and their subtrees into people, each a list of tops.
+
+    The result is empty if there are not at least two people.
+    """
     begin = [joint for joint in begin if sizes[joint] >= _SHORTEST]
     while len(begin) == 1:
         begin = [c for c in skeleton.children[begin[0]] if sizes[c] >= _SHORTEST]
@@ -130,7 +133,7 @@ def _split(
 
 
 def _with_equal_limbs(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Group tops into people by limbs; tops with different limbs and the same mark are one person.
+    """Group tops into people by their limbs; tops with different limbs and the same mark are one.
 
     A single limb next to a person is not another person, unless it has its own root.
     """
@@ -157,7 +160,9 @@ def _limbs_of(tops: Sequence[_Top]) -> frozenset[tuple[str, str]]:
 
 
 def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Return people whose hands and feet have unknown names: roots, or similarly named joints."""
+    """Return people whose hands and feet have unknown names: roots, or joints with similar
+    names.
+    """
     figures = [top for top in tops if _is_figure(skeleton, top)]
     if len(figures) < 2 or sum(len(t.joints) for t in figures) < _EVERY * len(skeleton):
         return []
@@ -167,7 +172,7 @@ def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]
 
 
 def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
-    """True if long lines start from two joints, as legs from the hips and arms from the chest."""
+    """True if long lines start from two of its joints, as legs from hips and arms from a chest."""
     if len(top.joints) < _FEWEST:
         return False
     leave, own = [], set(top.joints)
@@ -183,13 +188,13 @@ def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
 
 
 def _likeness(one: _Top, other: _Top) -> float:
-    """Return the share of words that both have."""
+    """Return the fraction of the words that both have."""
     a, b = Counter(one.words), Counter(other.words)
     return (a & b).total() / (a | b).total()
 
 
 def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
-    """Return sibling joints with their subtrees, their marks and their limbs."""
+    """Return sibling joints with their subtrees, each with its mark and its limbs."""
     below = [_all_below(skeleton, joint) for joint in begin]
     marks = _marks([[skeleton.names[j] for j in joints] for joints in below])
     return [
@@ -201,7 +206,7 @@ def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
 def _limbs(
     skeleton: Skeleton, joints: Sequence[int], names: Sequence[JointName]
 ) -> frozenset[tuple[str, str]]:
-    """Return hands and feet with two joints of their side above them, as (side, kind)."""
+    """Return the hands and feet that have two joints of their side above them, as (side, kind)."""
     above: dict[int, Counter[str]] = {-1: Counter()}  # joints from the top down, by side
     found = set()
     for joint, name in zip(joints, names, strict=True):
@@ -234,7 +239,7 @@ def _all_below(skeleton: Skeleton, joint: int) -> tuple[int, ...]:
 
 
 def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
-    """Return a name for each person: its mark, its first joint's name, or a number."""
+    """Return a name for each person: the mark, the name of the first joint, or a number."""
     own = [min(group, key=lambda top: top.joint).words[0] for group in groups]
     names = [group[0].mark.namespace or group[0].mark.affix for group in groups]
     if known := next(filter(None, names), ""):
@@ -252,7 +257,10 @@ def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
 
 
 def _before(name: str, names: Sequence[str]) -> str:
-    """Return the preceding name: 'A' for 'B', '1' for '2', 'P1' for 'P2'; '' if none or taken."""
+    """Return the name that precedes another: 'A' for 'B', '1' for '2', 'P1' for 'P2'.
+
+    The result is '' if there is none or if it is taken.
+    """
     found = ""
     if len(name) == 1 and name.isalpha():
         found = chr(ord(name) - 1)
@@ -264,7 +272,7 @@ def _before(name: str, names: Sequence[str]) -> str:
 
 
 def _marks(names: Sequence[Sequence[str]]) -> list[tuple[_Mark, tuple[str, ...]]]:
-    """Return each group's mark that other groups lack, and its names without the mark."""
+    """Return for each group the mark that distinguishes it, and its names without the mark."""
     spaces, numbers, bare = [], [], []
     for group in names:
         parts = [_NUMBERED.fullmatch(name) for name in group]
@@ -294,13 +302,16 @@ def _marks(names: Sequence[Sequence[str]]) -> list[tuple[_Mark, tuple[str, ...]]
 
 
 def _of_most(values: Sequence[str]) -> str:
-    """Return the value that most entries have, or ''."""
+    """Return the value that most entries share, or ''."""
     value, count = Counter(values).most_common(1)[0]
     return value if count >= _MOST * len(values) else ""
 
 
 def _shared_words(names: Sequence[str], step: int) -> list[str]:
-    """Return words that most names begin with (step 1) or end with (step −1), outermost first."""
+    """Return the words that most names begin with (step 1) or end with (step −1).
+
+    The outermost word comes first.
+    """
     words = [_WORD.findall(name)[::step] for name in names]
     shared: list[str] = []
     while True:
@@ -313,7 +324,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """Return the number of first words that all runs share; 0 for a single run."""
+    """Return how many first words all runs have in common; 0 for a single run."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1
@@ -321,14 +332,16 @@ def _in_common(runs: Sequence[Sequence[str]]) -> int:
 
 
 def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
-    """Return a person's name from words in reading order: 'B', or 'Person1' instead of '1'."""
+    """Return a person's name made of words in reading order: 'B', or 'Person1' instead of '1'."""
     if words and shared and all(word.isdigit() for word in words):
         words = [shared[-1], *words]
     return "".join(words)
 
 
 def _without(name: str, words: Sequence[str], keep: int, step: int) -> str:
-    """Remove words from a name's beginning (step 1) or end (−1), except the outermost `keep`."""
+    """Remove words from the beginning (step 1) or end (−1) of a name, except the outermost
+    `keep`.
+    """
     spans = [found.span() for found in _WORD.finditer(name)][::step]
     own = [name[a:b] for a, b in spans]
     if len(words) == keep or own[: len(words)] != list(words) or len(own) == len(words):

@@ -1,4 +1,4 @@
-"""A person's changes to the chains of a skeleton: added and removed ones."""
+"""A person's changes to the chains of a skeleton: chains that were added or removed."""
 
 from __future__ import annotations
 
@@ -63,11 +63,13 @@ class OwnChain:
 
     @property
     def name(self) -> str:
-        """Return the first joint's name, or for a limb the names of both ends."""
+        """Return the name of the first joint, or for a limb the names of both its ends."""
         return f"{self.joints[0]}-{self.joints[-1]}" if self.limb else self.joints[0]
 
     def made(self, motion: Motion) -> Chain:
-        """Return the chain or limb in a motion; raise TwistError with the reason if impossible."""
+        """Return the chain or limb in a motion; raise TwistError with the reason if that is
+        impossible.
+        """
         if len(self.joints) not in ((3,) if self.limb else (2, 3)):
             number = "three" if self.limb else "two or three"
             raise TwistError(f"expected {number} joints, found {len(self.joints)}")
@@ -128,19 +130,23 @@ class Rig:
         return bool(self.add or self.remove or self.names)
 
     def body(self, motion: Motion) -> Body:
-        """Return the limbs of a motion with these joint names."""
+        """Return the limbs of a motion, with the rig's joint names applied."""
         return find_body(motion, said=self.names)
 
     def with_names(self, names: Mapping[str, str]) -> Rig:
-        """Return the rig with the meanings of joints in `names`; raise FormatError if unknown."""
+        """Return the rig with the joint meanings in `names`; raise FormatError if one is
+        unknown.
+        """
         for joint, said in names.items():
             joint_as_said(joint, said)
         return replace(self, names=dict(names))
 
     def chains(self, motion: Motion) -> tuple[Chain, ...]:
-        """Return the chains of a motion and then its limbs, found ones first.
+        """Return the chains of a motion, followed by its limbs; in each group the found ones come
+        first.
 
-        Raises TwistError if the skeleton lacks such joints or chains, or if a name would repeat.
+        Raises TwistError if the skeleton lacks the named joints or chains, or if a name would
+        repeat.
         """
         found = self._found(motion)
         names = {chain.name for chain in found}
@@ -161,9 +167,9 @@ class Rig:
         return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
 
     def with_chain(self, motion: Motion, own: OwnChain) -> Rig:
-        """Return the rig with one more chain; a removed found chain is restored.
+        """Return the rig with one more chain; a found chain that was removed is restored.
 
-        Raises TwistError if the joints are no chain or the name is taken.
+        Raises TwistError if the joints do not form a chain or the name is taken.
         """
         made = own.made(motion)
         for chain in self._found(motion):
@@ -174,14 +180,14 @@ class Rig:
         return rig
 
     def without(self, name: str) -> Rig:
-        """Return the rig without an existing chain or limb, by name."""
+        """Return the rig without an existing chain or limb, given by its name."""
         left = tuple(own for own in self.add if own.name != name)
         if len(left) < len(self.add):
             return replace(self, add=left)
         return replace(self, remove=(*self.remove, name))
 
     def own(self, name: str) -> OwnChain | None:
-        """Return the chain added under a name; None for a found chain."""
+        """Return the chain that was added with a name; None for a found chain."""
         return next((own for own in self.add if own.name == name), None)
 
     def _found(self, motion: Motion) -> tuple[Chain, ...]:
@@ -203,7 +209,7 @@ AS_FOUND = Rig()
 
 
 def skeleton_mark(skeleton: Skeleton) -> str:
-    """Return the SHA-256 of joint names and parents, which all clips of a rig share."""
+    """Return the SHA-256 of the joint names and parents, which all clips of a rig share."""
     import hashlib  # slow to load; few commands need it
 
     text = json.dumps([list(skeleton.names), skeleton.parents.tolist()])
@@ -211,14 +217,14 @@ def skeleton_mark(skeleton: Skeleton) -> str:
 
 
 def rig_to_json(rig: Rig) -> dict[str, Any]:
-    """Return added and removed chains in a session's form."""
+    """Return the added and removed chains in the form used in a session."""
     entries = [{"joints": list(o.joints)} | ({"kind": "limb"} if o.limb else {}) for o in rig.add]
     document: dict[str, Any] = {"add": entries, "remove": list(rig.remove)}
     return document | ({"names": dict(rig.names)} if rig.names else {})
 
 
 def rig_from_json(entry: Any) -> Rig:
-    """Return the rig in a session; raise FormatError if it is damaged."""
+    """Return the rig stored in a session; raise FormatError if it is damaged."""
     rig = has(entry, what="rig")
     add, remove = read_each(rig.get("add", []), "add", _own_from_json), rig.get("remove", [])
     names = {k: text(v, k) for k, v in has(rig.get("names", {}), what="names").items()}
@@ -226,7 +232,7 @@ def rig_from_json(entry: Any) -> Rig:
 
 
 def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
-    """Write a TOML file for :func:`read_rig` atomically; raise OSError."""
+    """Write a TOML file for :func:`read_rig` atomically; raises OSError."""
     lines = [
         f"# Chains of a rig, for twistcore --rig, made on {legible(source)}.",
         f'skeleton = "{skeleton_mark(skeleton)}"',
@@ -297,9 +303,10 @@ def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
 
 
 def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
-    """Return the chain with b to a joint below C that is not its child.
+    """Return the chain with b pointing to a joint below C that is not C's child.
 
-    b varies by frame if the joints between them bend. Without length, there is no grandchild.
+    b varies from frame to frame if the joints between them bend. If b has no length, the chain has
+    no grandchild.
     """
     bone = along(motion, joint_path(motion.skeleton, chain.child, grandchild))
     if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:

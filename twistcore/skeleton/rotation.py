@@ -17,7 +17,7 @@ _AXIS_INDEX = {"X": 0, "Y": 1, "Z": 2}
 
 
 def wrap(angle: ArrayLike) -> Array:
-    """Move an angle by full turns into (−π, π], same shape."""
+    """Add full turns to an angle to bring it into (−π, π]; the shape is kept."""
     a = np.asarray(angle, dtype=np.float64)
     if a.size < 64:
         return _wrap(a)
@@ -29,7 +29,10 @@ def wrap(angle: ArrayLike) -> Array:
 
 
 def largest_and_rms(angles: ArrayLike) -> tuple[float, float]:
-    """Return largest and RMS of wrapped angles (n,), given in radians, in degrees; 0 if empty."""
+    """Return the largest and the RMS of wrapped angles (n,) in degrees; 0 if there are none.
+
+    angles: radians.
+    """
     sizes = np.degrees(np.abs(wrap(angles)))
     if not sizes.size:
         return 0.0, 0.0
@@ -112,7 +115,9 @@ def exponential(rotation_vector: ArrayLike) -> Array:
 
 
 def logarithm(q: ArrayLike) -> Array:
-    """Return the rotation vector, length [0, π], (…, 4) -> (…, 3); inverts :func:`exponential`."""
+    """Return the rotation vector of length [0, π], (…, 4) -> (…, 3); inverts
+    :func:`exponential`.
+    """
     q = np.asarray(q, dtype=np.float64)
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))
@@ -123,7 +128,9 @@ def logarithm(q: ArrayLike) -> Array:
 
 
 def slerp(p: ArrayLike, q: ArrayLike, share: ArrayLike) -> Array:
-    """Return the point at a share in [0, 1], (…), of the shorter arc from p to q, (…, 4) each."""
+    """Return the point on the shorter arc from p to q, (…, 4) each, at a fraction in [0, 1],
+    (…).
+    """
     step = logarithm(multiply(q, conjugate(p)))
     return multiply(exponential(np.asarray(share)[..., None] * step), p)
 
@@ -187,7 +194,9 @@ def euler_from_quaternion(order: str, q: ArrayLike) -> Array:
 
 
 def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
-    """Return angles (…, 3) with a given third angle, exact in gimbal lock, where it is free."""
+    """Return angles (…, 3) with a given third angle; exact in gimbal lock, where any third angle
+    fits.
+    """
     third = np.asarray(third, dtype=np.float64)
     unwound = multiply(q, conjugate(quaternion_from_euler(order[2], third[..., None])))
     i, j, k = (_AXIS_INDEX[letter] for letter in order)

@@ -113,7 +113,7 @@ def twist_signals(clip: Motion | HasMotion, chain: Chain | str) -> TwistSignals:
 def signals_of_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
 ) -> dict[str, TwistSignals]:
-    """Return the signals of chains by name; tell: called before each chain."""
+    """Return the signals of the chains by name; tell: called before each chain."""
     tell = tell or nobody
     found = {}
     for k, chain in enumerate(chains):
@@ -123,7 +123,7 @@ def signals_of_chains(
 
 
 def azimuth_increments(across: Array, axis: Array) -> Array:
-    """Return Δθc of projected vectors v⊥, shape (frames, 3), about a unit axis [Choi26 Eq. 12]."""
+    """Return Δθc about a unit axis from projected vectors v⊥, shape (frames, 3) [Choi26 Eq. 12]."""
     out = np.zeros(len(across))
     before, now = across[:-1], across[1:]
     a = np.broadcast_to(axis, across.shape)[1:]

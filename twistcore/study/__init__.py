@@ -1,1 +1,1 @@
-"""Evaluate the methods: benchmarks, exercises and training; a review does not need this package."""
+"""Evaluate the methods: benchmarks, exercises and training, which a review does not need."""

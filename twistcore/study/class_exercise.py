@@ -1,4 +1,4 @@
-"""Files of an exercise for a class: the exercise, the students' answers, the teacher's table.
+"""The files of an exercise for a class: the exercise, the students' answers, the result table.
 
 The truth stays with the teacher, as a truth file (:mod:`twistcore.synthesis`): the exercise says
 which intervals of which clip a student must judge, but not which of them are errors.
@@ -50,7 +50,10 @@ COLUMNS = (
 
 @dataclass(frozen=True, eq=False)
 class ClassExercise:
-    """clip: name of the BVH file in the same folder; listed: the intervals to judge."""
+    """An exercise: the intervals of a clip to judge.
+
+    clip: name of the BVH file in the same folder; listed: the intervals.
+    """
 
     clip: str
     sha256: str
@@ -60,7 +63,7 @@ class ClassExercise:
 
 @dataclass(frozen=True, eq=False)
 class HandedIn:
-    """One student's answer: every interval with its verdict, and the time it took."""
+    """One student's answer: each interval with the student's verdict, and the time taken."""
 
     name: str
     seconds: float
@@ -70,7 +73,7 @@ class HandedIn:
 
 
 def write_exercise(path: Path, exercise: ClassExercise) -> None:
-    """Write an exercise atomically; angles in degrees."""
+    """Write an exercise atomically, with angles in degrees."""
     own = {"clip": exercise.clip, "sha256": exercise.sha256, "kind": exercise.kind}
     listed = [_interval_to_json(i) for i in exercise.listed]
     write_atomically(path, json_bytes({"schema": EXERCISE, **own, "intervals": listed}))
@@ -122,7 +125,9 @@ def read_handed_in(path: Path) -> HandedIn:
 
 
 def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> str:
-    """Return a CSV with one row per student, by name: the verdicts compared with the truth."""
+    """Return a CSV with one row per student, sorted by name: how the verdicts compare to the
+    truth.
+    """
     rows = []
     for student in sorted(handed, key=lambda h: h.name):
         result = score_exercise(errors, student.verdicts)
@@ -136,12 +141,12 @@ def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> 
 
 
 def _in_cell(name: str) -> str:
-    """Return a name on one line, short enough for a table cell."""
+    """Return a name shortened to one line that fits into a table cell."""
     return " ".join(name.split())[:_LONGEST_NAME]
 
 
 def schema_of(path: Path) -> str:
-    """Return the schema of a JSON file; raise TwistError if the file is not one of this program."""
+    """Return the schema of a JSON file; raise TwistError if this program did not write the file."""
     with saying(path):
         return str(_document(path)["schema"])
 
@@ -161,7 +166,7 @@ def _interval_to_json(interval: Interval) -> dict[str, Any]:
 
 
 def _few(things: tuple[_Thing, ...]) -> tuple[_Thing, ...]:
-    """Return the intervals; raise FormatError if there are too many to compare with the truth."""
+    """Return the intervals; raise FormatError if they are too many to compare with the truth."""
     if len(things) > _MOST_INTERVALS:
         raise FormatError(f"expected at most {_MOST_INTERVALS} intervals, found {len(things)}")
     return things
@@ -174,7 +179,7 @@ def _verdict(entry: Any) -> Judged:
 
 
 def _interval(entry: Any) -> Interval:
-    """Return an interval whose constant offset takes the memory of one number."""
+    """Return an interval; its constant offset takes no more memory than a single number."""
     has(entry, "chain", "start", "stop", "delta_deg", what="an interval")
     start, stop = frames(entry, _MOST_FRAMES)
     delta = np.radians([number(entry["delta_deg"], "delta_deg", -DEGREES, DEGREES)])

@@ -26,7 +26,7 @@ _ORDER = (*SEGMENTS, "whole arm", "whole leg")
 
 @dataclass(frozen=True, eq=False)
 class ErrorFrames:
-    """Error of P in the frames with an injected error, radians in [0, π], one entry per frame."""
+    """The error of P in each frame with an injected error, radians in [0, π]."""
 
     side: str
     segment: str
@@ -36,7 +36,7 @@ class ErrorFrames:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """One clip's result: its error frames by chain, and the change of all clean pairs."""
+    """One clip's result: its error frames by chain, and the changes of all clean pairs."""
 
     errors: tuple[ErrorFrames, ...]
     clean_change: Array
@@ -44,7 +44,10 @@ class Sample:
 
 @dataclass(frozen=True)
 class EvaluationRow:
-    """One row of the table, fields as in JSON; rer: the share of the error left [Choi26 §4.2.2]."""
+    """One row of the table, with fields named as in JSON.
+
+    rer: the fraction of the error that is left [Choi26 §4.2.2].
+    """
 
     side: str
     segment: str
@@ -70,7 +73,7 @@ class Evaluation:
 def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
     """Compare one refined clip with its clean source.
 
-    The erroneous input is made again from the clean clip and the truth, so damage is what the
+    The clip with errors is rebuilt from the clean clip and the truth, so damage is what the
     refinement changed, not what was injected. Limbs are derived from the chains. Raises
     ClipMismatchError if the three do not belong together.
     """
@@ -113,16 +116,16 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
 
 
 def error_angle(clean: Array, other: Array, chain: Chain) -> Array:
-    """Return the angle between two rotations of P; for a limb, the larger angle of P and E.
+    """Return the angle between two rotations of P, or for a limb the larger angle of P and E.
 
-    clean, other: (frames, joints, 4); radians, (frames,).
+    clean, other: rotations, (frames, joints, 4). The angle is in radians, (frames,).
     """
     joints = [chain.parent, chain.end] if isinstance(chain, Limb) else [chain.parent]
     return np.asarray(geodesic_angle(clean[:, joints], other[:, joints]).max(axis=1))
 
 
 def summarise(samples: Iterable[Sample]) -> Evaluation:
-    """Return the table over any number of clips; every error frame counts once."""
+    """Return the table over any number of clips, in which every error frame has the same weight."""
     samples = tuple(samples)
     every = [e for sample in samples for e in sample.errors]
     places = sorted({(e.side, e.segment) for e in every}, key=lambda p: (p[0], segment_order(p[1])))
@@ -139,13 +142,13 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
 
 
 def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
-    """Return parents and children of chains, first joints and ends of limbs, sorted and unique."""
+    """Return the parents and children of chains, and first joints and ends of limbs, sorted."""
     ends = {(c.parent, c.end if isinstance(c, Limb) else c.child) for c in chains}
     return np.array(sorted({joint for pair in ends for joint in pair}), dtype=np.int64)
 
 
 def segment_of(chain: Chain) -> str:
-    """Return a segment's table label: 'Leg' for a chain, 'whole leg' for a limb, or its name."""
+    """Return the table label of a chain's segment: 'Leg', 'whole leg' for a limb, or its name."""
     if isinstance(chain, Limb) and chain.segment:
         return f"whole {chain.part.removeprefix(chain.side).strip()}"
     return chain.segment or chain.name
@@ -176,7 +179,7 @@ def _row(side: str, segment: str, errors: Sequence[ErrorFrames]) -> EvaluationRo
 
 
 def evaluation_to_json(evaluation: Evaluation) -> dict[str, Any]:
-    """Return the table as a JSON document; degrees and per cent."""
+    """Return the table as a JSON document, in degrees and per cent."""
     return {
         "schema": "twistcore.evaluation/1",
         "rows": [vars(row) for row in evaluation.rows],
@@ -207,7 +210,8 @@ def evaluation_to_text(evaluation: Evaluation) -> str:
 def match_intervals(
     found: Sequence[tuple[int, int]], true: Sequence[tuple[int, int]]
 ) -> dict[int, int]:
-    """Match intervals one to one, best overlap first: index in `found` → index in `true`.
+    """Match intervals one to one, best overlap first; return the index in `true` by that in
+    `found`.
 
     Intervals are [start, stop); two match if their intersection over union is at least 0.5.
     """

@@ -1,4 +1,4 @@
-"""An exercise: errors hidden in a clip by a seed, and the score of a review of it."""
+"""An exercise: errors are hidden in a clip, depending on a seed, and a review of it is scored."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _CHOICE = 10  # choose among this many of the liveliest moments
 class ExerciseScore:
     """The result of a review compared with the hidden errors.
 
-    hits: errors accepted; misses: errors that no accepted interval covers; false_accepted:
-    accepted intervals without a hidden error; false_rejected: errors that were listed and rejected
-    (also counted as misses); left: intervals without a verdict.
+    hits: number of errors accepted; misses: errors that no accepted interval covers;
+    false_accepted: accepted intervals without a hidden error; false_rejected: errors that were
+    listed and rejected (also counted as misses); left: intervals without a verdict.
     """
 
     hits: tuple[InjectedError, ...]
@@ -37,7 +37,7 @@ class ExerciseScore:
 
     @property
     def false_verdicts(self) -> int:
-        """Number of verdicts that the truth contradicts."""
+        """Number of verdicts that contradict the truth."""
         return len(self.false_accepted) + len(self.false_rejected)
 
 
@@ -46,8 +46,8 @@ def hide_errors(
 ) -> tuple[Motion, tuple[InjectedError, ...]]:
     """Return the motion with errors of the paper's kind in two chains that share no joint.
 
-    The same seed hides the same errors in the same clip. Chains that cannot be corrected
-    are left out; a motion without correctable chains is returned unchanged.
+    The same seed hides the same errors in the same clip. Chains that cannot be corrected are never
+    used; a motion without correctable chains is returned unchanged.
     """
     rng = generator(seed, "exercise")
     free = [c for c in chains if not uncorrectable_joints(motion, c)]
@@ -63,12 +63,12 @@ def hide_errors(
 def decoys(
     motion: Motion, chains: Sequence[Chain], errors: Sequence[InjectedError], seed: int
 ) -> tuple[Interval, ...]:
-    """Return 2-5 intervals without an error per chain, as many as there can be errors.
+    """Return 2 to 5 intervals without an error per chain, as many as there can be errors.
 
     motion: the clean motion. Decoys lie in the same chains as the errors but do not overlap them,
     so neither the chain nor the number of intervals reveals which is which. Each begins where the
-    chain's parent really twists fast, so a glance at θp alone is not enough; length and offset are
-    drawn like an error's. A clip too short for them gets fewer.
+    chain's parent really twists fast, so a glance at θp alone does not show the difference; lengths
+    and offsets are drawn as for errors. If the clip is too short for them, there are fewer.
     """
     rng = generator(seed, "decoys")
     out: list[Interval] = []
@@ -87,7 +87,10 @@ def decoys(
 def _lively(
     motion: Motion, chain: Chain, taken: Sequence[tuple[int, int]], rng: np.random.Generator
 ) -> int | None:
-    """Return a frame where the parent twists fast and the longest decoy overlaps nothing taken."""
+    """Return a frame where the parent twists fast and the longest decoy would overlap nothing.
+
+    taken: the spans that are in use. None if there is no such frame.
+    """
     speed = np.abs(twist_signals(motion, chain).dtheta_p)
     speed[:2] = speed[max(len(speed) - _LONGEST, 0) :] = -1.0
     for start, stop in taken:
@@ -98,7 +101,7 @@ def _lively(
 
 
 def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) -> ExerciseScore:
-    """Return the score of a review; one interval counts for one error of its chain."""
+    """Return the score of a review; each interval counts for at most one error of its chain."""
     judged = tuple(review)
     accepted = [j.interval for j in judged if j.decision == Decision.ACCEPTED]
     rejected = [j.interval for j in judged if j.decision == Decision.REJECTED]
@@ -114,7 +117,7 @@ def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) ->
 
 
 def _matched(errors: Sequence[InjectedError], intervals: Sequence[Interval]) -> dict[int, int]:
-    """Match errors with intervals, chain by chain: index of an error → index of its interval."""
+    """Match errors with intervals, chain by chain; return the interval's index by the error's."""
     out: dict[int, int] = {}
     for chain in {e.chain for e in errors}:
         mine = [k for k, e in enumerate(errors) if e.chain == chain]

@@ -1,4 +1,4 @@
-"""Write the clip of an exercise so that its numbers do not reveal which of them changed."""
+"""Write the clip of an exercise so that its numbers do not reveal which of them were changed."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _POSITIONS = 6  # decimals; no error moves these
 def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     """Write `clip` with all rotations of `dirty`, each with the same number of decimals.
 
-    At most as many decimals as the clip's own numbers have: trailing zeros would reveal the
-    unchanged ones. An existing file is replaced atomically. Raises TwistError if the clip is not a
-    BVH, and OSError.
+    There are at most as many decimals as in the clip's own numbers, since trailing zeros would
+    reveal the unchanged ones. An existing file is replaced atomically. Raises TwistError if the
+    clip is not a BVH, and OSError.
     """
     check_motion(dirty)
     if not isinstance(clip, BvhClip):
@@ -40,7 +40,7 @@ def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
 
 
 def decimals_of(degrees: Array) -> int:
-    """Return how many decimals these numbers were written with, from how few end in 0."""
+    """Return how many decimals the numbers were written with, judging by how many end in zeros."""
     written = np.unique(degrees[degrees != 0.0])
     for decimals in range(_MOST, 0, -1):
         shorter = np.round(written, decimals - 1) == written

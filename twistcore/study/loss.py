@@ -1,4 +1,7 @@
-"""Counter-rotation as a loss: the paper's outlook for learned models of motion [Choi26 §5]."""
+"""Counter-rotation as a training loss, the paper's outlook for learned motion models.
+
+See [Choi26 §5].
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,10 @@ def consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
 
 
 def _twist_increment(before: Any, after: Any, axis: Any, xp: Any, *, inverse_first: bool) -> Any:
-    """Return the twist of q(t−1)⁻¹ q(t) (parent) or q(t) q(t−1)⁻¹ (child), (frames − 1,)."""
+    """Return the twist of q(t−1)⁻¹ q(t) (parent) or q(t) q(t−1)⁻¹ (child), (frames − 1,).
+
+    inverse_first: True for the parent's form.
+    """
     (bw, bx, by, bz), (aw, ax, ay, az) = ([q[:, k] for k in range(4)] for q in (before, after))
     w = bw * aw + bx * ax + by * ay + bz * az
     sign = 1.0 if inverse_first else -1.0

@@ -1,4 +1,4 @@
-"""Draw errors and inject them into a motion."""
+"""Draw random errors and inject them into a motion."""
 
 from __future__ import annotations
 
@@ -68,23 +68,25 @@ class InjectedError:
     carried: bool = False
 
     def changed_joints(self, chain: Chain, skeleton: Skeleton) -> tuple[int, ...]:
-        """Return the joints whose own rotation the error changes; a carried end is not one."""
+        """Return the joints whose own rotation the error changes, without an end that is
+        carried.
+        """
         joints = chain.changed_joints(skeleton)
         end_stays = self.kind == Kind.LIMB_FLIP and self.carried and self.leak is None
         return joints[:1] if end_stays else joints
 
 
 def generator(seed: int, clip: str, *more: int) -> np.random.Generator:
-    """Return a generator that depends only on the seed, the clip's name and `more`."""
+    """Return a random generator that depends only on the seed, the clip's name and `more`."""
     return np.random.default_rng([seed, zlib.crc32(encoded(Path(clip).stem)), *more])
 
 
 def draw_targets(
     chains: Sequence[Chain], rng: np.random.Generator, protocol: Protocol = PROTOCOLS["P0"]
 ) -> tuple[Chain, ...]:
-    """Draw two chains that share no joint [Choi26 §4.1.1]; with `both`, neighbouring chains.
+    """Draw two chains that share no joint [Choi26 §4.1.1], or neighbouring ones with `both`.
 
-    With `together`, that many chains from a random one on.
+    With `together`, draw that many chains in order, starting from a random one.
     """
     if protocol.clean or not chains:
         return ()
@@ -124,11 +126,11 @@ def draw_errors(
     *,
     first: int = 1,
 ) -> tuple[InjectedError, ...]:
-    """Draw 2-5 errors per chain according to the protocol, at least 2 frames apart.
+    """Draw 2 to 5 errors per chain according to the protocol, at least 2 frames apart.
 
-    motion: the clean motion; chains: limbs, and only limbs, for a protocol of limb flips. first:
-    the first frame of the capture; 1 leaves a T-pose in frame 0 unchanged. Except in the border
-    protocols every edge lies inside the capture. A clip too short for 2 intervals gets fewer.
+    motion: the clean motion; chains: limbs only, for a protocol of limb flips; first: the first
+    frame of the capture; 1 leaves a T-pose in frame 0 unchanged. Except in the border protocols,
+    every edge lies inside the capture. A clip too short for 2 intervals gets fewer.
     """
     errors: list[InjectedError] = []
     shared: list[Place] = []
@@ -151,7 +153,7 @@ def draw_errors(
 def _places(
     motion: Motion, chain: Chain, first: int, rng: np.random.Generator, protocol: Protocol
 ) -> Iterator[Place]:
-    """Yield the frames of a chain's intervals, or of the level that is then low-passed."""
+    """Yield the frames of a chain's intervals, before any low-pass widens them."""
     margin = filter_reach(protocol, motion.fps)
     taken = np.zeros(motion.frames, dtype=bool)
     if protocol.carried:  # a straight limb rolls as a whole, and nothing shows it
@@ -196,7 +198,7 @@ def _drawn(
     rng: np.random.Generator,
     protocol: Protocol,
 ) -> InjectedError | None:
-    """Draw one error; None if it is empty, such as for a gap in which nothing turns."""
+    """Draw one error; None if it is empty, for example for a gap in which nothing turns."""
     start, stop = place
     onset, end = start > first, stop < motion.frames
     if protocol.fill:

@@ -1,4 +1,4 @@
-"""The shape of an injected error over its frames, and frames chosen by the pose."""
+"""The shape of an injected error over its frames, and the choice of frames by the pose."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def shaped(
     protocol: Protocol,
     fps: float,
 ) -> Array:
-    """Return the offset of each frame, radians, (length,), longer on both sides if low-passed.
+    """Return the offset in each frame, radians, (length,), longer at both ends if low-passed.
 
-    onset, end: True if the error begins and ends inside the clip.
+    onset, end: True if the error begins, or ends, inside the clip.
     """
     offset = np.full(length, delta)
     if protocol.drift:
@@ -74,12 +74,16 @@ def _drift(length: int, protocol: Protocol) -> Array:
 
 
 def filter_reach(protocol: Protocol, fps: float) -> int:
-    """Return the frames by which a low-passed offset exceeds its level; 0 without a low-pass."""
+    """Return by how many frames a low-passed offset extends beyond its level; 0 if not low-
+    passed.
+    """
     return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
 
 
 def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
-    """Return the twist that P loses in a gap, radians, if it is 'held' or 'interpolated'."""
+    """Return the twist that P loses if its twist is 'held' or 'interpolated' over a gap,
+    radians.
+    """
     start, stop = place
     twist = np.cumsum(chain_increments(motion, chain)[0])[start - 1 : stop + 1]
     given = np.full(len(twist), twist[0])
@@ -89,7 +93,7 @@ def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
 
 
 def aligned_spells(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
-    """Yield spells [start, stop) with C's bone in line with P's; none if this is the whole clip."""
+    """Yield spells [start, stop) in which C's bone is in line with P's; none if it always is."""
     if chain.grandchild < 0:
         return
     v = rotate(motion.rotations[:, chain.child], chain.arm)

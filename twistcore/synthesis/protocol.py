@@ -1,4 +1,4 @@
-"""Protocols for seeded errors, each one parameter away from the paper's."""
+"""Protocols for seeded errors, each of which differs from the paper's in one parameter."""
 
 from __future__ import annotations
 
@@ -30,21 +30,22 @@ _RICH_LIMIT = 0.2  # radians per frame
 class Protocol:
     """Parameters of the injection; the defaults are P0 [Choi26 §4.1].
 
-    text: a short description; step: keep every step-th frame before injecting; rich: first give the
-    quiet joint of each chain its own motion; length: frames; delta: degrees; ramp: frames of a soft
-    onset, inside; low_pass: Hz of a zero-phase second-order Butterworth that the offset goes
-    through; jitter, leak: degrees of white noise on the offset and on the compensation; stairs:
-    equal levels up to δ; flicker: every other frame only; compensated: share of δ by which the
-    child turns back.
+    text: a short description; step: keep only every step-th frame before injecting; rich: True to
+    first give the quiet joint of each chain a motion of its own; length: number of frames; delta:
+    degrees; ramp: frames of a soft onset, inside the interval; low_pass: cut-off in Hz of a
+    zero-phase second-order Butterworth filter for the offset; jitter, leak: degrees of white noise
+    on the offset and on the compensation; stairs: number of equal steps up to δ; flicker: True for
+    an offset in every other frame only; compensated: fraction of δ by which the child turns back.
 
-    drift: seconds over which the offset grows and decays, or, with jump_out, only grows; eased: as
-    half a cosine instead of a ramp; both: errors in two chains that share a joint; together: errors
-    in so many chains in the same frames; border: the first two intervals touch the clip's ends;
-    persists: those are the only ones; clean: nothing is injected; limb: P turns about its limb's
-    line instead of its bone, the limb's end kept or carried at even odds; carried: C rolls along
-    with P, while the limb is bent; fill: P's twist over a
-    gap is 'held' or 'interpolated', and δ what it then lacks; straight: δ stands in every spell in
-    which the limb is straight, and sets in and ends over so many seconds.
+    drift: seconds over which the offset grows and decays, or, with jump_out, only grows; eased:
+    True for half a cosine instead of a ramp; both: True for errors in two chains that share a
+    joint; together: number of chains with errors in the same frames; border: True if the first two
+    intervals touch the clip's ends; persists: True if these are the only ones; clean: True if
+    nothing is injected; limb: True if P turns about its limb's line instead of its bone, with the
+    limb's end kept or carried at even odds; carried: True if C rolls along with P, while the limb
+    is bent; fill: how P's twist over a gap is filled, 'held' or 'interpolated', where δ is the
+    twist that is then missing; straight: range of seconds over which δ sets in and ends, with δ in
+    every spell in which the limb is straight.
     """
 
     name: str
@@ -147,7 +148,7 @@ PROTOCOLS = {
 
 
 def parse_protocol(name: str) -> Protocol:
-    """Return a protocol by name, or several joined by '+', such as 'H12+H3-4'."""
+    """Return the protocol with a name, or a combination of several joined by '+': 'H12+H3-4'."""
     knobs: dict[str, Any] = {}
     texts = []
     for part in name.split("+"):
@@ -174,7 +175,7 @@ def parse_protocol(name: str) -> Protocol:
 
 
 def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Motion:
-    """Return the clean motion of a protocol: enriched, then thinned out; unchanged for P0."""
+    """Return the clean motion for a protocol: enriched, then thinned out; unchanged for P0."""
     if protocol.rich:
         motion = enrich(motion, chains)
     if protocol.step > 1:
@@ -188,10 +189,10 @@ def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Moti
 
 
 def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
-    """Give the quieter joint of every chain a twist of its own: the control row 'rich'.
+    """Give the quieter joint of every chain a twist of its own, for the control row 'rich'.
 
     The joint gets half of the livelier increments of the same segment on the other side, delayed by
-    37 frames, clipped to ±0.2 rad per frame, accumulated. Chains without another side are
+    37 frames, clipped to ±0.2 rad per frame, and accumulated. Chains without another side are
     unchanged.
     """
     rotations = motion.rotations.copy()
@@ -215,10 +216,10 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
 
 
 def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
-    """Return twist increments of a chain's parent and child, radians, (frames,) each.
+    """Return the twist increments of a chain's parent and child, radians, (frames,) each.
 
-    Increments about the bone of relative rotations: the parent's in its own frame, the child's in
-    its parent's; 0 in frame 0.
+    They are increments, about the bone, of relative rotations: the parent's in its own frame, the
+    child's in its parent's frame; 0 in frame 0.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]

@@ -1,4 +1,4 @@
-"""Drawing spikes of single joints and putting them into a motion."""
+"""Draw spikes of single joints and inject them into a motion."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ABOVE = 1.5  # times the least that counts of a joint
 
 @dataclass(frozen=True, eq=False)
 class InjectedSpike:
-    """A joint that is turned in frames [start, stop) by a rotation vector, radians, (3,)."""
+    """A joint turned by a rotation vector, radians, (3,), in frames [start, stop)."""
 
     joint: int
     start: int
@@ -31,10 +31,10 @@ class InjectedSpike:
 def draw_spikes(
     motion: Motion, rng: np.random.Generator, most: int = 20
 ) -> tuple[InjectedSpike, ...]:
-    """Return spikes of random joints about random axes by start, of a frame to 0.03 s.
+    """Return spikes of random joints about random axes, sorted by start, from one frame to 0.03 s.
 
-    motion: the clean one. Each is up to 120°, and half again as large as the least that counts of
-    its joint. Joints without three rotation channels have none.
+    motion: the clean motion. Each spike has at most 120°, and at least 1.5 times the smallest angle
+    that counts as a spike of its joint. Joints without three rotation channels have none.
     """
     limits = limits_of(motion, find_chains(motion))
     joints = np.flatnonzero(limits.spike < _LARGEST)
@@ -53,7 +53,7 @@ def draw_spikes(
 
 
 def inject_spikes(motion: Motion, spikes: Iterable[InjectedSpike]) -> Motion:
-    """Return the motion with spikes: what hangs on their joints is carried along."""
+    """Return the motion with the spikes, which also move everything below their joints."""
     rotations = motion.rotations.copy()
     for spike in spikes:
         at = slice(spike.start, spike.stop)

@@ -1,4 +1,4 @@
-"""The truth file: the errors injected into a clip."""
+"""The truth file, which lists the errors injected into a clip."""
 
 from __future__ import annotations
 
@@ -45,7 +45,9 @@ SUCCESS = 0.2  # a frame is repaired if at most this share of its error is left 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """The errors injected into a clip; sha256: of the clip's file, to identify it, if given."""
+    """The errors injected into a clip; sha256: hash of the clip's file, to identify it, if
+    given.
+    """
 
     clip: str
     protocol: str
@@ -133,7 +135,9 @@ def _error(entry: Any, frames: int) -> InjectedError:
 
 
 def _angles(entry: Any, what: str, frames: int) -> Array:
-    """Return one angle per frame in radians; raise FormatError for a wrong number of them."""
+    """Return one angle per frame, in radians; raise FormatError if the number of angles is
+    wrong.
+    """
     if len(items(entry, what)) != frames:
         raise FormatError(f"expected {frames} numbers for {what}, found {len(entry)}")
     return np.radians([number(one, what, -DEGREES, DEGREES) for one in entry])

@@ -1,6 +1,6 @@
-"""Remove a clip's own errors before tuning τ on it.
+"""Remove the errors that a clip already has before τ is tuned on it.
 
-A clip's own errors would count as false alarms and hide the errors injected for measuring.
+Existing errors would count as false alarms and hide the errors injected for measuring.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ AUDITOR = DEFAULT_METHOD  # for any tuned detector: the paper's has no confidenc
 class Verdicts:
     """A person's verdicts on a clip.
 
-    errors: intervals that are wrong; natural: half-open spans (chain, start, stop) that are not,
-    so that a detector that finds them raises a false alarm.
+    errors: intervals that are wrong; natural: half-open spans (chain, start, stop) that are correct
+    motion, so a detector that finds them raises a false alarm.
     """
 
     errors: tuple[Interval, ...] = ()
@@ -30,9 +30,9 @@ class Verdicts:
 
 
 def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
-    """Return the motion without the errors named by a person or sure to our detector.
+    """Return the motion without the errors that a person named or that our detector is sure of.
 
-    Finds of the detector that overlap a person's verdict are ignored.
+    Detections that overlap one of the person's verdicts are ignored.
     """
     verdicts = verdicts or Verdicts()
     judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)

@@ -1,4 +1,4 @@
-"""Compute all τ curves of a clip."""
+"""Compute the τ curves of all chains of a clip."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ SEEDS = 3
 
 @dataclass(frozen=True, eq=False)
 class ClipTuning:
-    """A clip without its own errors, analysed and ready for the curve of any of its chains.
+    """A clip without its own errors, analysed and ready for the τ curve of any of its chains.
 
-    name: the clip's name, which seeds the errors together with `seeds`; first: frame of the given
-    clip with which `clean` begins; left_out: half-open spans of the given clip that do not count,
-    including blends at its ends.
+    name: the clip's name, which seeds the errors together with `seeds`; first: the frame of the
+    given clip with which `clean` begins; left_out: half-open spans of the given clip that do not
+    count, including blends at its ends.
     """
 
     name: str
@@ -44,7 +44,7 @@ class ClipTuning:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of chains with a curve, which are the correctable ones."""
+        """Return the names of the chains that have a curve, which are the correctable ones."""
         clean = self.clean
         return tuple(c.name for c in clean.chains if not uncorrectable_joints(clean.motion, c))
 
@@ -74,7 +74,7 @@ def clip_tuning(
 ) -> ClipTuning:
     """Remove a clip's own errors and the blends at its ends, and analyse the rest.
 
-    left_out: further half-open spans in which no alarm counts and no error is injected.
+    left_out: further half-open spans, in which no alarm counts and no error is injected.
     """
     given = analyse(motion, analyse(motion, rig=rig).chains)
     without = cleaned(given, verdicts)
@@ -91,9 +91,9 @@ def clip_tuning(
 
 
 def capture(motion: Motion) -> Span:
-    """Return first frame and stop without blends at the ends.
+    """Return the span (first frame, stop) of the captured motion, without the blends at the ends.
 
-    A single T-pose in frame 0 contains no step and may stay.
+    A single T-pose in frame 0 contains no step and may be part of it.
     """
     first, stop = leading_frames(motion), motion.frames - trailing_frames(motion)
     return first if first > 1 else 0, stop
@@ -107,11 +107,12 @@ def clip_curves(
     session: Path | None = None,
     words: Mapping[str, Any] | None = None,
 ) -> dict[str, TauCurve]:
-    """Return the curves of all correctable chains of a clip, by name.
+    """Return the τ curves of all correctable chains of a clip, by name.
 
-    Empty if all frames are left out, since every τ would then cost the same. session: a session of
-    this clip that gives chains, verdicts and left-out frames, as in the window; words: a person's
-    words for joints, from :func:`twistcore.skeleton.joint_names.read_words`. Raises TwistError.
+    The result is empty if all frames are left out, since every τ would then cost the same. session:
+    a session of this clip whose chains, verdicts and left-out frames are used, as in the window;
+    words: a person's words for joints, from :func:`twistcore.skeleton.joint_names.read_words`.
+    Raises TwistError.
     """
     clip = read_clip(path)
     rig = with_own_words(rig, clip.motion, words)

@@ -1,4 +1,4 @@
-"""Decide whether all chains can share one τ, tested on verdicts that did not choose it."""
+"""Decide whether all chains can share one τ, tested on verdicts not used to choose it."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ _DOUBT = 0.05  # probability that any chain gets its own τ by chance
 
 @dataclass(frozen=True, eq=False)
 class ChainTau:
-    """A chain and the common τ.
+    """A chain compared with the common τ.
 
-    own: the chain's own suggestion, None if it has too few verdicts; apart: True if its own τ also
-    costs less on verdicts that did not choose it, by `gain`, a share of its errors.
+    own: the τ suggested for this chain alone, None if it has too few verdicts; apart: True if this
+    τ also costs less than the common one on verdicts not used to choose it; gain: how much less, as
+    a fraction of the chain's errors.
     """
 
     chain: str
@@ -33,22 +34,22 @@ class ChainTau:
 
 @dataclass(frozen=True, eq=False)
 class CommonTau:
-    """The τ suggested by all chains together, and each chain compared with it."""
+    """The τ suggested by all chains together, and every chain compared with it."""
 
     common: Suggestion | None
     chains: tuple[ChainTau, ...]
 
     def tau(self, chain: str) -> float | None:
-        """Return the τ of a chain, radians: its own if it needs one, else the common τ."""
+        """Return the τ to use for a chain, radians: its own if it needs one, or the common τ."""
         for c in self.chains:
             if c.chain == chain and c.apart and c.own is not None:
                 return c.own.tau
         return self.common.tau if self.common else None
 
     def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
-        """Yield sentences: whether one τ is enough, and why a chain needs its own.
+        """Yield sentences that say whether one τ is enough, and why a chain needs its own.
 
-        label: returns the shown name of a chain.
+        label: function that returns the displayed name of a chain.
         """
         if self.common is None:
             return
@@ -103,7 +104,10 @@ class CommonTau:
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
-    """Return additional errors found, and fewer rejected listed, by own instead of common τ."""
+    """Return how many more errors are found, and fewer rejected intervals listed, with `own`.
+
+    own, common: the two τ to compare.
+    """
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
     return int(found[here] - found[there]), int(alarms[there] - alarms[here])
@@ -116,7 +120,7 @@ def common_tau(
     *,
     seed: int = 0,
 ) -> CommonTau:
-    """Return the common τ and the chains that need their own; these do not affect it."""
+    """Return the common τ and the chains that need their own; those chains do not affect it."""
     names = sorted({v.chain for clip in clips for v in clip.verdicts})
     curves = {name: verdict_curve(clips, name) for name in names}
     own = {name: c.suggested(price, smallest, seed=seed) for name, c in curves.items()}
@@ -155,9 +159,9 @@ def _gain(
 ) -> tuple[float, float]:
     """Return how much cheaper a chain's own τ is than the common one, and in what share of draws.
 
-    Every draw chooses a τ; the saving is counted on rows that were not drawn, since on its own rows
-    the cheapest τ always wins. Errors of other chains help to choose τ, but only this chain's own
-    rows count as savings.
+    Every draw chooses a τ; the saving is measured on the rows that were not drawn, since the
+    cheapest τ always wins on the rows that chose it. Errors of other chains help to choose τ, but
+    only this chain's rows count as savings.
     """
     drawn = curve.draw(_DRAWS, seed)
     left = (drawn == 0).astype(float)

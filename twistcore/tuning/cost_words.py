@@ -8,7 +8,7 @@ from twistcore.tuning.tau_curve import Cost
 
 
 def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
-    """Return the FSR as '93.1 % (86–97)', or '–' if no error was drawn."""
+    """Return the FSR with its band, such as '93.1 % (86–97)', or '–' if no error was injected."""
     if math.isnan(cost.fsr):
         return "–"
     said = f"{100.0 * cost.fsr:.{digits}f}{unit}"
@@ -18,7 +18,7 @@ def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
 
 
 def count_words(cost: Cost) -> str:
-    """Return the number of false alarms, or '–' if no frame was examined."""
+    """Return the number of false alarms as text, or '–' if no frame was examined."""
     return f"{cost.alarms:.3g}" if cost.minutes else "–"
 
 
@@ -34,7 +34,7 @@ def band_words(cost: Cost) -> str:
 
 
 def alarm_words(cost: Cost) -> str:
-    """Return a sentence on what a count in one clip implies for others."""
+    """Return a sentence about what the number of alarms in one clip implies for other clips."""
     if not cost.minutes:
         return "No frame was examined."
     low, high = cost.rate_band

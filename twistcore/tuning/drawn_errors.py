@@ -1,4 +1,4 @@
-"""The drawn errors, one by one, and the uncertainty of the FSR estimated from them."""
+"""The injected errors, one by one, and the uncertainty of the FSR estimated from them."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ _SAME_SIZE = 1e-9  # radians
 class DrawnErrors:
     """Errors injected into clips.
 
-    size: the largest |δ| of each error, radians, (errors,); frames: its number of frames,
-    (errors,); kind: number of its protocol, (errors,); draw: number of its draw, the errors
-    injected together, (errors,); repaired: its number of repaired frames at every τ, (errors, n).
+    size: the largest |δ| of each error, radians, (errors,); frames: each error's number of frames,
+    (errors,); kind: number of its protocol, (errors,); draw: number of its draw, which is the set
+    of errors injected together, (errors,); repaired: its number of repaired frames at every τ,
+    (errors, n).
     """
 
     size: Array
@@ -36,31 +37,34 @@ class DrawnErrors:
         return DrawnErrors(*(np.concatenate(pair) for pair in pairs))
 
     def of(self, chosen: NDArray[np.bool_]) -> DrawnErrors:
-        """Return the chosen errors."""
+        """Return the errors selected by an index or mask."""
         return DrawnErrors(*(values[chosen] for values in vars(self).values()))
 
     def from_size(self, smallest: float) -> DrawnErrors:
-        """Return the errors of at least a size, radians."""
+        """Return the errors whose size is at least `smallest`, radians."""
         return self.of(self.size >= smallest - _SAME_SIZE)
 
     def between(self, below: int, share: float) -> DrawnErrors:
-        """Return the errors at one τ, interpolated between a grid point and the next."""
+        """Return the errors at a single τ, interpolated between grid point `below` and the next.
+
+        share: fraction of the way to the next grid point.
+        """
         pair = self.repaired[:, below : below + 2]
         mixed = pair @ [1.0 - share, share] if pair.shape[1] > 1 else pair[:, 0]
         return replace(self, repaired=mixed[:, np.newaxis])
 
     @property
     def fsr(self) -> Array:
-        """Return the share of repaired error frames, 0…1, (n,); NaN without errors."""
+        """Return the fraction of error frames that are repaired, 0…1, (n,); NaN without errors."""
         frames = float(self.frames.sum())
         return self.repaired.sum(axis=0) / frames if frames else self._nothing
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the 95 % confidence band of the FSR of all such errors, (n,) each.
+        """Return the 95 % confidence band of the FSR over all errors of this kind, (n,) each.
 
-        `_wilson` for each protocol separately, then combined as in [Zou & Donner 2008], since the
-        number of frames of each protocol is not random.
+        The bounds of :meth:`_wilson` are computed for each protocol and combined as in [Zou &
+        Donner 2008], since the number of frames of each protocol is not random.
         """
         if not self.frames.sum():
             return self._nothing, self._nothing
@@ -74,10 +78,10 @@ class DrawnErrors:
         return np.maximum(self.fsr - np.sqrt(down), 0.0), np.minimum(self.fsr + np.sqrt(up), 1.0)
 
     def _wilson(self) -> tuple[Array, Array]:
-        """Return Wilson's bounds, which also hold for few errors and if all were repaired.
+        """Return Wilson's bounds, which also hold for few errors or if all were repaired.
 
-        Errors count by their frames. If errors of a draw tend to succeed or fail together, they
-        count as correspondingly fewer errors.
+        Errors are weighted by their frames. If the errors of a draw tend to succeed or fail
+        together, they count as correspondingly fewer errors.
         """
         p = self.fsr
         n = np.full(len(p), self.frames.sum() ** 2 / np.square(self.frames).sum())

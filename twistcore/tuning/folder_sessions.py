@@ -21,9 +21,10 @@ _REPLAY = ".replay.json"  # the record of an export: its review is in the clip's
 
 @dataclass(frozen=True)
 class Damaged:
-    """A session that cannot be read, and why.
+    """A session that cannot be read, with the reason.
 
-    clip: the clip of the session in the same folder, if it or its name shows it, else the folder.
+    clip: the clip of the session, if its content or file name reveals a clip in the same folder; or
+    the folder.
     """
 
     path: Path
@@ -33,7 +34,7 @@ class Damaged:
 
 @dataclass(frozen=True)
 class FolderSessions:
-    """The session of every clip that has one, and the unreadable sessions."""
+    """The session of every clip that has one, and the sessions that cannot be read."""
 
     of: Mapping[Path, Path]
     damaged: tuple[Damaged, ...]
@@ -47,8 +48,8 @@ class FolderSessions:
 def sessions_in(folder: Path) -> FolderSessions:
     """Return the clips of a folder with their sessions.
 
-    If a clip has several sessions, the latest one for the clip's present content is chosen, else
-    the latest.
+    If a clip has several sessions, the latest one made for the clip's present content is chosen or,
+    if there is none, the latest of all.
     """
     found: dict[Path, list[tuple[Path, str]]] = {}
     damaged: list[Damaged] = []
@@ -66,9 +67,9 @@ def sessions_in(folder: Path) -> FolderSessions:
 def read_sessions(
     folder: Path, *, below: bool = False
 ) -> Iterator[tuple[Path, Session | TwistError]]:
-    """Yield every session of a folder in order of names, or the error from reading it.
+    """Yield every session of a folder in the order of names, or the error from reading it.
 
-    below: include subfolders. Other documents are left out, and also records of exports, whose
+    below: True to include subfolders. Other documents are skipped, as are records of exports, whose
     review is in the clip's own session.
     """
     for path in sorted((folder.rglob if below else folder.glob)("*.json")):
@@ -82,9 +83,9 @@ def read_sessions(
 
 
 def _meant_for(path: Path) -> Path | None:
-    """Return the clip of a damaged session, or its folder if unknown; None if it is no session.
+    """Return the clip of a damaged session, or its folder if the clip is unknown.
 
-    Folders of clips may also contain unrelated documents.
+    None if the file is not a session: a folder of clips may also contain unrelated documents.
     """
     document = None
     with suppress(TwistError):

@@ -1,4 +1,4 @@
-"""Measure the cost of every τ for a chain: inject errors into a clip and detect at every τ."""
+"""Measure the cost of every τ for a chain by injecting errors into a clip and detecting them."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ def tau_curve(
     protocols: Sequence[str] = PROTOCOLS,
     left_out: Sequence[Span] = (),
 ) -> TauCurve:
-    """Return the curve of one chain in one clip without errors of its own.
+    """Return the curve of one chain in one clip that has no errors of its own.
 
-    name: the clip's name; with the chain's name it seeds the errors. Only automatic corrections
-    count. left_out: half-open spans of frames that do not count. The clip's noise comes from the
-    default detector, also if another is tuned, since the paper's automatic τ is the same in every
-    clip.
+    name: the clip's name, which seeds the errors together with the chain's name. Only automatic
+    corrections count. left_out: half-open spans of frames that do not count. The clip's noise is
+    always measured by the default detector, even if another one is tuned, since the automatic τ of
+    the paper's detector is the same in every clip.
     """
     motion, chains, clean = clip.motion, clip.chains, clip.by(method)
 
@@ -93,7 +93,7 @@ def _drawn(
     found: Sequence[Sequence[Interval]],
     frames: int,
 ) -> DrawnErrors:
-    """Return one draw of a kind, from the intervals found at every τ of the grid."""
+    """Return the result of one draw of a kind of error; found: the intervals at every τ."""
     truth, which = np.zeros(frames), np.full(frames, -1)
     for k, error in enumerate(errors):
         truth[error.start : error.stop] = error.offset
@@ -122,7 +122,7 @@ def _same(some: Sequence[Interval], others: Sequence[Interval]) -> bool:
 
 
 def _repaired(found: Sequence[Interval], truth: Array) -> NDArray[np.bool_]:
-    """True in frames in which at most a fifth of the error is left."""
+    """Return a mask of the frames in which at most a fifth of the error remains."""
     offset = np.zeros(len(truth))
     for interval in found:
         offset[interval.start : interval.stop] += interval.offset

@@ -33,7 +33,7 @@ ENOUGH = 20  # fewest verdicts to learn from
 
 @dataclass(frozen=True)
 class LearnedConfidence:
-    """The map, and how many accepted and rejected intervals it was learned from."""
+    """The fitted map, with the numbers of accepted and rejected intervals it was learned from."""
 
     shift: float = 0.0
     scale: float = 1.0
@@ -41,17 +41,19 @@ class LearnedConfidence:
     rejected: int = 0
 
     def of(self, confidence: Array) -> Array:
-        """Return learned confidences, 0…1, from the detector's."""
+        """Return the learned confidences, 0…1, for the detector's confidences."""
         return _logistic(self.shift + self.scale * _logit(confidence))
 
     def __call__(self, confidence: float | None) -> float | None:
-        """Return the learned confidence of one interval; None if the detector gives none."""
+        """Return the learned confidence of one interval; None if the detector gives no
+        confidence.
+        """
         return None if confidence is None else float(self.of(np.array([confidence]))[0])
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """Intervals that a detector listed: confidence, whether accepted, of which clip; (n,)."""
+    """Intervals that a detector listed: confidence, True if accepted, number of the clip; (n,)."""
 
     confidence: Array
     accepted: Mask
@@ -61,15 +63,15 @@ class Seen:
         return len(self.confidence)
 
     def __getitem__(self, at: Mask) -> Seen:
-        """Return the chosen intervals."""
+        """Return the intervals selected by an index or mask."""
         return Seen(self.confidence[at], self.accepted[at], self.clip[at])
 
 
 @dataclass(frozen=True)
 class Bin:
-    """Intervals of similar confidence: number, mean confidence and share accepted.
+    """Intervals of similar confidence: their number, mean confidence and accepted fraction.
 
-    low, high: 90 % confidence interval of that share.
+    low, high: 90 % confidence interval of the accepted fraction.
     """
 
     count: int
@@ -81,14 +83,14 @@ class Bin:
 
 @dataclass(frozen=True)
 class Reliability:
-    """Nonempty bins by confidence, and the expected calibration error."""
+    """The nonempty bins in order of confidence, and the expected calibration error."""
 
     bins: tuple[Bin, ...]
     error: float
 
 
 def seen(clips: Iterable[JudgedClip]) -> Seen:
-    """Return the verdicts on intervals with a confidence."""
+    """Return the verdicts on all intervals that have a confidence."""
     rows = [
         (v.confidence, v.error, k)
         for k, clip in enumerate(clips)
@@ -100,7 +102,7 @@ def seen(clips: Iterable[JudgedClip]) -> Seen:
 
 
 def learned(given: Seen) -> LearnedConfidence:
-    """Return the likeliest map; without verdicts, the built-in one."""
+    """Return the most likely map given the verdicts; without verdicts, the built-in map."""
     if not len(given):
         return LearnedConfidence()
     logit, sign = _logit(given.confidence), 2.0 * given.accepted - 1.0
@@ -118,7 +120,7 @@ def learned(given: Seen) -> LearnedConfidence:
 
 
 def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
-    """Return learned confidences, each by a map fitted without its clip, (n,).
+    """Return the learned confidence of every interval, from a map fitted without its clip, (n,).
 
     With fewer clips than folds, each clip is held out in turn; with a single clip, parts of its
     verdicts are held out.
@@ -136,7 +138,7 @@ def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
 
 
 def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliability:
-    """Return how often intervals of similar confidence were accepted."""
+    """Return how often intervals of similar confidence were accepted, in bins."""
     of = np.minimum((confidence * bins).astype(int), bins - 1)
     rows: list[Bin] = []
     for b in np.unique(of):
@@ -148,7 +150,7 @@ def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliabil
 
 
 def expected_error(bins: Sequence[Bin]) -> float:
-    """Return the expected calibration error: the mean distance of confidence and share accepted."""
+    """Return the expected calibration error: the mean of |confidence − accepted fraction|."""
     total = sum(b.count for b in bins)
     return sum(b.count * abs(b.said - b.was) for b in bins) / max(total, 1)
 

@@ -1,4 +1,4 @@
-"""Make a profile from people's verdicts: τ, its reasons, and the learned confidence."""
+"""Make a profile from people's verdicts: τ with its evidence, and the learned confidence."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from twistcore.tuning.verdicts_of import JudgedClip
 
 @dataclass(frozen=True, eq=False)
 class LearnedProfile:
-    """A profile and its sources.
+    """A profile learned from verdicts, with its evidence.
 
-    reasons: by chain; apart: chains with a τ of their own; before, after: reliability of the
-    detector's confidences, and of learned ones on held-out verdicts, None with too few verdicts;
-    held_out: a word for the held-out part.
+    reasons: the evidence for each chain's τ; apart: chains with a τ of their own; before, after:
+    reliability of the detector's confidences, and of the learned ones on held-out verdicts, None if
+    there are too few verdicts; held_out: word for the held-out part.
     """
 
     profile: Profile
@@ -41,7 +41,7 @@ class LearnedProfile:
     held_out: str = "clips"
 
     def write(self, path: Path, source: str) -> None:
-        """Write the profile with its reasons; raises OSError."""
+        """Write the profile with the evidence; raises OSError."""
         nan = math.nan
         tau = {n: Tuned(math.degrees(t), nan, nan, nan) for n, t in self.profile.tau.items()}
         sessions = f"{source}'s sessions"
@@ -49,7 +49,7 @@ class LearnedProfile:
         write_profile(path, tau, sessions, own.method, whose=own, verdicts=reasons)
 
     def confidence_sentence(self) -> str:
-        """Return a sentence on the learned confidence."""
+        """Return a sentence about the learned confidence."""
         if self.before is None or self.after is None:
             return (
                 f"The confidence is the detector's own, because at least {ENOUGH} verdicts "
@@ -63,7 +63,7 @@ class LearnedProfile:
 
 
 def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedProfile:
-    """Return the profile of every reviewed chain; `found` has a common τ.
+    """Return the profile for every reviewed chain, with the τ from `found`.
 
     The profile names the rig and the performer if they are the same in all clips.
     """
@@ -95,10 +95,10 @@ def _only(values: set[str]) -> str:
 def learned_from(
     clips: Sequence[JudgedClip],
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
-    """Return the learned confidence and its reliability before and after; None with few verdicts.
+    """Return the learned confidence and its reliability before and after learning.
 
-    The reliability after learning is measured on held-out clips, or on held-out parts of a single
-    clip.
+    All are None if there are too few verdicts. The reliability after learning is measured on
+    held-out clips, or on held-out parts of a single clip.
     """
     given = seen(clips)
     if len(given) < ENOUGH:

@@ -1,4 +1,4 @@
-"""Profiles: TOML files with τ per joint for other clips, for `--profile` and for a folder."""
+"""Profiles: TOML files with a τ per joint to use for other clips (`--profile`, or a folder)."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ _Value = TypeVar("_Value")
 
 @dataclass(frozen=True)
 class Profile:
-    """A profile: τ for other clips.
+    """A profile: the τ to use for other clips.
 
-    tau: radians by the name of a chain or limb; method: the detector it was tuned for, '' if
-    unknown; rig: mark of its skeleton, performer: name of its performer, '' for any; confidence:
-    learned from verdicts, used on a person's request.
+    tau: τ in radians by the name of a chain or limb; method: the detector it was tuned for, '' if
+    unknown; rig: mark of the skeleton, and performer: name of the performer, '' for any;
+    confidence: the confidence learned from verdicts, used only if a person asks for it.
     """
 
     tau: Mapping[str, float]
@@ -49,15 +49,16 @@ class Profile:
     confidence: LearnedConfidence | None = None
 
     def of(self, chains: Iterable[Chain]) -> dict[str, float]:
-        """Return τ of the given chains that the profile names."""
+        """Return the τ of those given chains that the profile contains, by name."""
         return {c.name: self.tau[c.name] for c in chains if c.name in self.tau}
 
 
 @dataclass(frozen=True)
 class TauReasons:
-    """The evidence for a chain's τ: accepted and rejected intervals, and its uncertainty.
+    """The evidence for a chain's τ: numbers of accepted and rejected intervals, and its
+    uncertainty.
 
-    low, high: degrees, the range of 90 % of the suggestions from resampled verdicts.
+    low, high: degrees; 90 % of the suggestions from resampled verdicts lie between them.
     """
 
     accepted: int
@@ -75,11 +76,11 @@ def write_profile(
     whose: Profile | None = None,
     verdicts: Mapping[str, TauReasons] | None = None,
 ) -> None:
-    """Write one TOML table per joint, with reasons, for :func:`read_profile`; raise OSError.
+    """Write one TOML table per joint, with evidence, for :func:`read_profile`; raises OSError.
 
-    whose: its rig, performer and confidence are written into every table, since earlier versions
-    ignore unknown keys only inside a table. verdicts: the evidence by chain. The file is written
-    atomically.
+    whose: a profile whose rig, performer and confidence are written into every table, since earlier
+    versions ignore unknown keys only inside a table. verdicts: the evidence by chain. The file is
+    written atomically.
     """
     clip, by = legible(source), legible(method)  # without line breaks
     lines = [f"# τ per joint for twistcore --profile, tuned on {clip} with detector {by}."]
@@ -117,7 +118,7 @@ def _whose_lines(whose: Profile | None) -> list[str]:
 
 
 def read_profile(path: Path) -> Profile:
-    """Read a TOML file with a table and its tau_deg for every joint; raise TwistError."""
+    """Read a TOML file that has a table with tau_deg for every joint; raises TwistError."""
     data = bytes_of(path)
     with saying(path):
         return _profile(parsed_toml(data))
@@ -156,7 +157,7 @@ def _tau(degrees: Any, name: str) -> float:
 
 
 def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
-    """Return the value of a key, which must be the same in all tables that have it."""
+    """Return the value of a key, which must be equal in all tables that have the key."""
     values = [table[key] for table in tables if key in table]
     if others := sum(value != values[0] for value in values):
         raise FormatError(

@@ -1,4 +1,4 @@
-"""Report whether one τ is enough for all chains, and why some need their own."""
+"""Report whether one τ is enough for all chains, and why some chains need their own."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ SLIGHT = 0.01  # a chain that loses less than a point with the others' τ does n
 
 @dataclass(frozen=True)
 class SharedTau:
-    """The τ, radians, that suits most chains, and each chain compared with it.
+    """The τ, in radians, that suits most chains, and each chain compared with it.
 
-    best: chains whose own suggestion it is; served: chains that lose almost nothing with it; apart:
-    for each other chain, by name, its own τ in radians and a short reason.
+    best: names of the chains whose own suggestion equals it; served: chains for which it is almost
+    as good as their own; apart: for each other chain, by name, its own τ in radians and a short
+    reason.
     """
 
     tau: float
@@ -31,7 +32,9 @@ class SharedTau:
         return len(self.best) + len(self.served) + len(self.apart)
 
     def words(self, labels: Mapping[str, str]) -> str:
-        """Return a summary in one or two sentences; labels: the shown names of chains, by name."""
+        """Return a summary in one or two sentences; labels: displayed names by name of the
+        chain.
+        """
         degrees = np.degrees(self.tau)
         of, few = self.chains, len(self.served)
         said = (
@@ -60,7 +63,7 @@ def shared_tau(
     price: float = ALARM_PRICE,
     smallest: float = SMALLEST_ERROR,
 ) -> SharedTau | None:
-    """Return how the chains' :meth:`TauCurve.suggested` agree; None without a curve."""
+    """Return how well the chains' :meth:`TauCurve.suggested` agree; None if there is no curve."""
     if not curves:
         return None
     own = {name: curve.suggested(price, smallest) for name, curve in curves.items()}
@@ -80,7 +83,7 @@ def shared_tau(
 
 
 def _why(curve: TauCurve, tau: float, own: float, price: float, smallest: float) -> str:
-    """Return why a chain needs its own τ instead of the others'; '' if it does not."""
+    """Return the reason why a chain needs its own τ, or '' if the others' τ is good enough."""
     if tau < curve.floor:
         return f"its noise allows no τ below {np.degrees(curve.floor):.2f}°"
     loss = curve.loss(price, smallest)

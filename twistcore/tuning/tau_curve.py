@@ -21,13 +21,14 @@ LOSS_ALLOWED = 0.001  # additional cost allowed for a larger τ, which is safer 
 
 @dataclass(frozen=True, eq=False)
 class TauCurve:
-    """The cost of every τ of a grid for a chain, in counts, so that curves of clips add.
+    """The cost of every τ of a grid for a chain, as counts, so that the curves of clips can be
+    added.
 
-    tau: radians, (n,); repaired: error frames repaired by 80 % or more, (n,); errors: number of
-    error frames; alarms: intervals applied in the cleaned clips, (n,); minutes: the clips' length;
-    noise: radians, one for every clip; drawn: the errors one by one, None if unknown (the FSR then
-    has no band) or if there are none; own: the detector's automatic τ, radians, one for every clip,
-    if it differs from the noise.
+    tau: radians, (n,); repaired: number of error frames repaired by at least 80 %, (n,); errors:
+    number of error frames; alarms: number of intervals applied in the cleaned clips, (n,); minutes:
+    total duration of the clips; noise: radians, one value per clip; drawn: the errors one by one,
+    None if unknown (the FSR then has no band) or if there are none; own: the detector's automatic
+    τ, radians, one per clip, if it differs from the noise.
     """
 
     tau: Array
@@ -41,7 +42,7 @@ class TauCurve:
 
     @property
     def fsr(self) -> Array:
-        """Return the share of repaired error frames, 0…1, (n,); NaN without errors."""
+        """Return the fraction of error frames that are repaired, 0…1, (n,); NaN without errors."""
         share: Array = (
             self.repaired / self.errors if self.errors else np.full(len(self.tau), np.nan)
         )
@@ -83,10 +84,10 @@ class TauCurve:
         )
 
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
-        """Return the loss of every τ, (n,): the share of missed error frames plus priced alarms.
+        """Return the loss of every τ, (n,): the fraction of missed error frames plus priced alarms.
 
-        price: the share of the error frames that one false alarm a clip, or a minute of a longer
-        one, may cost; smallest: radians, smaller errors need not be found.
+        price: the fraction of the error frames that avoiding one false alarm may cost, counted per
+        clip, or per minute of a longer clip; smallest: radians, smaller errors need not be found.
         """
         fsr = self.fsr
         if self.drawn is not None and (wanted := self.drawn.from_size(smallest)).frames.sum():
@@ -96,12 +97,13 @@ class TauCurve:
         return lost
 
     def suggested(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> float:
-        """Return the τ in radians with the least :meth:`loss`.
+        """Return the τ, in radians, with the lowest :meth:`loss`.
 
-        An alarm costs a person one key, but nobody sees a missed error: so an alarm costs 5 points
-        of FSR by default, and no τ misses half of the errors to avoid one alarm. Among equals, the
-        largest up to the size of the smallest errors to find is chosen, since the drawn errors say
-        little about sizes in between. Never below the clips' own noise.
+        An alarm costs a person one key press, but nobody sees a missed error. So by default an
+        alarm costs as much as 5 percentage points of FSR, and no τ misses half of the errors to
+        avoid one alarm. If several τ cost the same, the largest one up to the size of the smallest
+        errors to find is chosen, since the injected errors say little about sizes in between. The
+        result is never below the clips' own noise.
         """
         usable = np.flatnonzero(self.tau >= self.floor)
         if not len(usable):
@@ -112,12 +114,14 @@ class TauCurve:
         return float(self.tau[modest[-1] if len(modest) else good[0]])
 
     def at(self, tau: float) -> tuple[float, float]:
-        """Return FSR, 0…1, and false alarms at τ radians, interpolated on the grid."""
+        """Return the FSR, 0…1, and the number of false alarms at τ radians, interpolated on the
+        grid.
+        """
         cost = self.cost(tau)
         return cost.fsr, cost.alarms
 
     def cost(self, tau: float) -> Cost:
-        """Return the cost at τ radians, with the confidence band and the examined minutes."""
+        """Return the cost of τ, in radians, with the confidence band and the examined minutes."""
         return cost_of_all([(self, tau)])
 
     @property
@@ -127,7 +131,7 @@ class TauCurve:
         return self.drawn or nothing
 
     def _place(self, tau: float) -> tuple[int, float]:
-        """Return the grid index below τ, and the share of the way to the next, in log τ."""
+        """Return the grid index below τ, and the fraction of the way to the next, in log τ."""
         at = float(np.interp(math.log(max(tau, 1e-9)), np.log(self.tau), range(len(self.tau))))
         below = min(int(at), max(len(self.tau) - 2, 0))
         return below, at - below
@@ -135,9 +139,9 @@ class TauCurve:
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of a τ; NaN if not measured.
+    """The cost of a τ; values are NaN if not measured.
 
-    fsr: 0…1; low, high: its 95 % confidence interval; alarms: counted in `minutes` of clip.
+    fsr: 0…1; low, high: 95 % confidence interval of the FSR; alarms: number in `minutes` of clip.
     """
 
     fsr: float
@@ -148,7 +152,7 @@ class Cost:
 
     @property
     def rate(self) -> float:
-        """Return alarms per minute; NaN for 0 minutes."""
+        """Return the number of alarms per minute; NaN for 0 minutes."""
         return self.alarms / (self.minutes or nan)
 
     @property
@@ -159,10 +163,11 @@ class Cost:
 
 
 def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None = None) -> Cost:
-    """Return the joint cost of several chains, each at its own τ in radians.
+    """Return the total cost of several chains, each at its own τ in radians.
 
-    All their error frames and alarms are added, in `minutes` of clip, which more chains do not make
-    longer. If `minutes` is not given, all chains are taken from the same clips.
+    The error frames and alarms of all chains are added. minutes: duration of the clips, which does
+    not grow with the number of chains; if not given, all chains are assumed to be from the same
+    clips.
     """
     alarms = errors = repaired = 0.0
     drawn: list[DrawnErrors] = []
@@ -184,7 +189,7 @@ def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None 
 
 @dataclass(frozen=True)
 class Tuned:
-    """A chain's τ with the reasons for it; degrees, per cent; NaN where not measured."""
+    """A chain's τ with the evidence for it, in degrees and per cent; NaN where not measured."""
 
     tau: float
     noise: float
@@ -193,7 +198,7 @@ class Tuned:
 
 
 def tuned(curve: TauCurve, tau: float | None = None) -> Tuned:
-    """Return the suggestion of a curve, or a given τ in radians, with its cost."""
+    """Return the τ that a curve suggests, or a given τ in radians, with its cost."""
     tau = curve.suggested() if tau is None else tau
     cost = curve.cost(tau)
     return Tuned(

@@ -1,4 +1,4 @@
-"""Precision and recall of every τ over people's verdicts, and the τ that they suggest."""
+"""Precision and recall of every τ according to people's verdicts, and the τ they suggest."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ DRAWS = 400
 
 
 def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
-    """Return lower and upper end of a share's confidence interval; 0 and 1 for an empty whole."""
+    """Return the bounds of the confidence interval of part / whole; 0 and 1 if whole is 0."""
     part, n = np.asarray(part, float), np.asarray(whole, float)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = part / n
@@ -36,7 +36,7 @@ def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """A suggested τ in radians; low, high: range of 90 % of the resampled suggestions."""
+    """A suggested τ in radians; low, high: the range of 90 % of the resampled suggestions."""
 
     tau: float
     low: float
@@ -45,13 +45,14 @@ class Suggestion:
 
 @dataclass(frozen=True, eq=False)
 class VerdictCurve:
-    """Counts over a grid of τ, one row per clip (or verdict, if clips are few); curves add.
+    """Counts over a grid of τ, with a row for each clip, or for each verdict if there are few
+    clips.
 
-    tau: radians, (n,); errors, natural: decided intervals, (rows,); found, alarms: how many of them
-    are found at each τ, (rows, n); clips: number of clips, or of minutes if larger, times the
-    reviewed chains; reviewed: τ in radians from which intervals were listed, the median of chains
-    and clips; others: recall of the errors of other chains, (n,), and their number, 0 for a curve
-    of all chains.
+    Curves can be added. tau: radians, (n,); errors, natural: numbers of decided intervals of each
+    kind, (rows,); found, alarms: how many of them are detected at each τ, (rows, n); clips: number
+    of clips, or of minutes if larger, times the reviewed chains; reviewed: the τ in radians from
+    which intervals were listed, median of chains and clips; others: recall of the errors of other
+    chains, (n,), and their number, which is 0 for a curve of all chains.
     """
 
     tau: Array
@@ -75,19 +76,21 @@ class VerdictCurve:
 
     @property
     def needed(self) -> tuple[int, int]:
-        """Return the missing numbers of accepted intervals (of any chain) and of own verdicts."""
+        """Return how many accepted intervals (of any chain) and verdicts on this chain are
+        missing.
+        """
         own = self.counts
         errors = max(ENOUGH_ERRORS - own[0] - self.others[1], 0)
         return errors, 0 if own[0] >= ENOUGH_ERRORS else max(ENOUGH_OWN - sum(own), 0)
 
     @property
     def recall(self) -> Array:
-        """Return the share of errors that are found, (n,); NaN without errors."""
+        """Return the fraction of errors that are found, (n,); NaN without errors."""
         return _share(self.found.sum(axis=0), self.errors.sum())
 
     @property
     def precision(self) -> Array:
-        """Return the share of finds that are errors, (n,); NaN without finds."""
+        """Return the fraction of detections that are errors, (n,); NaN without detections."""
         found = self.found.sum(axis=0)
         return _share(found, found + self.alarms.sum(axis=0))
 
@@ -102,14 +105,15 @@ class VerdictCurve:
         return wilson(found, found + self.alarms.sum(axis=0))
 
     def at(self, tau: float) -> int:
-        """Return the index on the grid nearest to τ."""
+        """Return the grid index nearest to τ."""
         return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
-        """Return the cost of every τ: the share of missed errors plus priced alarms per clip.
+        """Return the cost of every τ: the fraction of missed errors plus the priced alarms per
+        clip.
 
-        If a chain has few errors, the errors of the others show how large errors are in these
-        clips. weight: how often each row counts, (draws, rows); the result is then (draws, n).
+        If a chain has few errors, those of other chains show how large errors are in these clips.
+        weight: how often each row counts, (draws, rows); the result then has the shape (draws, n).
         """
         weight = np.ones((1, len(self.errors))) if weight is None else weight
         errors, rows = weight @ self.errors, max(len(self.errors), 1)
@@ -122,10 +126,11 @@ class VerdictCurve:
         return np.asarray(cost)
 
     def best(self, cost: Array, smallest: float = SMALLEST_ERROR) -> Index:
-        """Return grid indices of the least costs (draws, n), by the rule of :class:`TauCurve`.
+        """Return the grid indices of the lowest costs (draws, n), by the rule of :class:`TauCurve`.
 
-        Among equals, the largest up to the size of the smallest errors to find. Never below the
-        median τ of the review, since the number of alarms below it is hardly known.
+        If several τ cost the same, the largest one up to the size of the smallest errors to find is
+        chosen, but never one below the median τ of the review, since the number of alarms below it
+        is hardly known.
         """
         usable = self.tau >= self.reviewed * (1 - 1e-9)
         if not usable.any():
@@ -144,7 +149,9 @@ class VerdictCurve:
         draws: int = DRAWS,
         seed: int = 0,
     ) -> Suggestion | None:
-        """Return the τ suggested by the verdicts and its uncertainty; None if they are too few."""
+        """Return the τ that the verdicts suggest, with its uncertainty; None if they are too
+        few.
+        """
         if not self.enough:
             return None
         place = self.best(self.cost(price), smallest)[0]
@@ -171,9 +178,9 @@ def _share(part: Array, whole: Array) -> Array:
 
 
 def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> VerdictCurve:
-    """Return the curve over clips with verdicts, of all their chains or of one.
+    """Return the curve over all clips with verdicts, for all their chains or for one chain.
 
-    A reviewed clip in which no interval of the chain was listed counts as a clip without alarm.
+    A reviewed clip in which no interval of the chain was listed counts as a clip without alarms.
     """
     clips = [clip for clip in clips if clip.verdicts]
     others = _errors_found(clips, chain) if chain is not None else (np.zeros(0), 0)
@@ -198,14 +205,14 @@ def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> Verd
 
 
 def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
-    """Return the share of other chains' errors found at each τ, and their number."""
+    """Return the fraction of other chains' errors found at each τ, and the number of errors."""
     found = [v.found for clip in clips for v in clip.verdicts if v.error and v.chain != chain]
     return (np.mean(found, axis=0) if found else np.zeros(0)), len(found)
 
 
 @dataclass(frozen=True)
 class VerdictScore:
-    """Counts of decided intervals: errors and finds among them, natural ones and alarms."""
+    """Counts of decided intervals: errors, errors detected, natural intervals, and alarms."""
 
     errors: int
     found: int
@@ -214,19 +221,19 @@ class VerdictScore:
 
     @property
     def precision(self) -> tuple[float, float, float]:
-        """Return the share of finds that are errors, and its bounds; NaN, 0, 1 without finds."""
+        """Return the fraction of detections that are errors, with bounds; NaN, 0, 1 without any."""
         return _between(self.found, self.found + self.alarms)
 
     @property
     def recall(self) -> tuple[float, float, float]:
-        """Return the share of errors that are found, and its bounds; NaN, 0, 1 without errors."""
+        """Return the fraction of errors that are found, with bounds; NaN, 0, 1 without errors."""
         return _between(self.found, self.errors)
 
 
 def verdict_score(
     clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | None = None
 ) -> VerdictScore:
-    """Return the score at these τ, radians by chain, for one chain or all chains in `tau`."""
+    """Return the score at the given τ, radians by chain, for one chain or all chains in `tau`."""
     place = {name: int(np.abs(np.log(GRID / t)).argmin()) for name, t in tau.items()}
     told = [
         (v.error, bool(v.found[place[v.chain]]))

@@ -1,8 +1,8 @@
 """People's verdicts on clips as evidence for a τ: one verdict per interval.
 
 An accepted interval is an error and a rejected one is natural motion. An undecided interval gives
-no evidence, nor does one that was applied automatically or accepted together with all sure ones:
-nobody examined it. The detector itself, run at every τ of the grid, shows at which τ it finds the
+no evidence, nor does one that was applied automatically or accepted together with all sure ones,
+since nobody examined it. Running the detector at every τ of the grid shows at which τ it finds the
 interval of a verdict.
 """
 
@@ -41,9 +41,10 @@ _PERFORMER = re.compile(
 class Verdict:
     """A person's verdict on one interval.
 
-    error: True if accepted; found: True where the detector finds it, by τ of the grid, (n,);
-    confidence: the detector's own, None for an interval made by hand or if the detector gives none;
-    size: the largest offset, radians; by_hand: True if the detector had not listed it.
+    error: True if the interval was accepted; found: mask of the grid's τ at which the detector
+    finds it, (n,); confidence: the detector's confidence, None for an interval made by hand or if
+    the detector gives none; size: the largest offset, radians; by_hand: True if the detector had
+    not listed it.
     """
 
     chain: str
@@ -61,9 +62,9 @@ class JudgedClip:
     """The verdicts on a clip, with its rig and performer.
 
     method: the detector whose intervals were listed; rig: mark of the skeleton; performer: '' if
-    unknown; minutes: the clip's length, without frames left out of tuning; reviewed: τ in radians
-    from which intervals were listed, for each reviewed chain; shares: the decided share of the
-    intervals listed from there on, by chain, 1 if not given.
+    unknown; minutes: the clip's duration, without frames left out of tuning; reviewed: for each
+    reviewed chain, the τ in radians from which intervals were listed; shares: by chain, the
+    fraction of these intervals that were decided, 1 if not given.
     """
 
     name: str
@@ -77,7 +78,7 @@ class JudgedClip:
 
     @property
     def reviewed_chains(self) -> float:
-        """Return the number of reviewed chains, partly decided ones counted by their share."""
+        """Return the number of reviewed chains; a partly decided chain counts by its fraction."""
         return sum(self.shares.get(chain, 1.0) for chain in self.reviewed)
 
     def of_chain(self, chain: str) -> JudgedClip:
@@ -85,7 +86,7 @@ class JudgedClip:
         return self.without(self.reviewed.keys() - {chain})
 
     def without(self, chains: Collection[str]) -> JudgedClip:
-        """Return the verdicts without those on `chains`, as if nobody had reviewed them."""
+        """Return the verdicts without the given chains, as if nobody had reviewed these chains."""
         verdicts = tuple(v for v in self.verdicts if v.chain not in chains)
         reviewed = {k: t for k, t in self.reviewed.items() if k not in chains}
         return replace(self, reviewed=reviewed, verdicts=verdicts)
@@ -102,7 +103,7 @@ def judged_clip(
 ) -> JudgedClip:
     """Return the verdicts of a review as evidence for the τ of its detector.
 
-    performer: taken from the file's name if not given. Frames left out of tuning do not count here
+    performer: by default taken from the file's name. Frames left out of tuning do not count here
     either.
     """
     decided = _decided(state)
@@ -126,7 +127,7 @@ def judged_clip(
 
 
 def is_verdict(judged: Judged) -> bool:
-    """True if a person examined a counter-twist and decided on it."""
+    """True if the interval is a counter-twist that a person examined and decided on."""
     return (
         judged.decision != Decision.UNDECIDED
         and judged.verdict != APPLIED
@@ -136,7 +137,7 @@ def is_verdict(judged: Judged) -> bool:
 
 
 def verdicts_in(state: ReviewState) -> Verdicts:
-    """Return the errors and natural spans of a review, for tuning τ on the rest of the clip."""
+    """Return the errors and natural spans of a review, to tune τ on the rest of the clip."""
     said = [j for j in state.intervals if is_verdict(j)]
     return Verdicts(
         errors=tuple(
@@ -153,7 +154,7 @@ def verdicts_in(state: ReviewState) -> Verdicts:
 
 
 def _counts(state: ReviewState, interval: Interval) -> bool:
-    """True for a counter-twist of an existing chain that is not left out of tuning."""
+    """True for a counter-twist of an existing chain, unless the interval is left out of tuning."""
     left_out = any(
         interval.start < stop and start < interval.stop for start, stop in state.left_out
     )
@@ -171,9 +172,9 @@ def _decided(state: ReviewState) -> dict[str, list[Judged]]:
 def _reviewed(
     detector: Analysis, state: ReviewState, names: Iterable[str], verdicts: Sequence[Verdict]
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the τ from which each chain was reviewed, and the decided share of its intervals.
+    """Return the τ down to which each chain was reviewed, and the fraction of decided intervals.
 
-    A chain with undecided intervals was reviewed down to the weakest decided one: lowering τ alone
+    A chain with undecided intervals was reviewed down to the weakest decided one: merely lowering τ
     is no review. A chain without intervals counts as reviewed when all others are finished.
     """
     asked = [j for j in state.intervals if _counts(state, j.interval) and not is_verdict(j)]
@@ -225,10 +226,10 @@ def _accepted(decided: Sequence[Judged]) -> list[bool]:
 def found_by_tau(
     judged: Sequence[Interval], errors: Sequence[bool], detector: Analysis, chain: str
 ) -> Mask:
-    """Return which judged intervals of a chain the detector finds at each τ, (judged, n).
+    """Return at which τ the detector finds each judged interval of a chain, (judged, n).
 
-    A find belongs to the interval with which it shares most frames. An error is found if the two
-    share half of their frames; natural motion raises an alarm if any part of it is listed.
+    A detection belongs to the interval with which it shares most frames. An error is found if the
+    two share half of their frames; natural motion raises an alarm if any part of it is detected.
     """
     out = np.zeros((len(judged), len(GRID)), dtype=bool)
     start = np.array([i.start for i in judged])
@@ -250,9 +251,9 @@ def found_by_tau(
 def judged_in(
     clip: Path | Clip, session: Path | Session, performer: str | None = None
 ) -> JudgedClip:
-    """Return the verdicts on a clip in a session; raise TwistError.
+    """Return the verdicts on a clip in a session; raises TwistError.
 
-    A session of another version of the clip is refused, since its frames may differ.
+    A session made for another version of the clip is refused, since its frames may differ.
     """
     read = read_clip(clip) if isinstance(clip, Path) else clip
     kept = read_session(session) if isinstance(session, Path) else session
@@ -267,7 +268,7 @@ def check_version(clip: Clip, session: Session) -> None:
 
 
 def check_method_and_chains(clip: Clip, session: Session) -> None:
-    """Raise TwistError unless a session's detector is known and its intervals' chains exist."""
+    """Raise TwistError unless the session's detector and the chains of its intervals exist."""
     state = session.state
     if state.method not in DETECTORS:
         known = " or ".join(sorted(DETECTORS))

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 else:
 
     def dataclass(cls=None, /, *, frozen, eq=True, repr=True, kw_only=False):
-        """Make a frozen dataclass of a class, as :func:`dataclasses.dataclass` does."""
+        """Make a class a frozen dataclass, as :func:`dataclasses.dataclass` does."""
         if not frozen:
             raise TypeError("expected frozen=True; dataclasses.dataclass makes other classes")
 
@@ -33,7 +33,7 @@ else:
 
 
 class _Factory:
-    """The default of a field with a factory, as signatures show it."""
+    """The default of a field that has a factory, as it is shown in signatures."""
 
     def __repr__(self) -> str:
         return "<factory>"
@@ -62,7 +62,7 @@ def _made(cls: type, *, eq: bool, shown: bool, kw_only: bool) -> type:
 
 
 def _init(cls: type) -> Callable[..., None]:
-    """Compile `__init__`: fields in their order, keyword-only fields last."""
+    """Compile `__init__` with the fields in their order, keyword-only fields last."""
     scope: dict[str, Any] = {"_set": object.__setattr__, "_made": _FACTORY}
     places, lines = ["self"], []
     keywords: list[str] = []
@@ -89,7 +89,7 @@ def _init(cls: type) -> Callable[..., None]:
 
 
 def _values(names: tuple[str, ...]) -> Callable[[object], tuple[object, ...]]:
-    """Return a function that takes the values of the named fields out of an object."""
+    """Return a function that returns the values of the named fields of an object."""
     if len(names) > 1:
         return attrgetter(*names)
     return lambda one: tuple(getattr(one, name) for name in names)
@@ -125,5 +125,5 @@ def _refuse_to_delete(self: Any, name: str) -> None:
 
 
 def _is_frozen(self: Any, name: str) -> bool:
-    """True for every name; in a subclass that is not a dataclass, only for the fields."""
+    """True if a name cannot be set: any name or, in a subclass that is no dataclass, a field."""
     return "__dataclass_fields__" in vars(type(self)) or name in self.__dataclass_fields__

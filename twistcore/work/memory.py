@@ -1,4 +1,4 @@
-"""Memory limit of a process for each clip, and its measured peak (Linux)."""
+"""Limit a process's memory for each clip, and measure its peak (Linux)."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ _OWN = Path("/proc/self")
 def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
     """Limit this process to its current memory plus `spare` and a multiple of a file's bytes.
 
-    Beyond the limit there is a MemoryError instead of a machine that swaps. The limit concerns the
-    address space, so it does not measure the memory really used. The earlier limit is restored
-    afterwards, since the process may be shared. Other systems than Linux have no limit.
+    Beyond the limit, a MemoryError is raised instead of the machine swapping. The limit applies to
+    the address space, so it does not measure the memory really used. The earlier limit is restored
+    afterwards, since other code may share the process. On systems other than Linux there is no
+    limit.
     """
     if sys.platform != "linux":
         yield
@@ -37,13 +38,13 @@ def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
 
 
 def forget_peak() -> None:
-    """Reset the count of :func:`peak_memory`, if the system can."""
+    """Reset the value of :func:`peak_memory`, if the system can do this."""
     with contextlib.suppress(OSError):
         (_OWN / "clear_refs").write_text("5", encoding="ascii")
 
 
 def peak_memory() -> int:
-    """Return the most bytes in memory since the start or the last reset; 0 if unknown."""
+    """Return the largest memory used, in bytes, since the start or the last reset; 0 if unknown."""
     with contextlib.suppress(OSError, ValueError):
         for line in (_OWN / "status").read_text(encoding="utf-8").splitlines():
             if line.startswith("VmHWM:"):

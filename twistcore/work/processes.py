@@ -1,7 +1,7 @@
-"""Apply one function to many files in many processes; a bad file stops no other.
+"""Apply one function to many files in many processes; a bad file does not stop the others.
 
-Each process has its own pipe for orders and answers. A process that dies, hangs or takes too much
-memory is known by name and costs only its own file.
+Each process has its own pipe for orders and answers. If a process dies, hangs or takes too much
+memory, it is known which file it was working on, and only that file is lost.
 """
 
 from __future__ import annotations
@@ -39,21 +39,22 @@ _LENGTH = struct.Struct("<Q")
 
 
 class ProcessEndedError(Exception):
-    """A process was killed or crashed before it answered."""
+    """Raised if a process was killed or crashed before it answered."""
 
 
 class ProcessTimeError(Exception):
-    """A process exceeded its time limit and was ended.
+    """Raised if a process exceeded its time limit and was ended.
 
     args: the seconds of processor time; or the seconds waited, and True.
     """
 
 
 class Apart:
-    """A process that carries out one call after the other; after a crash a new one is started.
+    """A separate process that carries out one call after another; after a crash a new one is
+    started.
 
-    It has one BLAS thread, as the cores are busy with files. It ignores Ctrl+C, which reaches every
-    process of a terminal while only the parent decides. It ends with the parent.
+    It has one BLAS thread, since the cores are busy with other files. It ignores Ctrl+C, which
+    reaches every process of a terminal, while only the parent decides. It ends with the parent.
     """
 
     def __init__(self) -> None:
@@ -62,7 +63,7 @@ class Apart:
         self._closed = False
 
     def call(self, work: Callable[[Name], Result], name: Name, seconds: float | None) -> Result:
-        """Return `work(name)`, both pickled; raises the exception of `work`.
+        """Return `work(name)`, with both pickled; raises the exception that `work` raised.
 
         seconds: limit of processor time, after which the process is ended; None for no limit.
         Raises ProcessEndedError and ProcessTimeError.
@@ -105,10 +106,10 @@ class Apart:
     def tried(
         self, work: Callable[[Name], Result], name: Name, seconds: float | None
     ) -> Result | Exception:
-        """Return `work(name)`, or the exception it raised.
+        """Return `work(name)`, or the exception that it raised.
 
-        If the process died, the name is tried once more in a new one: the first process may have
-        died for another reason.
+        If the process died, the name is tried once more in a new process, since the first one may
+        have died for another reason.
         """
         for last in (False, True):
             try:
@@ -167,7 +168,7 @@ def each(
 
 
 def reason(name: object, error: Exception) -> str:
-    """Return one sentence about a file that could not be processed."""
+    """Return one sentence that says why a file could not be processed."""
     if isinstance(error, TwistError):
         return str(error)
     if isinstance(error, OSError):
@@ -186,7 +187,7 @@ def reason(name: object, error: Exception) -> str:
 
 
 class _Crew(Generic[Name, Result]):
-    """Threads that each drive a process and put the results into one queue."""
+    """Threads that each control one process and put its results into a common queue."""
 
     def __init__(
         self,
@@ -248,7 +249,9 @@ def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
 
 
 def _started() -> subprocess.Popen[bytes]:
-    """Spawn a serving process; it is not forked: a fork of a program with threads may hang."""
+    """Spawn a process that serves orders, without a fork, which may hang in a program with
+    threads.
+    """
     path = os.pathsep.join(dict.fromkeys(str(Path(entry).absolute()) for entry in sys.path))
     own: dict[str, Any] = {"process_group": 0}
     if sys.platform == "win32":
@@ -277,7 +280,7 @@ def _end(process: subprocess.Popen[bytes] | None) -> None:
 
 
 def serve(parent: int) -> None:
-    """Carry out the orders on standard input until it closes or `parent` ends."""
+    """Carry out the orders read from standard input until it closes or `parent` ends."""
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if _OUT_OF_TIME is not None:
@@ -321,7 +324,7 @@ def _carried_out(order: bytes) -> object:
 
 @contextlib.contextmanager
 def _watched(seconds: float) -> Iterator[None]:
-    """End this process after so much processor time, on systems without a signal for it."""
+    """End this process after this much processor time, on systems that have no signal for it."""
     end, done = time.process_time() + seconds, threading.Event()
 
     def watch() -> None:
@@ -351,7 +354,7 @@ def _packed(thing: object) -> bytes:
 
 
 def _received(pipe: IO[bytes]) -> bytes:
-    """Return the next message; EOFError if the other side has gone."""
+    """Return the next message; raise EOFError if the other side has closed the pipe."""
     head = pipe.read(_LENGTH.size)
     if len(head) < _LENGTH.size:
         raise EOFError

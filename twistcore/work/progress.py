@@ -1,4 +1,4 @@
-"""Progress of long work: reported now and then to a listener, which may cancel the work."""
+"""Progress of long work, reported now and then to a function, which may cancel the work."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Tell = Callable[[float], None]  # called with the share done, 0…1; an exceptio
 
 
 class Cancelled(BaseException):
-    """Raised by a :data:`Tell` to end the work that called it.
+    """Raised by a :data:`Tell` function to cancel the work that called it.
 
     Not an Exception, so that no error handler on the way catches it.
     """
@@ -24,16 +24,19 @@ def nobody(_share: float) -> None:
 
 
 def part(tell: Tell, start: float, stop: float) -> Tell:
-    """Return a :data:`Tell` for a stage: its shares 0…1 become `start`…`stop` of the whole."""
+    """Return a :data:`Tell` for a stage, which maps its shares 0…1 to `start`…`stop` of the
+    whole.
+    """
     return lambda share: tell(start + share * (stop - start))
 
 
 @contextmanager
 def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
-    """Yield a function to call with the name of every finished clip: a bar on standard error.
+    """Yield a function to call with the name of each finished clip, shown as a bar on standard
+    error.
 
     If standard error is not a terminal, a line is printed at every twentieth of the clips. done:
-    number of clips finished before.
+    number of clips that were finished before.
     """
     if sys.stderr.isatty():
         from tqdm import tqdm  # takes 20 ms to load, which most commands can save
@@ -58,5 +61,5 @@ def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
 
 @contextmanager
 def uncounted(_total: int) -> Iterator[TellName]:
-    """Yield a function that ignores the names."""
+    """Yield a function that does nothing with the names."""
     yield lambda _name: None

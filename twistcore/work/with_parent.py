@@ -1,4 +1,4 @@
-"""Processes that end together with their parent, even if that was killed by kill -9."""
+"""Processes that end together with their parent, even if it was killed with kill -9."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ _LOOK_S = 0.5  # seconds between checks whether the parent still runs
 def end_with_parent(parent: int) -> None:
     """End this process, even in the middle of its work, once `parent` is no longer its parent.
 
-    This happens within a second, unless a single call outside Python takes longer. Windows does
-    nothing here, since it never gives a process a new parent: the process ends when it next looks
-    for work.
+    This happens within a second, unless a single call outside Python takes longer. On Windows
+    nothing is done, since Windows never gives a process a new parent: there the process ends when
+    it next looks for work.
     """
     if os.name == "posix":
         threading.Thread(target=_watch, args=(parent,), name="parent", daemon=True).start()
 
 
 def python_bound(module: str, *words: str) -> list[str]:
-    """Return a command that runs `python -m MODULE WORDS` and ends with this process."""
+    """Return a command that runs `python -m MODULE WORDS` and ends when this process ends."""
     program = f"from twistcore.work.with_parent import become; become({module!r}, {os.getpid()})"
     return [sys.executable, "-c", program, *words]
 
@@ -36,9 +36,9 @@ def become(module: str, parent: int) -> None:
 
 
 def bound(command: Sequence[str]) -> list[str]:
-    """Return a command of another program that ends with the thread that starts it (Linux).
+    """Return a command for another program that ends with the thread that starts it (Linux).
 
-    On other systems, return the command itself.
+    On other systems, the command itself is returned.
     """
     if sys.platform != "linux":
         return list(command)

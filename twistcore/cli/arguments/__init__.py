@@ -1,1 +1,1 @@
-"""The words of every command, without loading what carries them out: no numpy, no scipy."""
+"""The arguments of every command, defined without loading numpy, scipy or the commands' code."""

@@ -1,4 +1,4 @@
-"""Values of arguments: each is checked, and a wrong one is refused in one line."""
+"""Types of arguments: each value is checked, and a wrong one is refused in one line."""
 
 from __future__ import annotations
 
@@ -23,26 +23,26 @@ _LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # frames a second that a file may have
 
 
 class Parser(argparse.ArgumentParser):
-    """Parser whose errors are one line that ends with where help is, without the usage.
+    """Parser whose errors are a single line that says where to find help, without the usage.
 
-    late: completes the help with texts that load slowly, when help is printed.
+    late: function that adds texts that load slowly, called when the help is printed.
     """
 
     late: Callable[[argparse.ArgumentParser], None] | None = None
 
     def error(self, message: str) -> NoReturn:
-        """End the program with the message."""
+        """Print the message and end the program."""
         end = "" if message.endswith((".", "?")) else "."
         self.exit(2, f"{terminal_text(f'{self.prog}: {message}{end} {self._where_help_is()}')}\n")
 
     def format_help(self) -> str:
-        """Return the help, completed."""
+        """Return the help, including the texts that load slowly."""
         if self.late is not None:
             self.late(self)
         return super().format_help()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse the arguments; an error names an unknown option and those with a similar name."""
+        """Parse the arguments; the error for an unknown option names options with similar names."""
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
             self.error(self._unknown(unknown))
@@ -71,7 +71,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def _similar(word: str, known: Sequence[str]) -> str:
-    """Return '; did you mean detect?' if names similar to a word are known, or else ''."""
+    """Return '; did you mean detect?' if `known` has words similar to `word`, or ''."""
     from difflib import get_close_matches  # slow to load, and seldom needed
 
     near = get_close_matches(word.lower(), known, cutoff=0.65)
@@ -79,12 +79,14 @@ def _similar(word: str, known: Sequence[str]) -> str:
 
 
 def target(text: str) -> Path:
-    """Return a file to write, '-' is standard output; a file of that name is './-'."""
+    """Return the file to write; '-' means standard output, and './-' a file of that name."""
     return STANDARD_OUTPUT if text == "-" else Path(text)
 
 
 def clip_target(text: str) -> Path:
-    """Return a clip or a folder of clips to write, of a format that is written."""
+    """Return the clip or folder of clips to write, with the suffix of a format that can be
+    written.
+    """
     path = target(text)
     refused = not_written(path, " or ".join(CLIP_SUFFIXES))
     if refused and not path.is_dir():
@@ -93,25 +95,25 @@ def clip_target(text: str) -> Path:
 
 
 def readable(text: str) -> Path:
-    """Return a clip to read, '-' is standard input; a file of that name is './-'."""
+    """Return the clip to read; '-' means standard input, and './-' a file of that name."""
     return STANDARD_INPUT if text == "-" else Path(text)
 
 
 def folder(text: str) -> Path:
-    """Return a folder to write into."""
+    """Return the folder to write into."""
     if text == "-":
         raise argparse.ArgumentTypeError("expected a folder; one called '-' is './-'")
     return Path(text)
 
 
 def tau(text: str) -> float | None:
-    """Return None for 'auto', or degrees above 0 and up to 180 in radians."""
+    """Return τ in radians, given in degrees above 0 and up to 180; None for 'auto'."""
     found = tau_degrees(text)
     return None if found is None else math.radians(found)
 
 
 def tau_degrees(text: str) -> float | None:
-    """Return None for 'auto', or degrees above 0 and up to 180."""
+    """Return τ in degrees, above 0 and up to 180; None for 'auto'."""
     if text == "auto":
         return None
     value = _number_in(text)
@@ -123,7 +125,7 @@ def tau_degrees(text: str) -> float | None:
 
 
 def degrees(text: str) -> float:
-    """Return degrees above 0 and up to 180."""
+    """Return an angle in degrees, above 0 and up to 180."""
     value = _number_in(text)
     if not 0.0 < value <= 180.0:
         raise argparse.ArgumentTypeError(f"expected degrees above 0 and up to 180, found {text!r}")
@@ -131,7 +133,10 @@ def degrees(text: str) -> float:
 
 
 def kinds(text: str) -> frozenset[Kind]:
-    """Return kinds of errors from a list with commas, with '-' or ' ' in a name, or 'all'."""
+    """Return kinds of errors from a comma-separated list, or all kinds for 'all'.
+
+    A name may contain '-' or ' ' between its words.
+    """
     from twistcore.analysis.clip_analysis import ALL_KINDS  # numpy, which not every command needs
 
     known = {kind.value.replace(" ", "-"): frozenset({kind}) for kind in Kind} | {"all": ALL_KINDS}
@@ -145,7 +150,7 @@ def kinds(text: str) -> frozenset[Kind]:
 
 
 def seed(text: str) -> int:
-    """Return a whole number from 0."""
+    """Return a whole number that is at least 0."""
     if not (text.isdecimal() and len(text) <= 18):
         raise argparse.ArgumentTypeError(
             f"expected a whole number from 0 of at most 18 digits, found {text[:40]!r}"
@@ -162,7 +167,7 @@ def positive(text: str) -> float:
 
 
 def rate(text: str) -> float:
-    """Return a plausible number of frames a second."""
+    """Return a plausible number of frames per second."""
     value = _number_in(text)
     if not _LEAST_RATE <= value <= _MOST_RATE:
         raise argparse.ArgumentTypeError(
@@ -180,7 +185,7 @@ def share(text: str) -> float:
 
 
 def mebibytes(text: str) -> float:
-    """Return an amount of memory that Python and its libraries fit into."""
+    """Return an amount of memory that is large enough for Python and its libraries."""
     if (value := positive(text)) < _LEAST_MIB:
         raise argparse.ArgumentTypeError(f"expected at least {_LEAST_MIB} MiB, found {text!r}")
     return value
@@ -207,7 +212,7 @@ def count(text: str) -> int:
 
 
 def limit(text: str) -> int:
-    """Return a whole number from 0: the most that is allowed."""
+    """Return the largest number that is allowed, a whole number that is at least 0."""
     return _whole(text, 0, _MOST)
 
 
@@ -225,7 +230,7 @@ def _whole(text: str, least: int, most: int) -> int:
 
 
 def _number_in(text: str) -> float:
-    """Return the number in a text, nan if there is none."""
+    """Return the number that a text contains, or NaN if it is not a number."""
     try:
         return float(text)
     except ValueError:

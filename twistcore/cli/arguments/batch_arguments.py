@@ -1,4 +1,4 @@
-"""Arguments of `twistcore batch`."""
+"""The arguments of `twistcore batch`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from twistcore.cli.arguments.detection_arguments import add_correction, add_dete
 
 
 def add_batch(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments to a parser."""
+    """Add the arguments of the command to a parser."""
     parser.add_argument(
         "paths",
         nargs="*",
@@ -110,7 +110,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
 
 
 def shard(text: str) -> tuple[int, int]:
-    """Return (2, 5) for '2/5'."""
+    """Return the shard's number and count, such as (2, 5) for '2/5'."""
     index, slash, number = text.partition("/")
     if not (slash and index.isdecimal() and number.isdecimal() and 1 <= int(index) <= int(number)):
         raise argparse.ArgumentTypeError(f"expected I/N with 1 ≤ I ≤ N, as 2/5, found {text!r}")

@@ -1,4 +1,4 @@
-"""Every command's help: a line for lists, a description and examples that tests run."""
+"""The help of every command: a summary, a description, and examples that the tests run."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from twistcore.work.frozen import dataclass
 
 
 class HelpFormatter(argparse.HelpFormatter):
-    """Formatter that fills paragraphs and leaves lists of examples as they are."""
+    """Formatter that fills paragraphs and leaves lists of examples unchanged."""
 
     def add_argument(self, action: argparse.Action) -> None:
-        """Add an argument; the column of help leaves room for the indented names of commands."""
+        """Add an argument, widening the first column of the help for the indented command names."""
         super().add_argument(action)
         if isinstance(action, argparse._SubParsersAction):
             self._action_max_length += self._indent_increment
@@ -28,7 +28,7 @@ class HelpFormatter(argparse.HelpFormatter):
 class CommandHelp:
     """The texts of one command's help.
 
-    summary: for the list of commands, without a full stop; about: the sentences after it;
+    summary: line for the list of commands, without a full stop; about: sentences after the summary;
     note: sentences after the options, such as exit codes.
     """
 
@@ -39,13 +39,13 @@ class CommandHelp:
 
     @property
     def description(self) -> str:
-        """The beginning of the command's help."""
+        """The text of the help before the options."""
         sentence = f"{self.summary[:1].upper()}{self.summary[1:]}."
         return f"{sentence}\n\n{self.about}" if self.about else sentence
 
     @property
     def epilog(self) -> str:
-        """The end of the command's help."""
+        """The text of the help after the options."""
         head = "Example:" if len(self.examples) == 1 else "Examples:"
         lines = [head, *(f"  {line}" for line in self.examples)] if self.examples else []
         return "\n\n".join(filter(None, (self.note, "\n".join(lines))))

@@ -1,6 +1,6 @@
-"""Arguments that several commands share, and the functions that carry commands out.
+"""Arguments that several commands share, and the loading of the commands' functions.
 
-The functions are loaded when a command runs: numpy and scipy load slowly.
+The functions are loaded when a command runs, since numpy and scipy load slowly.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from twistcore.cli.arguments.argument_types import (
 
 
 def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
-    """Return a function of a module of twistcore.cli that loads the module when called."""
+    """Return a function that, when called, loads a module of twistcore.cli and calls a function
+    in it.
+    """
 
     def run(arguments: argparse.Namespace) -> int:
         carry_out = getattr(import_module(f"twistcore.cli.{module}"), name)
@@ -34,7 +36,7 @@ def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
 
 
 def add_commands(parser: argparse.ArgumentParser) -> argparse._SubParsersAction[Parser]:
-    """Let a parser have commands; without one it prints its help."""
+    """Let a parser have subcommands; without one, the help is printed."""
 
     def print_help(_: argparse.Namespace) -> int:
         parser.print_help()
@@ -45,12 +47,12 @@ def add_commands(parser: argparse.ArgumentParser) -> argparse._SubParsersAction[
 
 
 def add_clip(parser: argparse.ArgumentParser, what: str = "the clip to read") -> None:
-    """Add one clip, from which something is made."""
+    """Add the argument for one clip from which the command makes something."""
     parser.add_argument("clip", type=Path, metavar="CLIP", help=what)
 
 
 def add_clips(parser: argparse.ArgumentParser) -> None:
-    """Add clips that are only read."""
+    """Add the argument for clips that are only read."""
     parser.add_argument(
         "clips",
         type=readable,
@@ -61,7 +63,7 @@ def add_clips(parser: argparse.ArgumentParser) -> None:
 
 
 def add_fps(parser: argparse._ActionsContainer) -> None:
-    """Add the frame rate."""
+    """Add the option for the frame rate."""
     parser.add_argument(
         "--fps",
         type=rate,
@@ -71,7 +73,7 @@ def add_fps(parser: argparse._ActionsContainer) -> None:
 
 
 def add_output(parser: argparse.ArgumentParser, what: str = "clip to write") -> None:
-    """Add the clip to write."""
+    """Add the option for the clip to write."""
     parser.add_argument(
         "-o",
         "--output",
@@ -83,7 +85,7 @@ def add_output(parser: argparse.ArgumentParser, what: str = "clip to write") -> 
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add the number of processes that work through folders."""
+    """Add the option for the number of processes that work on folders."""
     parser.add_argument(
         "--workers",
         type=workers,
@@ -93,7 +95,7 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """Add the option for a document instead of text."""
+    """Add the option to print a JSON document instead of text."""
     parser.add_argument(
         "--json",
         action="store_true",
@@ -102,7 +104,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_voice(parser: argparse.ArgumentParser) -> None:
-    """Add how much is printed."""
+    """Add the options for how much is printed."""
     voice = parser.add_mutually_exclusive_group()
     voice.add_argument("-q", "--quiet", action="store_true", help="print only results and errors")
     voice.add_argument(

@@ -1,4 +1,4 @@
-"""Arguments that choose chains, detector, τ, and the intervals to correct."""
+"""Arguments that choose the chains, the detector, τ, and the intervals to correct."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from twistcore.detection.registry import DEFAULT_METHOD, DETECTORS
 
 
 def add_chains(parser: argparse._ActionsContainer) -> None:
-    """Add the choice of chains."""
+    """Add the options that choose chains."""
     add_rig(parser)
     parser.add_argument(
         "--chain",
@@ -31,7 +31,7 @@ def add_chains(parser: argparse._ActionsContainer) -> None:
 
 
 def add_rig(parser: argparse._ActionsContainer) -> None:
-    """Add the options for other chains than the program finds."""
+    """Add the options that add or remove chains."""
     parser.add_argument(
         "--rig",
         type=Path,
@@ -52,7 +52,7 @@ def add_method(
     default: str | None = DEFAULT_METHOD,
     help: str = "detector that examines the chains (default: %(default)s)",
 ) -> None:
-    """Add the choice of the detector: by name, or in a file."""
+    """Add the option for the detector, which is given by name or by file."""
     group = parser.add_mutually_exclusive_group()
     # Set afterwards: the names of packages' detectors are searched only when help lists them.
     group.add_argument("--method", default=default, help=help).choices = DETECTORS
@@ -60,7 +60,7 @@ def add_method(
 
 
 def add_detector_file(parser: argparse._ActionsContainer) -> None:
-    """Add a detector that is in no package."""
+    """Add the option for a detector in a file that is not part of a package."""
     parser.add_argument(
         "--detector",
         metavar="FILE.py:CLASS",
@@ -71,7 +71,7 @@ def add_detector_file(parser: argparse._ActionsContainer) -> None:
 def add_detection(
     parser: argparse._ActionsContainer, tau_type: Callable[[str], float | None] = tau
 ) -> None:
-    """Add the options of detection; tau_type: reads the value of --tau."""
+    """Add the options of detection; tau_type: function that reads the value of --tau."""
     add_method(parser)
     parser.add_argument(
         "--tau",
@@ -98,7 +98,7 @@ def add_detection(
 
 
 def add_correction(parser: argparse.ArgumentParser) -> None:
-    """Add the choice of intervals to correct."""
+    """Add the options that choose the intervals to correct."""
     parser.add_argument(
         "--min-confidence",
         type=share,

@@ -1,4 +1,4 @@
-"""Read Acclaim's skeleton file: bones, their hierarchy, and the axes of each.
+"""Read Acclaim's skeleton file: the bones, their hierarchy, and the axes of each bone.
 
 The format follows the Acclaim documentation of 1994 (":version 1.10"), as in CMU's files.
 """
@@ -32,13 +32,13 @@ _OF_BONE = frozenset(
 
 @dataclass(frozen=True, eq=False)
 class Asf:
-    """A skeleton, and the layout of an AMC's numbers for its bones.
+    """A skeleton, and the layout of the numbers in an AMC for its bones.
 
     data: the file's bytes; skeleton: a joint at the start of every bone, the root first; channels:
-    columns of each joint's numbers in a frame, with letters and columns reversed, since Acclaim's X
-    Y Z turns about fixed axes: R = R_z · R_y · R_x; axes: C of every bone, (joints, 4), where the
-    local rotation is C · R · C⁻¹; start: added to the root's translation, (3,); radians: True if
-    angles are in radians, None if the file does not say.
+    columns of each joint's numbers in a frame, with letters and columns in reverse order, since
+    Acclaim's X Y Z turns about fixed axes: R = R_z · R_y · R_x; axes: C of every bone, (joints, 4),
+    where the local rotation is C · R · C⁻¹; start: offset added to the root's translation, (3,);
+    radians: True if angles are in radians, None if the file does not say.
     """
 
     path: Path
@@ -69,7 +69,7 @@ class _Bone:
 
     @property
     def along(self) -> Array:
-        """Vector from its start to its end, (3,)."""
+        """Return the vector from the bone's start to its end, (3,)."""
         assert self.length is not None
         direction = np.array(self.direction)
         size = float(np.linalg.norm(direction))
@@ -79,7 +79,7 @@ class _Bone:
 
 @dataclass
 class _Read:
-    """Data read so far."""
+    """The data read so far."""
 
     path: str
     bones: dict[str, _Bone] = field(default_factory=dict)
@@ -107,7 +107,7 @@ class _Read:
 
 
 def read_asf(path: str | Path) -> Asf:
-    """Read a skeleton file; AmcError if it is not valid."""
+    """Read a skeleton file; raise AmcError if it is not valid."""
     path = Path(path)
     try:
         return parse_asf(read_file(path), path)
@@ -116,7 +116,7 @@ def read_asf(path: str | Path) -> Asf:
 
 
 def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
-    """Parse a skeleton from bytes; AmcError (file, line, column, what was expected)."""
+    """Parse a skeleton from bytes; raise AmcError (file, line, column, what was expected)."""
     path = Path(path)
     if instead := wide_instead(data):
         raise AmcError(str(path), instead)
@@ -136,7 +136,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
 
 
 def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list[_Word]]]]:
-    """Yield each keyword's line and the lines below it, as words without comments."""
+    """Yield each keyword's line with the lines below it, as words without comments."""
     if not data or data.isspace():
         raise AmcError(read.path, "expected an ASF, but the file is empty", line=1, column=1)
     head: list[_Word] | None = None
@@ -159,7 +159,7 @@ def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list
 
 
 def _words(raw: bytes, line: int) -> list[_Word]:
-    """Return the words of a line with their places, up to a '#'."""
+    """Return the words of a line with their positions, up to a '#'."""
     text = raw.decode("utf-8", "surrogateescape")
     out, at = [], 0
     for word in text.split():
@@ -214,7 +214,7 @@ def _order(read: _Read, word: _Word) -> str:
 
 
 def _dofs(read: _Read, line: list[_Word], known: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the degrees of freedom after the first word of a line, in lower case."""
+    """Return the degrees of freedom listed after the first word of a line, in lower case."""
     out: list[str] = []
     for word in line[1:]:
         dof = word.text.lower()
@@ -298,7 +298,7 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
 
 
 def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
-    """Build the Asf: parents before children, each branch down to its end at once."""
+    """Build the Asf: parents come before children, and each branch is completed before the next."""
     children: dict[str, list[str]] = {}
     for name, parent in read.parents.items():
         children.setdefault(parent, []).append(name)
@@ -335,7 +335,7 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
 
 
 def _channels(dofs: tuple[str, ...], column: int) -> JointChannels:
-    """Return the channels of a bone whose first number is at `column`."""
+    """Return the channels of a bone whose first number is in column `column`."""
     turns = [(dof[1].upper(), column + k) for k, dof in enumerate(dofs) if dof in _TURNS][::-1]
     moves = tuple((_MOVES.index(dof), column + k) for k, dof in enumerate(dofs) if dof in _MOVES)
     return JointChannels("".join(a for a, _ in turns), tuple(c for _, c in turns), moves)

@@ -26,8 +26,9 @@ class AmcClip(Clip):
     """An AMC file.
 
     asf: its skeleton, from another file; values: its numbers in the order of the joints, lengths in
-    the file's unit and angles in degrees, (frames, columns); places: the token index of each number
-    in reading order, (frames, columns); radians: True if the file has angles in radians.
+    the file's unit and angles in degrees, (frames, columns); places: the position of each number
+    among the file's tokens, in reading order, (frames, columns); radians: True if the file has
+    angles in radians.
     """
 
     format = "amc"
@@ -39,7 +40,7 @@ class AmcClip(Clip):
 
     @property
     def companions(self) -> Mapping[str, bytes]:
-        """The skeleton file."""
+        """The bytes of the skeleton file, by its name."""
         return {self.asf.path.name: self.asf.data}
 
     @property
@@ -49,7 +50,7 @@ class AmcClip(Clip):
 
     @property
     def columns(self) -> int:
-        """Numbers in a frame."""
+        """Number of numbers in a frame."""
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:
@@ -65,16 +66,18 @@ class AmcClip(Clip):
 
     @cached_property
     def _start(self) -> Array | float:
-        """Offset added to the translation of the root, the only joint with a translation."""
+        """Offset that is added to the translation of the root, the only joint with a
+        translation.
+        """
         return self.asf.start if self.asf.start.any() else 0.0
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Byte offsets of start and end of every token in the file."""
+        """Byte offsets of the start and the end of every token in the file."""
         return token_spans(self.data, 0)
 
     def angles(self, joint: int) -> Array:
-        """Return a joint's degrees of freedom as written, degrees, (frames, channels)."""
+        """Return a joint's degrees of freedom as written, in degrees, (frames, channels)."""
         return self.values[:, list(self.asf.channels[joint].rotation[::-1])]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
@@ -95,8 +98,8 @@ class AmcClip(Clip):
         """Return the bytes with the numbers at `changed` (frames, joints) taken from `motion`.
 
         positions: also write the root's translation where it differs. All other bytes are kept. A
-        number keeps its count of decimals, at least 6, and never gets an exponent. ValueError for a
-        bone without three degrees of freedom.
+        number keeps its number of decimals, at least 6, and never gets an exponent. Raises
+        ValueError for a bone without three degrees of freedom.
         """
         rotations = motion.rotations.copy()
         for joint in np.flatnonzero(changed.any(axis=0)).tolist():

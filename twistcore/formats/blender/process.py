@@ -1,7 +1,7 @@
 """Run a separate Blender that opens a scene and returns its bones as arrays.
 
-Blender is licensed under the GPL: nothing of it is imported here, and it is no dependency. It runs
-as the program `blender`, or as a Python whose environment has the module bpy.
+Blender is licensed under the GPL: no part of it is imported here, and it is not a dependency. It
+runs as the program `blender`, or as a Python whose environment has the module bpy.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ _NEEDED = (
 
 @dataclass(frozen=True, eq=False)
 class Handover:
-    """Data that Blender read, in its world: Z up, metres.
+    """Data that Blender has read, in its world: Z up, metres.
 
-    names, parents: of the bones, −1 for roots, parents before children; rest: (bones, 4, 4) and
-    tails: (bones, 3) in the rest pose; poses: (frames, bones, 4, 4); fps; figure, take: the chosen
-    ones; blender: its version.
+    names, parents: names and parent indices of the bones, −1 for roots, parents before children;
+    rest: (bones, 4, 4) and tails: (bones, 3) in the rest pose; poses: (frames, bones, 4, 4); fps:
+    frames per second; figure, take: the chosen ones; blender: its version.
     """
 
     names: tuple[str, ...]
@@ -57,10 +57,11 @@ class Handover:
 
 
 def find_blender(named: str | None = None) -> str:
-    """Return the given program, the variable's, `blender` on the path, or this Python if it has
-    bpy.
+    """Return the program to run as Blender.
 
-    Raises TwistError if none is found.
+    It is the given program, the one in the environment variable, `blender` on the path, or this
+    Python if it has bpy, in this order. Raises TwistError if none is found, or if a program that
+    was named cannot be run.
     """
     for program, by in ((named, "--blender"), (os.environ.get(VARIABLE), VARIABLE)):
         if program:
@@ -85,11 +86,11 @@ def read_scene(
     fps: float | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Handover:
-    """Open a scene in Blender and sample its skeleton; Blender ends with this call.
+    """Open a scene in Blender and sample its skeleton; Blender ends before this returns.
 
-    take, figure: which one to read if there are several; fps: instead of the scene's rate;
-    time_limit: seconds. Raises TwistError with one sentence if Blender finds no skeleton or
-    several, takes too long or fails.
+    take, figure: the ones to read if there are several; fps: frame rate to use instead of the
+    scene's; time_limit: seconds. Raises TwistError with one sentence if Blender finds no skeleton
+    or several, takes too long or fails.
     """
     if not source.is_file():
         raise TwistError(f"{source}: expected a file, but there is none")
@@ -129,7 +130,7 @@ def _command(blender: str, script: Path, job: Path) -> list[str]:
 
 
 def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) -> str:
-    """Run a command to its end, ending its child processes; return its last line of output."""
+    """Run a command to its end and return its last line of output; end all its child processes."""
     # As a module, Blender leaves a temporary folder behind: put it into this one.
     own = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))}
     with (folder / "said.txt").open("w+b") as said:

@@ -1,4 +1,4 @@
-"""Convert a scene's bones to a skeleton and motion in the axes and unit of a BVH."""
+"""Convert a scene's bones to a skeleton and a motion with the axes and the unit of a BVH."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MOVED = 1e-5  # share of the height
 
 @dataclass(frozen=True, eq=False)
 class Converted:
-    """The motion, and notes on data that was left out."""
+    """The motion, and notes about data that was left out."""
 
     motion: Motion
     notes: tuple[str, ...]
@@ -36,8 +36,8 @@ def converted(scene: Handover, unit: float) -> Converted:
     """Convert bones to a motion with the same poses.
 
     unit: metres per unit of the motion. Global rotations are relative to the rest pose: in the rest
-    pose all joints are unturned, and offsets are differences of heads. A bone that moves relative
-    to its parent gets positions. Raises TwistError for mirrored or flat bones.
+    pose, no joint is rotated and offsets are the differences of bone heads. A bone that moves
+    relative to its parent gets position channels. Raises TwistError for mirrored or flat bones.
     """
     rest, _ = _turned(scene.rest)
     turned, sizes = _turned(scene.poses)
@@ -63,7 +63,7 @@ def converted(scene: Handover, unit: float) -> Converted:
 
 
 def _turned(matrices: Array) -> tuple[Array, Array]:
-    """Return rotation matrices without scale, and the scale of their three columns."""
+    """Return the rotation matrices without scale, and the scales of their three columns."""
     m = matrices[..., :3, :3]
     sizes = np.linalg.norm(m, axis=-2)
     if not np.isfinite(m).all() or (sizes < 1e-12).any():

@@ -1,4 +1,4 @@
-"""BVH files: read without guessing, written without touching unjudged numbers."""
+"""BVH files: read without guessing, and written without changing the numbers not corrected."""
 
 from twistcore.formats.bvh.clip import BvhClip
 from twistcore.formats.bvh.compose import write_motion

@@ -19,10 +19,10 @@ _STILL = 0.02  # the same for joints that may place the whole figure: a bone mov
 
 @dataclass(frozen=True)
 class JointChannels:
-    """Columns of a joint's channels in a row.
+    """The columns of a joint's channels in a row.
 
-    order: letters of its rotation channels in file order, such as 'ZYX'; rotation: their columns;
-    position: (axis 0-2, column) of its position channels.
+    order: letters of its rotation channels in file order, such as 'ZYX'; rotation: the columns of
+    these channels; position: (axis 0-2, column) of each position channel.
     """
 
     order: str
@@ -31,7 +31,9 @@ class JointChannels:
 
     @property
     def rotatable(self) -> bool:
-        """True if there are rotation channels about three distinct axes, so any rotation fits."""
+        """True if there are rotation channels about three different axes, which allow any
+        rotation.
+        """
         return len(self.order) == 3 and len(set(self.order)) == 3
 
 
@@ -55,8 +57,8 @@ def with_bones_of_channels(
     """Return the skeleton with bones from position channels where the header has OFFSET 0.
 
     Such a joint gets the median of its positions, (frames, len(positioned), 3), as its offset.
-    Roots keep their OFFSET, and so does a joint that carries the figure about, such as hips below
-    a reference.
+    Roots keep their OFFSET, and so does a joint that moves the whole figure, such as hips below a
+    reference.
     """
     offsets = skeleton.offsets.copy()
     carrying = _carrying(skeleton)
@@ -78,10 +80,10 @@ def with_bones_of_channels(
 
 
 def _carrying(skeleton: Skeleton) -> set[int]:
-    """Return joints that may carry the figure: single children from the root on, and branching
-    joints.
+    """Return the joints that may move the whole figure, such as 'Reference' → 'Hips'.
 
-    Examples are 'Reference' → 'Hips', or two pairs of hips below one reference.
+    They are the single children from the root on, and the branching joints after these, such as two
+    pairs of hips below one reference.
     """
     found = set()
     for here in np.flatnonzero(skeleton.parents < 0).tolist():
@@ -94,7 +96,7 @@ def _carrying(skeleton: Skeleton) -> set[int]:
 
 
 def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
-    """Return local rotations, (frames, joints, 4)."""
+    """Return the local rotations, (frames, joints, 4)."""
     by_order: dict[str, list[int]] = {}
     for joint, layout in enumerate(channels):
         if layout.order:
@@ -116,7 +118,7 @@ def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
 
 
 def _compose(q: Array, joints: list[int], order: str, cos: Array, sin: Array) -> None:
-    """Fill q[:, joints], (4, joints, frames), as quaternion_from_euler does."""
+    """Fill q[:, joints], (4, joints, frames), with the result of quaternion_from_euler."""
     parts = [cos[0], np.zeros_like(cos[0]), np.zeros_like(cos[0]), np.zeros_like(cos[0])]
     parts[1 + "XYZ".index(order[0])] = sin[0]
     for k, letter in enumerate(order[1:], 1):

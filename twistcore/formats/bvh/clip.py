@@ -24,8 +24,8 @@ class BvhClip(Clip):
     """A BVH file.
 
     text: the file's bytes or, for a file in UTF-16 or UTF-32 (`wide`), the same text as UTF-8;
-    data_start: offset in the text of the first motion number; channels: one entry a joint; values:
-    the numbers as written (degrees and length units), shape (frames, columns).
+    data_start: offset of the first motion number in the text; channels: one entry per joint;
+    values: the numbers as written (degrees and length units), shape (frames, columns).
     """
 
     format = "bvh"
@@ -43,7 +43,7 @@ class BvhClip(Clip):
 
     @property
     def columns(self) -> int:
-        """Numbers in a row."""
+        """Number of numbers in a row."""
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:
@@ -52,11 +52,11 @@ class BvhClip(Clip):
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Start and end offsets in the text of every motion number, in reading order."""
+        """Start and end offsets of every motion number in the text, in reading order."""
         return token_spans(self.text, self.data_start)
 
     def angles(self, joint: int) -> Array:
-        """Return a joint's rotation channels, degrees, (frames, channels)."""
+        """Return a joint's rotation channels in degrees, (frames, channels)."""
         return self.values[:, list(self.channels[joint].rotation)]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
@@ -72,8 +72,8 @@ class BvhClip(Clip):
         """Return the bytes with the numbers at `changed` (frames, joints) taken from `motion`.
 
         positions: also write the position numbers that differ. All other bytes are kept. A number
-        keeps its count of decimals, at least 6, and never gets an exponent. ValueError for joints
-        without three rotation channels, which cannot be rewritten.
+        keeps its number of decimals, at least 6, and never gets an exponent. Raises ValueError for
+        joints without three rotation channels, which cannot be rewritten.
         """
         names = self.skeleton.names
         found = turned_numbers(self.values, self.channels, names, motion, changed)
@@ -88,7 +88,7 @@ class BvhClip(Clip):
 
 
 def token_spans(data: bytes, start: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return start and end offsets of the white-space separated tokens in data[start:]."""
+    """Return start and end offsets of the tokens in data[start:], separated by white space."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     edges = []
     blank = np.True_

@@ -1,4 +1,4 @@
-"""Write any motion as a new BVH: other frames, another rate, another skeleton."""
+"""Write any motion as a new BVH, even with other frames, another rate or another skeleton."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def write_motion(motion: Motion, path: str | Path) -> None:
         If `motion` is not a Motion.
     TwistError
         If the motion is empty, has a number that is not finite, a name that is impossible in a
-        BVH, or a rate below 1 or above 10,000 frames a second.
+        BVH, or a rate below 1 or above 10,000 frames per second.
     OSError
         If the file cannot be written.
 
@@ -63,11 +63,11 @@ def write_motion(motion: Motion, path: str | Path) -> None:
 
 
 def bvh_text(motion: Motion) -> str:
-    """Return a BVH with ZXY rotations on all joints, after XYZ positions on roots and positioned
-    joints.
+    """Return a BVH with ZXY rotations on all joints.
 
-    Joints without children and End Site get an End Site along their own offset, which many readers
-    need. Angles are continuous over time except for full turns forced by the middle angle's range.
+    Roots and positioned joints have XYZ positions before them. Joints with neither children nor an
+    End Site get an End Site along their own offset, which many readers need. Angles are continuous
+    over time except for full turns that the range of the middle angle makes necessary.
     """
     skeleton = motion.skeleton
     lines, columns, depth = ["HIERARCHY"], [], 0
@@ -109,7 +109,7 @@ def _indent(depth: int) -> str:
 def _described(
     skeleton: Skeleton, joint: int, depth: int, placed: bool, sites: list[Array]
 ) -> list[str]:
-    """Return a joint's lines before its children's."""
+    """Return the lines of a joint that come before those of its children."""
     indent, offset = _indent(depth), skeleton.offsets[joint]
     channels = "6 Xposition Yposition Zposition" if placed else "3"
     lines = [
@@ -137,7 +137,7 @@ def _words(vector: Array) -> str:
 
 
 def _check(motion: Motion, path: str | Path) -> None:
-    """Raise TwistError for motions that could not be read back."""
+    """Raise TwistError for a motion that could not be read back from a BVH."""
     skeleton = motion.skeleton
     if not len(skeleton) or not motion.frames:
         raise TwistError(f"{path}: expected at least one joint and one frame")

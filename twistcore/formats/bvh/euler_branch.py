@@ -1,4 +1,4 @@
-"""Choose among equivalent Euler angles: the branch and the number of full turns."""
+"""Choose among equivalent Euler angles: which solution, and how many full turns."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ def continuous_angles(
     """Return Euler angles of q, radians, (n, 3), on the branch that moves least.
 
     q: (n, 4); own: the file's angles in these frames, (n, 3), whose φ3 is kept in gimbal lock;
-    before, after: the untouched angles around the run, (3,), or None at an end of the clip.
+    before, after: the unchanged angles before and after the run, (3,), or None at an end of the
+    clip.
 
     Every frame has two solutions with any number of full turns. The path with the smallest
-    Σ|Δchannel| and both edges fixed is taken. Without any edge, a path and its counterpart of other
+    Σ|Δchannel| and both edges fixed is taken. Without fixed edges, a path and the path of the other
     solutions are equally long. Then the distances to `own` are added to the sum, weighted by cos θ
     where the rotation is θ < 90° from the file's.
     """
@@ -57,7 +58,9 @@ def continuous_angles(
 
 
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
-    """Return (row, channel) of all steps above half a turn; row n is the step to `after`."""
+    """Return (row, channel) of every step of more than half a turn; row n is the step to
+    `after`.
+    """
     n = len(angles)
     rows = [angles if before is None else np.vstack([before, angles])]
     every = np.vstack([*rows, after]) if after is not None else rows[0]
@@ -67,7 +70,7 @@ def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> lis
 
 
 def _distance(angles: Array, others: Array) -> Array:
-    """Return Σ|Δchannel| over the last axis by the shorter way round, radians."""
+    """Return Σ|Δchannel| over the last axis, each the shorter way round, radians."""
     far: Array = np.abs(wrap(angles - others)).sum(axis=-1)
     return far
 
@@ -75,9 +78,10 @@ def _distance(angles: Array, others: Array) -> Array:
 def _cheapest_path(
     solutions: Array, before: Array | None, after: Array | None, extra: Array | None = None
 ) -> NDArray[np.int64]:
-    """Return solution 0 or 1 for every frame with the smallest sum of wrapped steps (Viterbi).
+    """Return which solution, 0 or 1, each frame has on the path with the smallest sum of steps.
 
-    extra: additional costs of each solution, (n, 2).
+    The steps are wrapped, and the path is found with the Viterbi algorithm. extra: additional cost
+    of each solution, (n, 2).
     """
     n = len(solutions)
     step = _distance(solutions[1:, None], solutions[:-1, :, None])
@@ -102,7 +106,7 @@ def _cheapest_path(
 
 
 def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Array:
-    """Add full turns so that angles continue `before`, or else lead to `after`."""
+    """Add full turns so that the angles continue `before` or, if it is None, lead to `after`."""
     anchor = angles[0] if before is None else before
     out = anchor + np.cumsum(wrap(np.diff(angles, axis=0, prepend=anchor[None])), axis=0)
     if before is None and after is not None:
@@ -119,14 +123,16 @@ def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Arra
 
 
 def _near_own(order: str, q: Array, own: Array) -> Array:
-    """Return the weight of the file's angles in each frame, from just above 0 to 1, (n,)."""
+    """Return the weight that the file's angles have in each frame, from just above 0 to 1, (n,)."""
     turned = geodesic_angle(quaternion_from_euler(order, own), q)
     weight: Array = np.maximum(np.cos(turned), _LEAST_WEIGHT)
     return weight
 
 
 def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
-    """Return the full turns, radians, (3,), that bring each whole channel nearest to `own`."""
+    """Return the full turns, in radians, (3,), that bring each channel as a whole nearest to
+    `own`.
+    """
     off = np.sort((own - angles)[weight >= weight.max() / 2], axis=0)
     # The median, not the mean: where `own` wraps, the majority of frames decides.
     turns: Array = _TURN * np.ceil(off[len(off) // 2] / _TURN - 0.5 - _LEAST_WEIGHT)
@@ -183,7 +189,7 @@ def _others(channel: int) -> tuple[int, ...]:
 
 
 def _advance(cost: Array, steps: list[tuple[Array, Array]]) -> tuple[Array, list[Array]]:
-    """Return the least cost of every state (solution, turns ×3) one frame later, and its origin.
+    """Return the lowest cost of every state (solution, turns ×3) one frame later, and its origin.
 
     The channels are processed one after another: |Δ| is a sum over them, so each needs only its own
     turns and the two solutions.

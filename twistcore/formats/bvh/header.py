@@ -36,7 +36,7 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class _Words:
-    """The words of the header; a line number is computed only when needed."""
+    """The words of the header; the line number is computed only when it is needed."""
 
     def __init__(self, path: str, text: str) -> None:
         self.path = path
@@ -45,7 +45,7 @@ class _Words:
         self._counted, self._line = 0, 1  # lines are counted up to this offset
 
     def line(self) -> int:
-        """Return the line of the last word, from 1."""
+        """Return the line number of the last word, counted from 1."""
         if self._at > self._counted:
             ends = _LINE_END.finditer(self._text, self._counted, self._at)
             self._counted, self._line = self._at, self._line + sum(1 for _ in ends)
@@ -65,7 +65,7 @@ class _Words:
         return found.group()
 
     def rest_of_line(self) -> str:
-        """Return the rest of the line up to an opening brace: names may have spaces."""
+        """Return the rest of the line up to an opening brace, since names may contain spaces."""
         found = _REST.match(self._text, self._end)
         assert found is not None
         self._end = found.end()
@@ -82,7 +82,7 @@ class _Words:
 
 
 def quoted(word: str | None) -> str:
-    """Return a word for a message: quoted, short and on one line."""
+    """Return a word for use in a message: quoted, short and on one line."""
     return "the end of the file" if word is None else ascii(word[:40])
 
 
@@ -92,7 +92,7 @@ def has_comma(word: str | None) -> bool:
 
 
 def no_number(expected: str, word: str | None) -> str:
-    """Return the message for a word that is not a number, mentioning a decimal comma if any."""
+    """Return the message for a word that is no number; a decimal comma is mentioned."""
     if has_comma(word):
         return (
             f"expected a decimal point, found a comma in {quoted(word)}: replace it in all numbers"
@@ -103,7 +103,7 @@ def no_number(expected: str, word: str | None) -> str:
 def parse_header(
     path: str, text: str, warnings: list[ClipWarning]
 ) -> tuple[Skeleton, tuple[JointChannels, ...]]:
-    """Parse the text before MOTION into skeleton and channel layout; raises BvhError."""
+    """Parse the text before MOTION into skeleton and channel layout; raise BvhError if invalid."""
     words = _Words(path, text)
     word = words.next()
     if word is None or word.upper() != "HIERARCHY":
@@ -161,7 +161,7 @@ def parse_header(
 
 
 def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipWarning]) -> None:
-    """Add a warning if the closed joint has no OFFSET; None is an End Site."""
+    """Add a warning if the joint that was just closed has no OFFSET; None is an End Site."""
     if closed is None or joints[closed].placed:
         return
     joint = joints[closed]

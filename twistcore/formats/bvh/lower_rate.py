@@ -1,4 +1,4 @@
-"""Reduce a clip's frame rate: rows are dropped, the rest keeps its bytes."""
+"""Reduce a clip's frame rate: rows are dropped, and the remaining rows keep their bytes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from twistcore.formats.bvh.reader import parse_bvh, timing_fields
 
 
 def decimated(clip: BvhClip, step: int) -> BvhClip:
-    """Return every step-th frame of a clip from frame 0 on, at fps / step."""
+    """Return every step-th frame of a clip, starting with frame 0, at fps / step."""
     if step == 1:
         return clip
     frames, columns = clip.values.shape

@@ -1,4 +1,4 @@
-"""Read the motion numbers block by block, bit for bit like float().
+"""Read the motion numbers block by block, with the same bits as float().
 
 Blocks of plain numbers are read by :mod:`plain_numbers <twistcore.formats.bvh.plain_numbers>`,
 blocks with exponents, plus signs or many digits by numpy's reader, and the remaining blocks number
@@ -31,14 +31,16 @@ _Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """Numbers in reading order (`values`) and how many precede each line break (`lines`)."""
+    """Numbers in reading order (`values`), and how many of them precede each line break
+    (`lines`).
+    """
 
     values: Array
     lines: NDArray[np.int64]
 
 
 class BadNumberError(ValueError):
-    """A token is not a number below LARGEST: its offset in the text and the token."""
+    """Raised if a token is not a number below LARGEST; has its offset in the text and the token."""
 
     def __init__(self, offset: int, token: bytes) -> None:
         super().__init__(offset, token)  # exceptions are pickled with their arguments
@@ -46,14 +48,17 @@ class BadNumberError(ValueError):
 
 
 def decimal_value(token: bytes) -> float:
-    """Return a decimal number's value; NaN for other forms that float() accepts: 1_000, inf."""
+    """Return the value of a decimal number; NaN for other forms that float() accepts: 1_000,
+    inf.
+    """
     return float(token) if _NUMBER.fullmatch(token) else np.nan
 
 
 def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
-    """Read the white-space separated numbers of data[start:]; BadNumberError for any other token.
+    """Read the numbers in data[start:], separated by white space.
 
-    Reading in blocks needs little memory besides the values. tell: called after each block.
+    Raises BadNumberError for any other token. Reading in blocks needs little memory besides the
+    values. tell: called after each block.
     """
     tell = tell or nobody
     buffer = np.frombuffer(data, dtype=np.uint8)
@@ -76,7 +81,9 @@ def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
 
 
 def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
-    """Yield blocks of data[start:end] that end in white space or at the end of the text."""
+    """Yield the spans of blocks in data[start:end], each ending in white space or at the text's
+    end.
+    """
     while start < end:
         found = _BLANK.search(data, start + _BLOCK - 1, end)
         stop = found.end() if found else end
@@ -95,7 +102,7 @@ def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
 
 
 def _line_counts(block: _Bytes, marks: NDArray[np.intp]) -> NDArray[np.int64]:
-    """Return how many of the ascending offsets precede each line break."""
+    """Return for each line break how many of the ascending offsets precede it."""
     broken = block == 10
     if (returns := block == 13).any():
         broken |= returns
@@ -124,7 +131,7 @@ def _read_block(block: _Bytes) -> Numbers | None:
 
 
 def _exact(data: bytes, start: int, stop: int) -> Numbers:
-    """Read every token with float(); BadNumberError at the first that is not a number."""
+    """Read every token with float(); raise BadNumberError at the first that is not a number."""
     values, marks = [], []
     for found in _TOKEN.finditer(data, start, stop):
         token = found.group()

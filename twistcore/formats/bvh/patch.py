@@ -1,4 +1,4 @@
-"""Replace the numbers of corrected joints in corrected frames in a text."""
+"""Replace in a text the numbers of corrected joints in corrected frames."""
 
 from __future__ import annotations
 
@@ -26,12 +26,11 @@ def turned_numbers(
     motion: Motion,
     changed: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int64], Array, tuple[ChannelJump, ...]]:
-    """Return which rotation numbers at `changed` (frames, joints) to write, their degrees, and
-    jumps.
+    """Return the rotation numbers to write at `changed` (frames, joints), in degrees, and jumps.
 
-    values: the numbers as written, (frames, columns); a number is identified by its index in
-    reading order. The angles continue the neighbouring frames. ValueError for a joint without three
-    rotation channels.
+    The first result is the index of each number in reading order, the second its new value. values:
+    the numbers as written, (frames, columns). The angles continue those of the neighbouring frames.
+    Raises ValueError for a joint without three rotation channels.
     """
     columns = values.shape[1]
     tokens, numbers, jumps = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], []
@@ -56,7 +55,7 @@ def turned_numbers(
 
 
 def _neighbours(angles: Array, start: int, stop: int) -> tuple[Array | None, Array | None]:
-    """Return the rows before and after a run; None at an end of the clip."""
+    """Return the rows before and after a run of frames; None at an end of the clip."""
     before = angles[start - 1] if start > 0 else None
     return before, angles[stop] if stop < len(angles) else None
 
@@ -64,7 +63,7 @@ def _neighbours(angles: Array, start: int, stop: int) -> tuple[Array | None, Arr
 def moved_numbers(
     channels: Sequence[JointChannels], columns: int, before: Motion, motion: Motion
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return the indices, in reading order, and new values of position numbers that differ."""
+    """Return the position numbers that differ: indices in reading order, and new values."""
     tokens, numbers = [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
     for place, positioned in enumerate(motion.positioned):
         for axis, column in channels[positioned].position:
@@ -83,7 +82,7 @@ def with_numbers(
 ) -> bytes:
     """Return a text with the given tokens replaced by numbers, (n,); all other bytes are kept.
 
-    spans: byte offsets of start and end of all tokens, in reading order. A number keeps its count
+    spans: byte offsets of start and end of all tokens, in reading order. A number keeps its number
     of decimals, at least 6, and never gets an exponent.
     """
     order = np.argsort(tokens, kind="stable")
@@ -108,7 +107,7 @@ def with_numbers(
 
 
 def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the number of decimals of the tokens at these offsets, without an exponent."""
+    """Return how many decimals, ignoring an exponent, the tokens at these offsets have."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     decimals = np.zeros(len(starts), dtype=np.int64)
     length = ends - starts
@@ -125,6 +124,6 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
 
 
 def _runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return half-open [start, stop) of the True runs, shape (n, 2)."""
+    """Return the half-open spans [start, stop) of the runs of True, shape (n, 2)."""
     edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
     return edges.reshape(-1, 2)

@@ -1,7 +1,7 @@
-"""Read short numbers by the thousand with array operations.
+"""Read thousands of short numbers at a time with array operations.
 
-Every byte gets the number formed by the 1, 2 or 4 digits from there on; each number then picks the
-pieces before and after its point. There is no loop over bytes.
+For every byte, the number formed by the 1, 2 or 4 digits from there on is computed; each number
+then picks the pieces before and after its point. There is no loop over bytes.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _Groups = list[tuple[int, _Indices | slice]]
 
 
 def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
-    """Return the numbers of a block of text and the end of each; None if any is not plain.
+    """Return the numbers in a block of text and the end of each; None if any is not plain.
 
-    A plain number has an optional minus, up to 4 digits and 1 to 11 decimals after a point: an
-    integer below 2⁵³ over a power of ten up to 10²². Both are exact, so their quotient is correctly
-    rounded.
+    A plain number has an optional minus sign, up to 4 digits, and 1 to 11 decimals after a point:
+    an integer below 2⁵³ over a power of ten up to 10²². Both are exact, so their quotient is
+    correctly rounded.
     """
     x = np.full(len(block) + 2 * _PAD, 32, dtype=np.uint8)
     x[_PAD:-_PAD] = block
@@ -69,7 +69,9 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
 
 
 def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Do the work of :func:`_points` in a third of the time if all numbers have equal decimals."""
+    """Do the work of :func:`_points` in a third of the time if all numbers have equally many
+    decimals.
+    """
     first = int(point.argmax())
     n = int(end[first:].argmax())
     if not 0 < n <= len(_POWERS) or (point[:-n] ^ end[n:]).any() or end[:n].any():
@@ -79,7 +81,7 @@ def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Gr
 
 
 def _points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Return for all numbers the point (or the end) and the end, and the numbers by decimals.
+    """Return each number's point (or end) and end, and the numbers grouped by decimals.
 
     None if a number has two points or too many decimals.
     """

@@ -45,7 +45,7 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     fps : float, optional
         Frames a second in place of the rate in the file.
     tell : callable, optional
-        Called now and then with the share of the work done, 0…1.
+        Called now and then with the completed share of the work, 0…1.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def parse_bvh(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> BvhClip:
-    """Parse a BVH from bytes; parameters as in :func:`read_bvh`."""
+    """Parse a BVH from bytes; the parameters are those of :func:`read_bvh`."""
     path = Path(path)
     name = str(path)
     wide = _wide_text(name, data)
@@ -189,7 +189,7 @@ def _timing(name: str, data: bytes, start: int) -> tuple[re.Match[bytes], re.Mat
 
 
 def _line_of(data: bytes, offset: int) -> int:
-    """Return the line of a byte offset, from 1; CR, LF and CRLF each end a line."""
+    """Return the line number of a byte offset, from 1; CR, LF and CRLF each end a line."""
     return len((data[:offset] + b"x").splitlines())
 
 
@@ -247,9 +247,10 @@ def _frame_time(
 
 
 def _meant_rate(written: float) -> float:
-    """Return the probable frames a second for a Frame Time above one second.
+    """Return the frame rate that was probably meant by a Frame Time above one second.
 
-    A whole number or a television rate (29.97) is the rate itself; other numbers are milliseconds.
+    A whole number or a television rate (29.97) is taken as the rate itself; other numbers are
+    milliseconds.
     """
     whole = any(abs(rate - round(rate)) < 0.005 for rate in (written, 1.001 * written))
     return written if whole else 1000.0 / written
@@ -261,8 +262,8 @@ def _meant_rate(written: float) -> float:
 def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: int) -> None:
     """Raise BvhError if a frame does not begin a line; the last row may be incomplete.
 
-    A frame may be wrapped over lines, but no line may have parts of two frames. In that case a
-    number would be missing earlier, and all later numbers would move to the wrong channel.
+    A frame may be wrapped over several lines, but no line may contain parts of two frames: a number
+    would then be missing earlier, and all later numbers would move to the wrong channel.
     """
     total = len(numbers.values)
     heads = np.arange(columns, total, columns)
@@ -283,7 +284,9 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
 
 
 def _wrong_line(counts: list[tuple[int, int]], columns: int) -> tuple[int, int, int]:
-    """Return line, found and expected number count of the row that is really short or long."""
+    """Return the line, and its found and expected counts, of the row that is too short or too
+    long.
+    """
     usual = Counter(count for _, count in counts).most_common(1)[0][0]
     if usual == columns or columns % usual or len(counts) == 1:
         wrong = next(((n, c) for n, c in counts if c != columns), counts[0])

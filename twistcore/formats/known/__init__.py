@@ -1,1 +1,1 @@
-"""Registered clip formats, one file for each."""
+"""The registered clip formats, with a file for each."""

@@ -1,4 +1,4 @@
-"""Acclaim's motion, whose skeleton is an .asf in the same folder."""
+"""Acclaim's motion files, whose skeleton is an .asf file in the same folder."""
 
 from twistcore.formats.suffixes import FormatInfo
 

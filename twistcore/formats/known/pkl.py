@@ -1,4 +1,4 @@
-"""AIST++ and ROMP: SMPL poses in a pickle, which is read and never run."""
+"""AIST++ and ROMP: SMPL poses in a pickle, which is read without executing it."""
 
 from twistcore.formats.suffixes import FormatInfo
 

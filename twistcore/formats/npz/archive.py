@@ -1,4 +1,4 @@
-"""Arrays of an .npz, read one by one, and replaced in the file's bytes."""
+"""The arrays of an .npz, read one by one and replaced in the file's bytes."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _HEADER = 30  # bytes of a member's header without name and extra field
 
 
 def names_in(path: Path) -> list[str] | None:
-    """Return the names in an .npz without reading arrays; None if it is damaged or not an .npz."""
+    """Return the array names in an .npz without reading arrays; None if it is not a valid .npz."""
     try:
         with zipfile.ZipFile(path) as archive:
             return [name.removesuffix(_NPY) for name in archive.namelist()]
@@ -45,7 +45,7 @@ def names_in(path: Path) -> list[str] | None:
 
 @dataclass(frozen=True, eq=False)
 class Archive:
-    """An .npz: its path for messages, its bytes, and the ZIP information of each member."""
+    """An .npz file: its path for messages, its bytes, and the ZIP information of each member."""
 
     path: Path
     data: bytes = field(repr=False)
@@ -55,19 +55,21 @@ class Archive:
         return name in self.infos
 
     def described(self) -> str:
-        """Return the names for a message: short and on one line."""
+        """Return the array names for use in a message: short and on one line."""
         return described_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array by name; NpzError for a damaged one or one of objects, which run code."""
+        """Return an array by name; raise NpzError if it is damaged or has objects, which can run
+        code.
+        """
         return self._member(name)[1]
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the bytes with these arrays, which keep size and dtype; nothing else changes.
+        """Return the bytes with the given arrays, which keep size and dtype; nothing else changes.
 
         Stored members are replaced in place. A compressed member changes its length, so the archive
-        is packed again, with members in their order, each compressed as before. NpzError if another
-        array turns out to be damaged.
+        is packed again with its members in the same order, each compressed as before. Raises
+        NpzError if another array turns out to be damaged.
         """
         contents = {name: self._content(name, values) for name, values in arrays.items()}
         return self.with_contents(contents)
@@ -79,7 +81,7 @@ class Archive:
         return self._packed(contents)
 
     def raw(self, name: str) -> bytes:
-        """Return the unpacked bytes of a member; NpzError if it is damaged."""
+        """Return the unpacked bytes of a member; raise NpzError if it is damaged."""
         info = self.infos[name]
         try:
             with (
@@ -95,7 +97,7 @@ class Archive:
         return NpzError(f"{self.path}: expected a complete array {quoted(name)}")
 
     def _member(self, name: str) -> tuple[bytes, NDArray[Any], bool]:
-        """Return a member's header, its values, and whether they are in column order."""
+        """Return a member's header, its values, and True if these are in column order."""
         raw = self.raw(name)
         try:
             start, shape, dtype, by_column = npy_header(raw)
@@ -153,7 +155,7 @@ class Archive:
 
 
 def described_names(names: Iterable[str]) -> str:
-    """Return names for a message: short and on one line."""
+    """Return names for use in a message: short and on one line."""
     every = list(names)
     more = f" and {len(every) - 12} more" if len(every) > 12 else ""
     text = "".join(c if c.isprintable() else "?" for c in ", ".join(every[:12])[:500])
@@ -161,7 +163,7 @@ def described_names(names: Iterable[str]) -> str:
 
 
 def open_archive(path: Path, data: bytes) -> Archive:
-    """Open an .npz without unpacking members; NpzError if it is not valid."""
+    """Open an .npz without unpacking its members; raise NpzError if it is not valid."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             infos = archive.infolist()
@@ -173,11 +175,10 @@ def open_archive(path: Path, data: bytes) -> Archive:
 
 
 def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> None:
-    """Raise NpzError unless all members are readable, do not overlap and unpack to a plausible
-    size.
+    """Raise NpzError unless all members are readable, do not overlap and have plausible sizes.
 
-    size: of the file, bytes. Nothing is unpacked: :func:`room` limits the declared sizes, and a
-    member is never read beyond its declared size.
+    size: size of the file, bytes. Nothing is unpacked: :func:`room` limits the declared sizes, and
+    a member is never read beyond its declared size.
     """
     if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
         raise NpzError(f"{path}: expected every array once, found two with the same name")
@@ -198,12 +199,12 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
 
 
 def room(size: int) -> int:
-    """Return how many bytes may be unpacked from a file of `size` bytes."""
+    """Return the number of bytes that may be unpacked from a file of `size` bytes."""
     return min(LARGEST, _FREE + _RATIO * size)
 
 
 def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
-    """Return offset of the numbers, shape, dtype, and whether they are in column order.
+    """Return the offset of the numbers, the shape, the dtype, and True for column order.
 
     Raises ValueError for negative or impossibly large lengths, and almost any exception for a
     damaged header.
@@ -235,12 +236,12 @@ def _too_much(path: Path, found: int, size: int) -> NpzError:
 
 
 def too_large(path: Path) -> NpzError:
-    """Return the error for a file, or an array in it, that is too large."""
+    """Return the error for a file that is too large or has an array that is too large."""
     return NpzError(f"{path}: expected a file and arrays of at most {LARGEST >> 30} GiB")
 
 
 def _directory(data: bytes) -> list[tuple[int, int]]:
-    """Return offsets of each directory entry and its member."""
+    """Return the offsets of each directory entry and of its member."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         at, infos = archive.start_dir, archive.infolist()
     found = []

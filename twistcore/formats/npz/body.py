@@ -1,9 +1,9 @@
 """Joint names of SMPL, SMPL-H and SMPL-X, and bone lengths for files without a body.
 
-The models' own shapes are not included. Arms, legs and heights are those of an average adult, as
-shares of the height [Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1, after
-Drillis and Contini 1966], in a T-pose: y up, facing z, left at +x. The division of the trunk
-between its joints and the start of the fingers are estimated.
+The shapes of the models themselves are not included. Arms, legs and heights are those of an average
+adult, as fractions of the height [Winter, Biomechanics and Motor Control of Human Movement, fig.
+4.1, after Drillis and Contini 1966], in a T-pose: y up, facing z, left at +x. The division of the
+trunk between its joints and the start of the fingers are estimated.
 """
 
 from __future__ import annotations
@@ -53,10 +53,10 @@ _ENDS: dict[str, Triple] = {
 
 @dataclass(frozen=True, eq=False)
 class BodyModel:
-    """A model's joints, with lengths known without its files.
+    """A model's joints, with bone lengths that are known without the model's files.
 
-    names; parents, (joints,); offsets: from the parent at rest, metres, (joints, 3); ends: of bones
-    without children, as in Skeleton.
+    names, parents: of the joints, (joints,); offsets: from the parent at rest, metres, (joints, 3);
+    ends: End Sites of bones without children, as in Skeleton.
     """
 
     names: tuple[str, ...]
@@ -76,7 +76,7 @@ def _hand(side: str) -> list[tuple[str, str]]:
 
 
 def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
-    """Return a joint's offset in metres, mirrored for the right side; None if it has no share."""
+    """Return a joint's offset in metres, mirrored for the right side; None if it has no length."""
     left = name.replace("right_", "left_")
     if left not in shares:
         return None
@@ -85,7 +85,7 @@ def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
 
 
 def _model(below: list[tuple[str, str]]) -> BodyModel:
-    """Return the body's 22 joints followed by these joints, each given with its parent."""
+    """Return a model of the body's 22 joints and then `below`, joints given with their parents."""
     names = (*_BODY_NAMES, *(name for name, _ in below))
     parents = (*_BODY_PARENTS, *(names.index(above) for _, above in below))
     offsets = [_offset(name, _SHARES) or (0.0, 0.0, 0.0) for name in names]

@@ -19,13 +19,13 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class NpzClip(Clip):
-    """An .npz of poses, of AMASS and others (docs/amass.md).
+    """An .npz of poses from AMASS or another source (docs/amass.md).
 
-    archive: its arrays; poses: rotation vectors, radians, in the file's dtype, (frames, 3 joints);
-    parts: the arrays that hold them, together every number once; place: name of the array of the
-    root's position, '' if none; trans: that array, (frames, 3), with `scale` units in a metre,
-    minus `rest`, (3,), the root's rest position; repeated: arrays that repeat numbers of `poses`
-    and change with them.
+    archive: the file's arrays; poses: rotation vectors, radians, in the file's dtype,
+    (frames, 3 joints); parts: the arrays that hold them, which together contain every number once;
+    place: name of the array of the root's position, '' if there is none; trans: that array,
+    (frames, 3), with `scale` units per metre, minus `rest`, (3,), the root's rest position;
+    repeated: arrays that repeat numbers of `poses` and change with them.
     """
 
     format = "npz"
@@ -46,11 +46,11 @@ class NpzClip(Clip):
 
     @property
     def columns(self) -> int:
-        """Number of values in a pose and a position."""
+        """Number of values in a pose and a position together."""
         return int(self.poses.shape[1]) + 3
 
     def read_motion(self) -> Motion:
-        """Return rotations and root positions in the file's axes, metres."""
+        """Return the rotations and root positions in the file's axes, in metres."""
         rotations = exponential(self._vectors(slice(None)))
         places = np.asarray(self.trans, dtype=np.float64) / self.scale + self.rest
         return Motion(self.skeleton, rotations, (0,), places[:, None], self.frame_time)
@@ -60,7 +60,7 @@ class NpzClip(Clip):
         return np.asarray(vectors, dtype=np.float64)
 
     def angles(self, joint: int) -> Array:
-        """Return a joint's rotation vector, degrees, (frames, 3)."""
+        """Return a joint's rotation vector in degrees, (frames, 3)."""
         return np.degrees(self._vectors(joint))
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
@@ -71,8 +71,7 @@ class NpzClip(Clip):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the bytes with the rotation vectors at `changed` (frames, joints) taken from
-        `motion`.
+        """Return the bytes with the rotation vectors at `changed` (frames, joints) from `motion`.
 
         positions: also write the root positions that differ. All other numbers keep their bits, and
         other arrays are kept, except arrays that repeat `poses`, which are updated.
@@ -101,7 +100,9 @@ class NpzClip(Clip):
     def _turned(
         self, joint: int, changed: NDArray[np.bool_], q: Array
     ) -> tuple[Array, list[ChannelJump]]:
-        """Return a joint's changed vectors, (n, 3), and remaining steps above half a turn."""
+        """Return a joint's changed vectors, (n, 3), and the steps of over half a turn that
+        remain.
+        """
         own, out, jumps = self._vectors(joint), [], []
         edges = np.flatnonzero(np.diff(changed, prepend=False, append=False)).reshape(-1, 2)
         for start, stop in edges.tolist():
@@ -120,6 +121,6 @@ class NpzClip(Clip):
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class PklClip(NpzClip):
-    """A pickle of poses, as in AIST++, read and rewritten without running it."""
+    """A pickle of poses, as in AIST++, read and rewritten without executing it."""
 
     format = "pkl"

@@ -1,4 +1,4 @@
-"""Recognise archives and pickles without poses, for example a body's shape or a model."""
+"""Recognise archives and pickles without poses, such as those of a body's shape or of a model."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _HEAD = 1 << 16  # bytes of a pickle that are searched for names
 
 
 def archive_without_poses(path: Path) -> bool:
-    """True if an archive's directory lists no poses; False for a damaged archive."""
+    """True if an archive's directory lists no poses; False if the archive is damaged."""
     names = names_in(path)
     return names is not None and not has_pose_names(names)
 
 
 def pickle_without_poses(path: Path) -> bool:
-    """True if the beginning of a pickle has no name of SMPL poses."""
+    """True if the beginning of a pickle contains no array name of SMPL poses."""
     try:
         with open_to_read(path) as file:
             return SMPL_POSES.encode() not in file.read(_HEAD)

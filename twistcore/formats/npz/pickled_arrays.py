@@ -1,7 +1,7 @@
-"""Read arrays, lists, dicts, strings and numbers from a pickle without running anything.
+"""Read arrays, lists, dicts, strings and numbers from a pickle without executing anything.
 
 A pickle may name any function and have it called. Here no name is looked up: the few names that
-numpy and joblib write for arrays stand for classes of this module, and all other names for an
+numpy and joblib write for arrays are mapped to classes of this module, and all other names to an
 object that ignores all operations. Bytes become arrays of plain numbers here and not in numpy's own
 unpickling, which trusts the file about its memory. The position of the bytes in the file is kept,
 so that an array can be replaced by one of equal size without writing the pickle again.
@@ -52,7 +52,7 @@ class Unreadable:
 
 
 class _Dtype(Unreadable):
-    """numpy.dtype: its type code and byte order."""
+    """Replacement for numpy.dtype: its type code and byte order."""
 
     def __init__(self, letters: object = "", *_: object) -> None:
         self.letters, self.order = str(letters), "="
@@ -61,7 +61,7 @@ class _Dtype(Unreadable):
         self.order = str(state[1])
 
     def plain(self) -> np.dtype[Any]:
-        """Return the numpy dtype; ValueError if it is not of plain numbers."""
+        """Return the numpy dtype; raise ValueError unless it is a dtype of plain numbers."""
         found = np.dtype(self.letters)
         if self.order in ("<", ">"):
             found = np.dtype(self.order + found.str[1:])
@@ -71,7 +71,7 @@ class _Dtype(Unreadable):
 
 
 class _Array(Unreadable):
-    """numpy.ndarray: created empty, then given its state."""
+    """Replacement for numpy.ndarray, which is created empty and then given its state."""
 
     value: Any = None
 
@@ -85,7 +85,7 @@ class _Array(Unreadable):
 
 
 class _Inline(Unreadable):
-    """joblib's placeholder for an array whose bytes follow in the stream."""
+    """Placeholder of joblib for an array whose bytes follow in the stream."""
 
     state: Any = None
 
@@ -93,7 +93,7 @@ class _Inline(Unreadable):
         self.state = state
 
     def read(self, source: io.BytesIO) -> Any:
-        """Return the array that follows."""
+        """Return the array that follows in the stream."""
         shape, dtype = tuple(self.state["shape"]), self.state["dtype"]
         if dtype.letters.startswith("O"):
             return _Reader(source).load()
@@ -110,7 +110,7 @@ def _check_keys(keys: list[Any]) -> None:
 
 
 def _count(shape: tuple[Any, ...]) -> int:
-    """Return the number of elements, in integers that cannot overflow."""
+    """Return the number of elements, computed in integers that cannot overflow."""
     out = 1
     for n in shape:
         if not isinstance(n, int) or n < 0:
@@ -131,7 +131,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
 
 
 def _objects(items: list[Any], shape: Any) -> Any:
-    """Return the items of an object array, or the single item of one without a shape."""
+    """Return the items of an object array, or its only item if it has no dimension."""
     return items[0] if not shape and len(items) == 1 else items
 
 
@@ -174,13 +174,15 @@ _NAMES: dict[tuple[str, str], Any] = {
 
 
 class Places:
-    """Offsets of arrays' bytes in the pickle they were read from."""
+    """Offsets of the arrays' bytes in the pickle from which they were read."""
 
     def __init__(self) -> None:
         self._starts: dict[int, tuple[Any, int]] = {}  # by id() of the object with the bytes
 
     def note(self, held: Any, start: int) -> None:
-        """Remember the offset of some bytes; holding the object keeps its id() unique."""
+        """Remember the offset of some bytes; keeping a reference to `held` keeps its id()
+        unique.
+        """
         self._starts[id(held)] = held, start
 
     def of(self, array: NDArray[Any]) -> int | None:
@@ -194,7 +196,7 @@ class Places:
 
 
 class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes between opcodes
-    """Unpickler for the names above; `source` is in memory, so lengths cannot exhaust it."""
+    """Unpickler for these names; `source` is in memory, so false lengths cannot exhaust memory."""
 
     inherited: ClassVar[dict[int, Callable[[Any], None]]] = pickle._Unpickler.dispatch
     dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(inherited)
@@ -279,10 +281,10 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
 
 
 def read_pickle(data: bytes) -> Any:
-    """Return the dicts, lists, tuples, strings, numbers and arrays of a pickle, joblib's included.
+    """Return the dicts, lists, tuples, strings, numbers and arrays of a pickle or joblib file.
 
-    Arrays of objects become lists, one without a shape becomes its object, and any other object
-    becomes :class:`Unreadable`. ValueError if the pickle is incomplete.
+    Arrays of objects become lists, an array without dimensions becomes its object, and any other
+    object becomes :class:`Unreadable`. Raises ValueError if the pickle is incomplete.
     """
     return read_pickle_places(data)[0]
 
@@ -297,7 +299,7 @@ def read_pickle_places(data: bytes) -> tuple[Any, Places]:
 
 
 def _plain(found: Any) -> Any:
-    """Replace the placeholders of arrays in all dicts and lists by the arrays."""
+    """Return the contents with all placeholders in dicts and lists replaced by their arrays."""
     seen: dict[int, Any] = {}
     todo: list[tuple[Any, Any, Any]] = []
 

@@ -1,8 +1,8 @@
-"""Array names of poses on SMPL's joints, and the columns of each joint.
+"""The array names of poses on SMPL's joints, and the columns of each joint.
 
-AMASS [Mahmood et al. 2019]: `poses`, `trans`. Its SMPL-X release repeats `poses` in parts; other
-files have only the parts, with the names of AMASS or of the package smplx. AIST++ [Li et al. 2021]:
-`smpl_poses`, `smpl_trans`, `smpl_scaling`.
+AMASS [Mahmood et al. 2019] has `poses`, `trans`. Its SMPL-X release repeats `poses` in parts; other
+files have only the parts, with the names of AMASS or of the package smplx. AIST++ [Li et al. 2021]
+has `smpl_poses`, `smpl_trans`, `smpl_scaling`.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ _JAWS, _EYES = (("pose_jaw",), ("jaw_pose",)), (("pose_eye",), ("leye_pose", "re
 
 @dataclass(frozen=True)
 class PosePart:
-    """An array with some joints of the poses, such as 'pose_body' of SMPL-X.
+    """An array with some of the joints of the poses, such as 'pose_body' of SMPL-X.
 
-    start, stop: range of its numbers in a frame's pose.
+    start, stop: the range of its numbers within a frame's pose.
     """
 
     name: str
@@ -52,12 +52,12 @@ class PosePart:
 
 @dataclass(frozen=True)
 class PoseNames:
-    """The arrays of one layout.
+    """The array names of one layout.
 
-    joints: of the body; parts: arrays that together hold every number of a pose once; place: array
-    of the root's position; scale: its units in a metre; rate: frames a second if the file has none,
-    and the data set they come from, or None; left: arrays of joints that are not read and stay
-    unchanged.
+    joints: joints of the body; parts: arrays that together contain every number of a pose once;
+    place: array of the root's position; scale: its units per metre; rate: frames per second if the
+    file has none, with the data set they come from, or None; left: arrays of joints that are not
+    read and stay unchanged.
     """
 
     joints: int
@@ -76,7 +76,7 @@ def has_pose_names(names: Collection[str]) -> bool:
 
 
 def find_pose_names(arrays: Arrays) -> PoseNames | None:
-    """Return the layout of a file; None if its names are unknown. NpzError."""
+    """Return the layout of a file; None if its names are unknown; raises NpzError."""
     if POSES in arrays:
         return _whole(arrays, POSES, TRANS)
     if SMPL_POSES in arrays:
@@ -93,7 +93,7 @@ def _whole(
     scale: float = 1.0,
     rate: tuple[float, str] | None = None,
 ) -> PoseNames:
-    """Return the layout with all joints in one array."""
+    """Return the layout in which one array has all joints."""
     shape = arrays.array(poses).shape
     width = (
         3 * shape[1] if len(shape) == 3 and shape[2] == 3 else shape[1] if len(shape) == 2 else 0
@@ -107,7 +107,7 @@ def _whole(
 
 
 def _scale(arrays: Arrays) -> float:
-    """Return the units in a metre of AIST++'s positions."""
+    """Return the units per metre of AIST++'s positions."""
     if SMPL_SCALING not in arrays:
         return 1.0
     found = arrays.array(SMPL_SCALING)
@@ -118,7 +118,7 @@ def _scale(arrays: Arrays) -> float:
 
 
 def _by_parts(arrays: Arrays) -> PoseNames | None:
-    """Return the layout with root, body and, if complete, hands and face in separate arrays."""
+    """Return the layout with separate arrays for root, body and, if complete, hands and face."""
     root, body, place = (_first(names, arrays) for names in (_ROOTS, _BODIES, _PLACES))
     if not (root and body and place):
         return None
@@ -130,7 +130,7 @@ def _by_parts(arrays: Arrays) -> PoseNames | None:
         return PoseNames(24, (PosePart(root, 0, 3), PosePart(body, 3, 72)), place)
 
     def there(choices: tuple[tuple[str, ...], ...], joints: int) -> tuple[str, ...]:
-        """Return the names of the first choice with all these joints in every frame."""
+        """Return the first choice of names whose arrays have all these joints in every frame."""
         for names in choices:
             if all(name in arrays and len(arrays.array(name)) == frames for name in names):
                 widths = [_width(arrays, name) for name in names]
@@ -153,7 +153,7 @@ def _part(name: str, joints: tuple[str, ...]) -> PosePart:
 
 
 def _width(arrays: Arrays, name: str) -> int:
-    """Return the numbers in a frame; 0 if they are not rotation vectors of one person."""
+    """Return how many numbers a frame has; 0 if they are not rotation vectors of one person."""
     shape: tuple[int, ...] = arrays.array(name).shape
     if len(shape) == 3 and shape[2] == 3:
         return 3 * shape[1]

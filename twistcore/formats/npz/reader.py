@@ -39,10 +39,11 @@ _ELSEWHERE = (
 
 
 def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> NpzClip:
-    """Read an .npz of poses (docs/amass.md); fps: replaces the file's rate; tell: progress.
+    """Read an .npz of poses (docs/amass.md).
 
-    No code in the file is run. Raises NpzError with one sentence if the file is damaged or has
-    other data. Assumptions are listed in Clip.warnings.
+    fps: frame rate to use instead of the file's; tell: called with the progress. No code in the
+    file is run. Raises NpzError with one sentence if the file is damaged or has other data.
+    Assumptions are listed in Clip.warnings.
     """
     path = Path(path)
     return parse_npz(_bytes_of(path, "an .npz"), path, fps=fps, tell=tell)
@@ -61,7 +62,7 @@ def parse_npz(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> NpzClip:
-    """Parse an .npz from bytes; parameters as in :func:`read_npz`."""
+    """Parse an .npz from bytes; the parameters are those of :func:`read_npz`."""
     archive = open_archive(Path(path), data)
     names = find_pose_names(archive)
     if names is None and (video := read_video_poses(archive)) is not None:
@@ -78,7 +79,7 @@ def parse_pkl(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> PklClip:
-    """Parse a pickle from bytes; parameters as in :func:`read_pkl`."""
+    """Parse a pickle from bytes; the parameters are those of :func:`read_pkl`."""
     pickled = open_pickle(Path(path), data)
     return PklClip(**_read(data, pickled, find_pose_names(pickled), fps, tell or nobody))
 
@@ -99,7 +100,7 @@ def _bytes_of(path: Path, what: str) -> bytes:
 def _read(
     data: bytes, arrays: Arrays, names: PoseNames | None, fps: float | None, tell: Tell
 ) -> dict[str, Any]:
-    """Return the arguments for a clip."""
+    """Return the arguments for creating a clip."""
     path = arrays.path
     if names is None:
         raise _no_poses(arrays)
@@ -147,7 +148,7 @@ def _no_poses(arrays: Arrays) -> NpzError:
 
 
 def _poses(arrays: Arrays, names: PoseNames) -> NDArray[Any]:
-    """Return rotation vectors, (frames, 3 joints); NpzError if some are not valid."""
+    """Return the rotation vectors, (frames, 3 joints); raise NpzError if some are not valid."""
     path = arrays.path
     found: list[NDArray[Any]] = []
     for part in names.parts:
@@ -195,7 +196,9 @@ def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "
 
 
 def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float:
-    """Return seconds a frame from the file, or of the layout's rate or 30 fps if unusable."""
+    """Return the seconds per frame from the file or, if unusable, of the layout's rate or 30
+    fps.
+    """
     rate, whose = names.rate or (_ASSUMED_FPS, "")
     assumed = f"{rate:g} frames per second are assumed (set another rate with the commands' --fps)"
     if whose:
@@ -220,8 +223,8 @@ def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float
 def _skeleton(archive: Arrays, joints: int, warnings: list[str]) -> tuple[Skeleton, Array]:
     """Return the skeleton and the root's rest position, (3,), from the file or a template.
 
-    'offsets': from the parent; 'J': positions at rest. Each for all joints, or for the body's
-    first.
+    The file may have 'offsets', from the parent, or 'J', positions at rest, for all joints or for
+    the body's first ones.
     """
     body = BODIES[joints]
     offsets = body.offsets.copy()

@@ -1,4 +1,4 @@
-"""Arrays of a file by name, for archives and pickles alike."""
+"""Arrays of a file by name, with the same interface for archives and pickles."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ class Arrays(Protocol):
 
     @property
     def path(self) -> Path:
-        """The file, for messages."""
+        """Path of the file, for messages."""
         ...
 
     def __contains__(self, name: object) -> bool: ...
 
     def described(self) -> str:
-        """Return the names for a message: short and on one line."""
+        """Return the names for use in a message: short and on one line."""
         ...
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array by name; NpzError if it is damaged or not of numbers."""
+        """Return an array by name; raise NpzError if it is damaged or does not contain numbers."""
         ...
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the file's bytes with these arrays, which keep size and dtype."""
+        """Return the file's bytes with the given arrays, which keep size and dtype."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class PickledDict:
-    """A pickle of arrays by name, read without running it.
+    """A pickle of arrays by name, read without executing it.
 
-    path: for messages; data: the bytes; names: contents by name; places: offsets of the arrays'
-    bytes.
+    path: path for messages; data: the bytes; names: contents by name; places: offsets of the
+    arrays' bytes.
     """
 
     path: Path
@@ -58,11 +58,13 @@ class PickledDict:
         return name in self.names
 
     def described(self) -> str:
-        """Return the names for a message: short and on one line."""
+        """Return the names for use in a message: short and on one line."""
         return described_names(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array by name, also of plain numbers; NpzError for anything else."""
+        """Return an array by name, which may be a list of plain numbers; NpzError for anything
+        else.
+        """
         found = self.names[name]
         numbers = isinstance(found, int | float | np.generic) or (
             isinstance(found, list | tuple) and all(isinstance(x, int | float) for x in found)
@@ -75,9 +77,9 @@ class PickledDict:
         return values
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the bytes with these arrays in place of the old ones; all other bytes are kept.
+        """Return the bytes with the given arrays instead of the old ones; all other bytes are kept.
 
-        NpzError if the pickle has an old protocol, which stores arrays with another length.
+        Raises NpzError if the pickle has an old protocol, which stores arrays with another length.
         """
         data = bytearray(self.data)
         for name, values in arrays.items():
@@ -95,7 +97,7 @@ def put(
 ) -> None:
     """Write values over the bytes of the array `there`, in its order and dtype.
 
-    offset: of the pickle in the data.
+    offset: offset of the pickle in the data.
     """
     start = places.of(there)
     by_column = there.flags.f_contiguous and not there.flags.c_contiguous
@@ -112,7 +114,7 @@ def put(
 
 
 def open_pickle(path: Path, data: bytes) -> PickledDict:
-    """Open a pickle of arrays by name; NpzError for any other contents."""
+    """Open a pickle of arrays by name; raise NpzError for any other contents."""
     if instead := found_instead(data, PICKLE):
         raise NpzError(f"{path}: {instead}")
     try:

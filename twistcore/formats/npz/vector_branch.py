@@ -1,4 +1,4 @@
-"""Choose among equivalent rotation vectors the one that continues its neighbours.
+"""Choose the one of several equivalent rotation vectors that continues its neighbours.
 
 A rotation by |v| about v/|v| is also one by |v| + 2πk about the same axis.
 """
@@ -18,8 +18,7 @@ _OWN = 1e-3  # weight of the distance to the file's own vector compared with the
 def continuous_vectors(
     q: Array, own: Array, before: Array | None = None, after: Array | None = None
 ) -> Array:
-    """Return rotation vectors of q, (n, 4) -> (n, 3), radians, with the smallest Σ|Δv| over the
-    frames.
+    """Return rotation vectors of q, (n, 4) -> (n, 3), radians, with the smallest Σ|Δv|.
 
     own: the file's vectors in these frames, (n, 3), which decide between equally short paths;
     before, after: the vectors of the neighbouring frames, (3,), None at an end of the clip.
@@ -44,7 +43,7 @@ def continuous_vectors(
 
 
 def _cheapest(choices: Array, cost: Array) -> list[int]:
-    """Return the choice in each frame on the path with the least cost and length (Viterbi)."""
+    """Return the choice in each frame on the path of least cost, then length (Viterbi)."""
     steps = np.linalg.norm(choices[1:, None] - choices[:-1, :, None], axis=3)  # (from, to)
     here, came = cost[0], []
     for step, own in zip(steps, cost[1:], strict=True):

@@ -33,7 +33,7 @@ _NUMBERS = 72
 
 @dataclass(frozen=True, eq=False)
 class _Object:
-    """An archive member that is one object: its bytes and its contents."""
+    """An archive member that consists of one object: its bytes and its contents."""
 
     raw: bytes = field(repr=False)
     start: int  # offset of its pickle
@@ -43,7 +43,7 @@ class _Object:
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """One person in one frame: its arrays, and the row in them."""
+    """One person in one frame: the frame's arrays, and the person's row in them."""
 
     frame: int
     who: Any
@@ -52,13 +52,13 @@ class _Row:
     row: int
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return THETAS or PLACE of all persons in the frame."""
+        """Return the array named THETAS or PLACE with all persons in the frame."""
         found = self.pose if name == THETAS else self.place
         assert found is not None
         return found
 
     def numbers(self, name: str) -> NDArray[Any]:
-        """Return THETAS or PLACE of this person."""
+        """Return the numbers of the array named THETAS or PLACE for this person."""
         array = self.array(name)
         return array[self.row] if array.ndim > 1 else array
 
@@ -67,7 +67,7 @@ class _Row:
 class VideoPoses:
     """The rows of one person as arrays by name: THETAS (frames, 72) and PLACE (frames, 3).
 
-    archive: the file; rows: one for each frame in which the person was seen; notes: sentences on
+    archive: the file; rows: one for each frame in which the person was seen; notes: sentences about
     persons left out and frames filled in.
     """
 
@@ -90,16 +90,16 @@ class VideoPoses:
 
     @property
     def filled(self) -> NDArray[np.bool_]:
-        """Mask of the frames without the person, which are not written."""
+        """Mask of the frames in which the person was not seen, which are not written."""
         frames = np.array([row.frame for row in self.rows]) - self.rows[0].frame
         filled = np.ones(frames[-1] + 1, dtype=np.bool_)
         filled[frames] = False
         return filled
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return THETAS or PLACE, one row a frame from the person's first to last frame.
+        """Return THETAS or PLACE, one row per frame from the person's first to last frame.
 
-        Frames between without the person are filled in: rotations by slerp, positions linearly.
+        Frames in which the person was not seen are filled: rotations by slerp, positions linearly.
         """
         rows = np.stack([row.numbers(name) for row in self.rows])
         if not (absent := self.filled).any():
@@ -111,7 +111,7 @@ class VideoPoses:
         return filled.astype(rows.dtype)
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the archive with these rows for the person; frames without the person are skipped.
+        """Return the archive with these rows for the person; filled frames are skipped.
 
         `sequence_results` is updated where it has the same numbers.
         """
@@ -144,7 +144,7 @@ class VideoPoses:
         put(contents[member], self.path, one.places, there, fresh, one.start)
 
     def _repeated(self, name: str) -> dict[int, NDArray[Any]]:
-        """Return arrays of 'sequence_results' with the same numbers, by frame."""
+        """Return the arrays of 'sequence_results' that have the same numbers, by frame."""
         sequences = self.objects.get(SEQUENCES)
         every = sequences.found if sequences is not None else None
         own = every.get(self.rows[0].who) if isinstance(every, dict) else None
@@ -164,7 +164,7 @@ class VideoPoses:
 
 
 def read_video_poses(archive: Archive) -> VideoPoses | None:
-    """Return the person seen in most frames of a video's results; None for other data.
+    """Return the person who was seen in most frames of a video's results; None for other data.
 
     Raises NpzError.
     """
@@ -198,7 +198,7 @@ def read_video_poses(archive: Archive) -> VideoPoses | None:
 
 
 def _object(archive: Archive, name: str) -> _Object | None:
-    """Return a member that is an object; None if it has plain numbers or is damaged."""
+    """Return a member that consists of one object; None if it has plain numbers or is damaged."""
     raw = archive.raw(name)
     try:
         start, _, dtype, _ = npy_header(raw)
@@ -211,7 +211,7 @@ def _object(archive: Archive, name: str) -> _Object | None:
 
 
 def _rows(frame: int, found: Any) -> Iterator[_Row]:
-    """Yield the persons of a frame."""
+    """Yield a row for each person in a frame."""
     if isinstance(found, list):  # a dict a person
         for who, one in enumerate(found):
             if isinstance(one, dict) and (pose := _pose(one)) is not None and pose.ndim == 1:
@@ -236,7 +236,7 @@ def _pose(found: dict[Any, Any]) -> NDArray[Any] | None:
 
 
 def _numbers(found: dict[Any, Any], names: tuple[str, ...], width: int) -> NDArray[Any] | None:
-    """Return the first array of these names with the given number of columns."""
+    """Return the first array with one of these names and the given number of columns."""
     for name in names:
         array = found.get(name)
         if not (isinstance(array, np.ndarray) and array.dtype.kind == "f"):
@@ -251,7 +251,7 @@ def _items(found: Any) -> list[Any]:
 
 
 def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
-    """Yield sentences on the chosen person and on filled-in frames."""
+    """Yield sentences about the chosen person and about filled frames."""
     if len(seen) > 1:
         others = ", ".join(f"{who} in {n} frames" for who, n in seen.most_common(6)[1:])
         yield (
@@ -271,7 +271,7 @@ def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
 
 
 def _turned(rows: NDArray[Any], times: Array) -> Array:
-    """Return rotation vectors at times between rows, (times, numbers), by slerp."""
+    """Return the rotation vectors at times between rows, (times, numbers), by slerp."""
     before = np.minimum(times.astype(np.intp), len(rows) - 1)
     after = np.minimum(before + 1, len(rows) - 1)
     q = exponential(np.asarray(rows, dtype=np.float64).reshape(len(rows), -1, 3))

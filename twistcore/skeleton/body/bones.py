@@ -1,4 +1,4 @@
-"""The bones along a limb, and the pieces that a bone is divided into."""
+"""The bones of a limb, and the pieces that a bone may be divided into."""
 
 from __future__ import annotations
 
@@ -28,7 +28,10 @@ _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
 
 
 def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> list[Bone]:
-    """Return the bones of a limb, the first one first; path: its joints, the end first."""
+    """Return the bones of a limb, from the trunk outwards.
+
+    path: the limb's joints, from the end back to the trunk.
+    """
     pieces = _pieces(shape, path)
     left = list(segments)
     bones: list[list[Bone]] = [[]]
@@ -50,7 +53,7 @@ def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> l
 
 
 def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
-    """Return joints that continue the bone above them; path: the end first."""
+    """Return the joints that continue the bone above them; path: the joints, from the end back."""
     out: set[int] = set()
     triples = list(zip(path, path[1:], path[2:], strict=False))
     named = [shape.first_role(j, shape.names[j].side) for j in path]
@@ -59,7 +62,9 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
     evident = any(shape.bend(here, below) > _BENT for below, here, _ in triples[: highest + 1])
 
     def known_below(k: int) -> list[str]:
-        """Return roles of the joints below k that are not pieces, without the end's."""
+        """Return the roles of the joints below the k-th that are not pieces, without the end's
+        roles.
+        """
         return [r for j, r in zip(path[1:k], named[1:k], strict=True) if r and j not in out]
 
     for k, (below, here, above) in enumerate(triples, 1):
@@ -79,9 +84,9 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
 
 
 def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
-    """True if a joint's word may mean two bones and no joint below is the lower one.
+    """True if a joint's word may mean two bones and no joint below it is the lower of the two.
 
-    below: the joints of the limb under it, the end first.
+    below: the joints of the limb under it, from the end back.
     """
     name = shape.names[joint]
     inner = (shape.names[j] for j in below[1:])
@@ -89,9 +94,10 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
 
 
 def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
-    """Return bones down to the end of a limb: after its two longest, only long ones.
+    """Return the bones down to the end of a limb; after its two longest bones, only long ones.
 
-    segments: of an arm or leg, which ends with its two longest bones; then only bones up to there.
+    segments: names of the bones of an arm or leg, which ends with its two longest bones; bones are
+    then returned only up to there.
     """
     pairs = [(p, c) for p, c in pairwise(joints) if shape.solid[c]]
     if len(pairs) < 2:
@@ -123,10 +129,10 @@ def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] =
 
 
 def lower_pair(sums: Sequence[float]) -> int:
-    """Return the index of thigh and shin, or arm and forearm, among pairs of a limb's bones.
+    """Return the index of thigh and shin, or of arm and forearm, among the pairs of a limb's bones.
 
-    sums: the total length of each pair, the pair at the trunk first. The longest pair is chosen;
-    of pairs of nearly that length, the one farthest from the trunk, since a collar may be as long
-    as a forearm.
+    sums: the total length of each pair of neighbouring bones, the pair at the trunk first. The
+    longest pair is chosen or, of pairs of nearly that length, the one farthest from the trunk,
+    since a collar may be as long as a forearm.
     """
     return max(k for k, both in enumerate(sums) if both >= _NEARLY * max(sums))

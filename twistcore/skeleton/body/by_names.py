@@ -19,7 +19,7 @@ Path = tuple[list[int], int]
 
 
 def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
-    """Return the limbs whose end, or a joint above it, has a known name."""
+    """Return the limbs that have a known name for their end or for a joint above it."""
     paths = {limb: path for limb in LIMBS if (path := _path_to_tip(shape, *limb))}
     taken = {j for path, _ in paths.values() for j in path}
     for limb in LIMBS:
@@ -31,7 +31,7 @@ def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
 def _lines_of(
     shape: Shape, paths: Mapping[tuple[str, str], Path]
 ) -> dict[tuple[str, str], LimbLine]:
-    """Return the limbs along paths."""
+    """Return the limbs along the given paths of joints."""
     trunk: set[int] = set()  # joints above both hands or both feet, so neither shoulder nor thigh
     for kind in BONES:
         both = [set(paths[side, kind][0][1:]) for side in SIDES if (side, kind) in paths]
@@ -49,7 +49,7 @@ def _lines_of(
 
 
 def _bare_root(shape: Shape, joint: int) -> bool:
-    """True for a root with several lines below it and no limb joint's name."""
+    """True for a root that has several lines of joints below it and no name of a limb's joint."""
     return (
         shape.parents[joint] not in shape.joints
         and not shape.names[joint].roles
@@ -58,10 +58,10 @@ def _bare_root(shape: Shape, joint: int) -> bool:
 
 
 def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
-    """Return joints from a named hand or foot up to the root, and its bone's index.
+    """Return the joints from a named hand or foot up to the root, and the index of its bone.
 
-    If there are several, the one below the most named joints is chosen, so that a hand in a second
-    hierarchy does not replace the arm.
+    If there are several hands or feet, the one below the most named joints is chosen, so that a
+    hand in a second hierarchy does not replace the arm.
     """
     roles = ROLES[kind]
     tips = [j for j in _called(shape, side, roles[-1]) if not shape.names[j].helper]
@@ -83,9 +83,9 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
 
 
 def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
-    """Return the path to the end of a limb if only joints above the end have known names.
+    """Return the path to the end of a limb of which only joints above the end have known names.
 
-    taken: joints of other limbs.
+    taken: joints that belong to other limbs.
     """
     roles = ROLES[kind]
     inner = [
@@ -127,7 +127,7 @@ def _called(shape: Shape, side: str, role: str) -> list[int]:
 
 
 def _main_child(shape: Shape, joint: int) -> int | None:
-    """Return the child of the same side with the longest line; None for an end."""
+    """Return the child on the same side that starts the longest line; None for an end."""
     sides = ("", shape.names[joint].side)
     own = [c for c in shape.children[joint] if shape.names[c].side in sides]
     below = [c for c in own if not shape.names[c].other]
@@ -137,7 +137,7 @@ def _main_child(shape: Shape, joint: int) -> int | None:
 
 
 def toe_of(shape: Shape, side: str, foot: int) -> int:
-    """Return the nearest joint below a foot named as a toe of its side; −1 for none."""
+    """Return the nearest joint below a foot that is named as a toe of its side; −1 for none."""
     below = list(shape.children[foot])
     for j in below:
         below.extend(shape.children[j])

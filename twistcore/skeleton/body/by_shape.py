@@ -1,4 +1,4 @@
-"""Find limbs without known joint names by the shape of the skeleton."""
+"""Find limbs without known joint names, by the shape of the skeleton."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SMALL_LIMB = 0.35  # of the longest bone: a line of shorter bones is a neck or 
 
 
 def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
-    """Return limbs along lines of unnamed joints; next to legs, a neck is not a limb."""
+    """Return the limbs along lines of unnamed joints; in a body with legs, a neck is no limb."""
     found = [limb for line in lines if (limb := unnamed_line(shape, line))]
     sizes = [max(shape.lengths[b.child] for b in line.bones) for line in found]
     least = _SMALL_LIMB * max(sizes, default=0.0)
@@ -25,7 +25,7 @@ def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLin
 
 
 def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
-    """Return the limb along a line of unnamed joints; None without two bones."""
+    """Return the limb along a line of unnamed joints; None if it has fewer than two bones."""
     bones = unnamed_bones(shape, joints)
     if not bones:
         return None
@@ -47,7 +47,7 @@ def _pointed_at(shape: Shape, end: int, below: int) -> int:
 def lines_by_shape(
     shape: Shape, lines: Sequence[Sequence[int]], known: Mapping[tuple[str, str], LimbLine]
 ) -> dict[tuple[str, str], LimbLine]:
-    """Return unnamed limbs opposite to a known limb, or on a trunk without limbs."""
+    """Return unnamed limbs that are opposite to a known limb, or on a trunk without limbs."""
     found: dict[tuple[str, str], LimbLine] = {}
     left = [list(line) for line in lines if unnamed_bones(shape, line)]
     across = _across(shape, known)
@@ -65,7 +65,7 @@ def lines_by_shape(
 
 
 def _toe(shape: Shape, side: str, foot: int) -> int:
-    """Return the joint that a foot points to: a named toe, or the next in line; −1 for none."""
+    """Return the joint that a foot points to: a named toe, or the next joint; −1 for none."""
     named = toe_of(shape, side, foot)
     return named if named >= 0 else _pointed_at(shape, foot, shape.below[2].get(foot, -1))
 
@@ -76,9 +76,9 @@ def _candidates(
     kind: str,
     known: Mapping[tuple[str, str], LimbLine],
 ) -> list[list[int]]:
-    """Return lines that may be arms or legs: on the joint that carries the opposite limb.
+    """Return the lines that may be arms or legs: those from the joint that has the opposite limb.
 
-    Without an opposite limb: on the trunk above the legs for arms, near the root for legs.
+    Without an opposite limb, arms are searched on the trunk above the legs, and legs near the root.
     """
     anchors = {k: _anchors(shape, known, k) for k in BONES}
     if anchors[kind]:
@@ -88,7 +88,7 @@ def _candidates(
 
 
 def _anchors(shape: Shape, known: Mapping[tuple[str, str], LimbLine], kind: str) -> set[int]:
-    """Return the joints that carry the limbs of a kind."""
+    """Return the joints of the trunk from which the known limbs of a kind start."""
     return {shape.parents[line.bones[0].parent] for (_, k), line in known.items() if k == kind}
 
 
@@ -103,7 +103,7 @@ def _across(shape: Shape, known: Mapping[tuple[str, str], LimbLine]) -> Array | 
 
 
 def _side(shape: Shape, line: Sequence[int], across: Array | None) -> str:
-    """Return the side of a line from its names or its place at rest; '' if unknown."""
+    """Return the side of a line, from its names or its position at rest; '' if unknown."""
     named = {shape.names[j].side for j in line} - {""}
     if len(named) == 1:
         return named.pop()

@@ -1,4 +1,4 @@
-"""Search a body's limbs, and report limbs that are not found."""
+"""Search for a body's limbs, and report the limbs that are not found."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from twistcore.skeleton.people import find_people, joint_names
 def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({})) -> Body:
     """Return the limbs of all people in a motion's skeleton.
 
-    said: a person's meanings of single joints, by name: 'left hand' or 'helper', see
+    said: the user's meanings of single joints, by name, such as 'left hand' or 'helper', see
     :func:`joint_as_said`.
     """
     return _found(motion, said) if said else _as_found(motion)
@@ -46,7 +46,7 @@ def _found(motion: Motion, said: Mapping[str, str]) -> Body:
 
 
 def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined]]:
-    """Return the limbs of one person, and the limbs that were not found."""
+    """Return the limbs of one person, and the person's limbs that were not found."""
     lines = named_lines(shape)
     shapes = shape.lines({j for line in lines.values() for j in line.joints})
     if not lines:
@@ -57,7 +57,9 @@ def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined
 
 
 def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterable[Unexamined]:
-    """Yield the missing ones of four limbs, and bones of found limbs without a chain."""
+    """Yield those of the four limbs that were not found, and bones of found limbs without a
+    chain.
+    """
     inside = {j for line in lines.values() for j in line.joints}
     known = inside.union(*(ancestors(shape.skeleton, j) for j in inside))
     for side, kind in LIMBS:
@@ -75,7 +77,7 @@ def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterabl
 
 
 def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
-    """Return a clause that lists unused joints of that side; known: the used joints."""
+    """Return a clause that lists the unused joints on that side; known: the used joints."""
     end = ROLES[kind][-1]
     unknown = [
         shape.skeleton.names[j]
@@ -90,7 +92,7 @@ def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
 
 
 def _few_limbs(found: int) -> tuple[Unexamined, ...]:
-    """Return the note for a skeleton without known names and fewer than four limbs by shape."""
+    """Return a note if a skeleton without known names has fewer than four limbs by its shape."""
     if found >= len(LIMBS):
         return ()
     why = f"no joint has a known name, and only {found} of four limbs were found by shape"

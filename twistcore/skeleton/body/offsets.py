@@ -1,4 +1,4 @@
-"""Offsets between joints, and whether they have a direction."""
+"""Offsets between joints, and whether they are long enough to have a direction."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ def has_length(skeleton: Skeleton, offset: Array) -> bool:
 def bone_offset(motion: Motion, joint: int) -> Array:
     """Return a joint's offset from its parent: (3,) from OFFSET, (frames, 3) from channels.
 
-    Position channels near zero are shifts from OFFSET or rounding; OFFSET is then used.
+    If position channels are near zero, they hold shifts from OFFSET or rounding errors; OFFSET is
+    then used.
     """
     rest, offset = motion.skeleton.offsets[joint], motion.translation(joint)
     length, longest = np.linalg.norm(rest), np.linalg.norm(offset, axis=-1).max()
@@ -29,7 +30,7 @@ def bone_offset(motion: Motion, joint: int) -> Array:
 
 
 def shortest(skeleton: Skeleton) -> float:
-    """Return the length, in the file's unit, up to which an offset has no direction."""
+    """Return the length, in the file's unit, up to which an offset is too short for a direction."""
     return _ZERO * skeleton.height
 
 

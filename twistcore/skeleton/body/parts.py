@@ -1,4 +1,4 @@
-"""The parts of a body: bones, limbs, and limbs that were not found."""
+"""The parts of a body: bones, limbs, and the limbs that were not found."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ LIMBS = tuple((side, kind) for side in SIDES for kind in BONES)
 class Bone:
     """A bone of a limb, from the joint P to its child C.
 
-    segment: 'Arm', 'Leg' … or '' if unknown; ends: True if C begins another bone, not another piece
-    of this one; pieces: number of pieces of the whole bone.
+    segment: 'Arm', 'Leg' … or '' if unknown; ends: True if C begins another bone, False if it
+    begins another piece of this one; pieces: number of pieces of the whole bone.
     """
 
     parent: int
@@ -32,11 +32,11 @@ class Bone:
 
 @dataclass(frozen=True)
 class LimbLine:
-    """A limb: its bones, the first one first, and the joint below its end.
+    """A limb: its bones, from the trunk outwards, and the joint below its end.
 
     side: 'Left', 'Right' or ''; kind: 'arm', 'leg' or ''; below: the joint that the last joint
-    points to (a toe), or −1; by_shape: its end was found by the shape of the skeleton; person: its
-    owner, '' if there is only one person.
+    points to (a toe), or −1; by_shape: True if its end was found by the shape of the skeleton;
+    person: name of its owner, '' if there is only one person.
     """
 
     side: str
@@ -48,13 +48,13 @@ class LimbLine:
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """Return all joints of the limb, the first one first."""
+        """Return all joints of the limb, from the trunk outwards."""
         return (*(bone.parent for bone in self.bones), self.bones[-1].child)
 
 
 @dataclass(frozen=True)
 class Unexamined:
-    """A limb, or the end of a limb, without a chain.
+    """A limb, or the end of a limb, that no chain examines.
 
     limb: 'left arm', 'left forearm'; why: a clause with the reason; side, kind, person: as in
     :class:`LimbLine`.
@@ -78,11 +78,11 @@ class Unexamined:
 
     @property
     def title(self) -> str:
-        """Return the limb with its person: 'left arm of B'."""
+        """Return the limb's name with its person: 'left arm of B'."""
         return " of ".join(word for word in (self.limb, self.person) if word)
 
     def to_json(self) -> dict[str, str]:
-        """Return the limb, its side ('Left', 'Right' or ''), its person and the reason, by name."""
+        """Return the limb, its side ('Left', 'Right' or ''), its person and the reason, by key."""
         entry = {"limb": self.limb, "side": self.side, "why": self.why}
         return entry | ({"person": self.person} if self.person else {})
 
@@ -91,7 +91,7 @@ class Unexamined:
 class Body:
     """The limbs of a skeleton, of one or more people, and the meanings of its joints.
 
-    names: the meaning of each joint's name; lines: its limbs, person by person; missing: arms and
+    names: the meaning of each joint's name; lines: the limbs, person by person; missing: arms and
     legs that were not found; people: the people in the skeleton.
     """
 
@@ -103,7 +103,7 @@ class Body:
 
     @cached_property
     def taken_for(self) -> tuple[str, ...]:
-        """Return each joint's meaning: 'Left Arm', 'Left Hand', 'piece of Left Arm', or ''."""
+        """Return each joint's role: 'Left Arm', 'Left Hand', 'piece of Left Arm', or ''."""
         out = [""] * len(self.skeleton)
         for line in self.lines:
             for bone in reversed(line.bones):

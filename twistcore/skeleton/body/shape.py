@@ -19,11 +19,11 @@ _FINGERS = 3  # lines of bones from one joint of a limb that make it the end
 
 
 class Shape:
-    """The data for the search of limbs in a motion's skeleton, or in one person of it.
+    """The data for finding limbs in a motion's skeleton, or in one person's part of it.
 
     names: meanings of the joints' names; joints: the person's joints; said: joints named by the
-    user. children, offsets, lengths: by joint, offsets from :func:`bone_offset`; solid: True if the
-    bone to a joint has a length.
+    user; children, offsets, lengths: lists with an entry for each joint, with offsets from
+    :func:`bone_offset`; solid: True for a joint whose bone from its parent has a length.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Shape:
         self._bends: dict[tuple[int, int], float] = {}
 
     def roles(self, joint: int, side: str) -> tuple[str, ...]:
-        """Return the possible roles of a joint of a side by its name, the likeliest first."""
+        """Return the roles that a joint of a side may have by its name, the likeliest first."""
         name = self.names[joint]
         return name.roles if name.side == side and not name.other else ()
 
@@ -53,12 +53,12 @@ class Shape:
         return roles[0] if roles else ""
 
     def is_same_word(self, one: int, other: int) -> bool:
-        """True if two joints' names differ only in their numbers."""
+        """True if the names of two joints differ only in their numbers."""
         a, b = self.names[one], self.names[other]
         return (a.side, a.stem) == (b.side, b.stem) and a.number != b.number
 
     def above(self, joint: int) -> list[int]:
-        """Return the person's joints above a joint, the nearest first."""
+        """Return the person's joints that are above a joint, the nearest first."""
         return [j for j in ancestors(self.skeleton, joint) if j in self.joints]
 
     def bend(self, joint: int, below: int) -> float:
@@ -78,7 +78,7 @@ class Shape:
 
     @cached_property
     def out_of_it(self) -> list[bool]:
-        """Return True for joints of head, fingers and carried things, and all joints below them."""
+        """Return True for joints of the head, fingers and props, and for all joints below them."""
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
             out[joint] |= parent >= 0 and out[parent]
@@ -86,12 +86,14 @@ class Shape:
 
     @cached_property
     def reach(self) -> list[int]:
-        """Return the number of bones below each joint along the longest line."""
+        """Return for each joint the number of bones on the longest line below it."""
         return self.below[0]
 
     @cached_property
     def below(self) -> tuple[list[int], list[float], dict[int, int]]:
-        """Return the number of bones below each joint, their total length, and the next child."""
+        """Return for each joint the number and total length of bones below it, and the next
+        child.
+        """
         bones = [0] * len(self.names)
         far = [0.0] * len(self.names)
         main: dict[int, int] = {}
@@ -113,7 +115,7 @@ class Shape:
         return max((self.below[1][j] for j in self.joints), default=0.0)
 
     def lines(self, taken: set[int]) -> list[list[int]]:
-        """Return lines of joints that start from the trunk and contain no taken joint.
+        """Return the lines of joints that start from the trunk and contain no joint in `taken`.
 
         A joint belongs to the trunk if two long lines start from it or from a joint below it.
         """
@@ -145,7 +147,8 @@ class Shape:
     def _misnamed_end(self, line: Sequence[int]) -> list[int]:
         """Return a joint below a line that is named as a finger or prop but ends a whole bone.
 
-        The joint has children, like a hand, and two whole bones above it.
+        Such a joint has children, like a hand, and two whole bones above it. The result is a list
+        with at most one joint.
         """
         below = [c for c in self.children[line[-1]] if self.solid[c]]
         if len(line) < 3 or len(below) != 1 or not self.out_of_it[below[0]]:
@@ -155,13 +158,13 @@ class Shape:
         return below if self.lengths[below[0]] > _WHOLE_BONE * self.lengths[line[-1]] else []
 
     def branches(self, joint: int) -> bool:
-        """True for a joint that ends a limb, such as a hand with fingers or a paw."""
+        """True for a joint that ends a limb, such as a hand with fingers, or a paw."""
         lines = (c for c in self.children[joint] if not self.out_of_it[c] and self.reach[c])
         return len(list(lines)) >= _FINGERS
 
     @cached_property
     def rest(self) -> Array:
-        """Return the places of the joints at rest, (joints, 3)."""
+        """Return the positions of the joints in the rest pose, (joints, 3)."""
         out = np.zeros((len(self.names), 3))
         for joint, parent in enumerate(self.parents):
             out[joint] = self.skeleton.offsets[joint] + (out[parent] if parent >= 0 else 0.0)

@@ -1,7 +1,7 @@
-"""Common alternatives [Choi26 §2]: filters, projections, interpolation by an oracle.
+"""Common alternatives [Choi26 §2]: filters, projections, and interpolation with known truth.
 
-They filter the sign-continuous quaternion components of the chains' joints, renormalised. They do
-not know parents and children, so they cannot distinguish a twist error from a motion.
+They filter the sign-continuous quaternion components of the chains' joints and renormalise them.
+They do not know which joint is whose parent, so they cannot tell a twist error from a motion.
 """
 
 from __future__ import annotations
@@ -30,11 +30,12 @@ Correct = Callable[[Array, float, Sequence[Gap]], Array]
 
 @dataclass(frozen=True)
 class Baseline:
-    """A method of the table that is not a detector.
+    """A method in the benchmark's table that is not a detector.
 
-    correct: (rotations (frames, joints, 4) sign-continuous, frames per second, wrong frames) → the
-    same shape; oracle: it knows the true intervals and changes the target's joints only;
-    whole_body: one joint's result depends on the others'.
+    correct: the function (rotations (frames, joints, 4) sign-continuous, frames per second, wrong
+    frames) → corrected rotations of the same shape; oracle: True if it is given the true intervals
+    and changes only the target's joints; whole_body: True if one joint's result depends on other
+    joints.
     """
 
     name: str
@@ -69,7 +70,7 @@ def _savgol(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
 
 
 def _kalman(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
-    """Filter with a steady-state constant-velocity Kalman filter, which is an α-β filter."""
+    """Filter with a steady-state constant-velocity Kalman filter, that is, an α-β filter."""
     index = KALMAN_ACCELERATION / (fps * fps * KALMAN_NOISE)
     r = (4.0 + index - np.sqrt(8.0 * index + index * index)) / 4.0
     alpha = 1.0 - r * r

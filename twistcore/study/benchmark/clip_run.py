@@ -1,4 +1,4 @@
-"""Run one clip with all protocols, methods and seeds: the task of a pool worker."""
+"""Run one clip with all protocols, methods and seeds, as a single task for a worker process."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class BenchmarkSettings:
 
     @property
     def auditor(self) -> str:
-        """Return the detector whose findings in the clean clip are the natural events."""
+        """Return the detector whose detections in the clean clip count as natural events."""
         if AUDITOR in DETECTORS:
             return AUDITOR
         return next((m for m in self.methods if m in DETECTORS), next(iter(DETECTORS)))
@@ -46,10 +46,10 @@ class BenchmarkSettings:
 
 @dataclass(frozen=True, eq=False)
 class ClipResult:
-    """The stored result of a clip, a few kilobytes for any length.
+    """The stored result of a clip: a few kilobytes, however long the clip is.
 
-    clip: path below the folder; micros: length of the capture in µs; dropped: leading frames
-    before the capture; problems: one sentence for each failure.
+    clip: path below the folder; micros: duration of the capture in µs; dropped: number of leading
+    frames before the capture; problems: one sentence for each failure.
     """
 
     clip: str
@@ -61,7 +61,7 @@ class ClipResult:
     problems: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """Return the result as one line of the file that --resume reads."""
+        """Return the result as JSON data: one line of the file that --resume reads."""
         return {
             **vars(self),
             "tallies": [[*vars(k).values(), t.values()] for k, t in self.tallies.items()],
@@ -71,7 +71,7 @@ class ClipResult:
 
 
 def result_from_json(document: Mapping[str, Any]) -> ClipResult:
-    """Invert ClipResult.to_json; raise KeyError, TypeError or ValueError if it is damaged."""
+    """Return the result from its JSON data; raise KeyError, TypeError or ValueError if damaged."""
     counts = [field.name for field in fields(Tally)]
     tallies = {
         Key(*key): Tally(**dict(zip(counts, values, strict=True)))
@@ -89,7 +89,7 @@ def result_from_json(document: Mapping[str, Any]) -> ClipResult:
 
 
 def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
-    """Run the benchmark on one clip; name: its name in the results, whose stem seeds the errors."""
+    """Run the benchmark on one clip; name: its name in the results, the stem seeds the errors."""
     problems: list[str] = []
     try:
         motion = read_bvh(path).motion

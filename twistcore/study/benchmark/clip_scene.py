@@ -1,4 +1,4 @@
-"""A clip prepared for a protocol: without T-pose, with its chains, limbs and events."""
+"""A clip prepared for a protocol: without T-pose, with its chains, limbs and natural events."""
 
 from __future__ import annotations
 
@@ -32,9 +32,10 @@ STRAIGHTENS = ("", "Arm", "UpLeg")  # segments whose child is an elbow or a knee
 
 @dataclass(frozen=True, eq=False)
 class CleanScene:
-    """The clean motion for injecting errors, with its correctable chains and limbs.
+    """The clean motion into which errors are injected, with its correctable chains and limbs.
 
-    dropped: leading frames of the file before the capture; events: the audit's findings.
+    dropped: number of leading frames of the file before the capture; events: what the auditing
+    detector found in the clean motion.
     """
 
     clip: str
@@ -47,12 +48,16 @@ class CleanScene:
 
     @cached_property
     def groups(self) -> tuple[tuple[Chain, ...], ...]:
-        """Return groups of chains and limbs that share joints; errors stay within a group."""
+        """Return groups of chains and limbs that share joints; no error spreads to another
+        group.
+        """
         return limbs(self.motion.skeleton, (*self.chains, *self.limbs))
 
     @property
     def targets(self) -> tuple[Chain, ...]:
-        """Return the protocol's targets: all chains, all limbs, or chains that can be straight."""
+        """Return the protocol's targets: all chains, all limbs, or all chains that can be
+        straight.
+        """
         if self.protocol.straight:
             return tuple(c for c in self.chains if c.grandchild >= 0 and c.segment in STRAIGHTENS)
         if self.protocol.carried:
@@ -61,16 +66,20 @@ class CleanScene:
 
     @cached_property
     def joints(self) -> NDArray[np.int64]:
-        """Return parents and children of all chains, and ends of limbs, sorted."""
+        """Return the indices of all chains' parents and children and of limbs' ends, sorted."""
         return chain_joints((*self.chains, *self.limbs))
 
     @cached_property
     def eventful(self) -> frozenset[str]:
-        """Return chains and limbs with a natural event; the audited table excludes them."""
+        """Return names of chains and limbs with a natural event; the audited table excludes
+        them.
+        """
         return with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Return index and targets: each chain or limb, or each chain with the one below it."""
+        """Return each pass's index and targets: a chain or limb, or a chain with the one below
+        it.
+        """
         if self.protocol.clean:
             return ()
         if self.protocol.together > 1:

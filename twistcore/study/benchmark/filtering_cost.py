@@ -1,4 +1,4 @@
-"""Measure a method's cost on a clean clip: lag and loss of peak speed [Choi26 §4.2.3]."""
+"""Measure what a method costs on a clean clip: lag and loss of peak speed [Choi26 §4.2.3]."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _MICRO = 1e-6
 
 @dataclass(frozen=True)
 class Fidelity:
-    """The cost for one clip and method, as integers, so that a stored result equals a new one.
+    """The cost for one clip and method, in integers, so that a stored result equals a new one.
 
-    peak: angular speed before, m°/s; kept: remaining share after, millionths; lag: µs;
-    lag_frames: millionths of a frame.
+    peak: angular speed before filtering, m°/s; kept: fraction of it that remains after filtering,
+    millionths; lag: µs; lag_frames: lag in millionths of a frame.
     """
 
     peak: int
@@ -32,12 +32,14 @@ class Fidelity:
 
 
 def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
-    """Compare angular speeds of the chains' joints before and after; refined: (frames, joints, 4).
+    """Compare the angular speeds of the chains' joints before and after filtering.
 
-    Joints of chains with a natural event are excluded, so that the peak is motion and not an error.
-    None if no joint remains or nothing moves. Peak: the fastest joint's highest mean over 50 ms,
-    compared with the same joint's peak after. Lag: at the highest cross-correlation of the speeds
-    minus their means, summed over joints, refined to a fraction of a frame by a parabola.
+    refined: the filtered rotations, (frames, joints, 4). Joints of chains with a natural event are
+    excluded, so that the peak is motion and not an error. None if no joint remains or nothing
+    moves. The peak is the highest mean speed over 50 ms of the fastest joint, compared with the
+    peak of the same joint after filtering. The lag is the shift with the highest cross-correlation
+    of the speeds minus their means, summed over joints, refined to a fraction of a frame by a
+    parabola.
     """
     eventful = chain_joints([c for c in scene.chains if c.name in scene.eventful])
     joints = np.setdiff1d(scene.joints, eventful)
@@ -64,13 +66,13 @@ def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
 
 
 def _lasting(speed: Array, window: int) -> Array:
-    """Return the mean over every window of frames, (frames − window + 1, joints)."""
+    """Return the mean speed over every window of frames, (frames − window + 1, joints)."""
     mean: Array = np.lib.stride_tricks.sliding_window_view(speed, window, axis=0).mean(axis=-1)
     return mean
 
 
 def _lag(before: Array, after: Array, longest: int) -> float:
-    """Return the lag of `after` in frames: the best of the shifts up to `longest`."""
+    """Return the lag of `after` in frames: the best shift up to `longest` frames."""
     a, b = before - before.mean(axis=0), after - after.mean(axis=0)
     longest = min(longest, len(a) // 2)
     shifts = range(-longest, longest + 1)

@@ -1,4 +1,4 @@
-"""The simplest repair that uses anatomy: turn every bent limb onto the clip's own hinge."""
+"""The simplest repair that uses anatomy: turn every bent limb onto its hinge axis in the clip."""
 
 from __future__ import annotations
 
@@ -22,7 +22,9 @@ _FEWEST = 0.1  # seconds of clear bend
 
 
 def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
-    """Return the offsets to remove by chain, radians, (frames,); no entry without a hinge."""
+    """Return the offsets to remove, radians, (frames,), by chain; chains without hinge are
+    missing.
+    """
     out = {}
     for chain in chains:
         known = Witnesses.of(motion, chain)

@@ -1,4 +1,4 @@
-"""Write the benchmark as Markdown that is also readable as plain text."""
+"""Write the benchmark's results as Markdown that is also readable as plain text."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ all chains together. Oracles know the true frames."""
 def benchmark_to_markdown(
     summary: BenchmarkSummary, settings: BenchmarkSettings, source: str
 ) -> str:
-    """Return the benchmark as a Markdown page."""
+    """Return the benchmark's results as a Markdown page."""
     rows = make_rows(summary, settings)
     minutes = summary.micros / 6e7
     seeds = ", ".join(str(s) for s in settings.seeds)
@@ -159,7 +159,7 @@ def _change(metric: str, before: float, after: float) -> list[str]:
 
 
 def bar_chart(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
-    """Return two bars per segment, before and after, in a block of fixed width."""
+    """Return two bars per segment, before and after, as a block of fixed-width text."""
     highest = max(
         (v[k] for v in segments.values() for k in ("mae_before_deg", "mae_after_deg")), default=0.0
     )
@@ -205,7 +205,7 @@ def _event_parts(summary: BenchmarkSummary) -> list[str]:
 
 
 def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    """Return a Markdown table with aligned columns, numbers to the right."""
+    """Return a Markdown table with aligned columns; numbers are aligned to the right."""
     columns = []
     for title, *cells in zip(head, *lines, strict=True):
         width = max(map(len, (title, *cells)))
@@ -221,7 +221,7 @@ def _listed(
     rows: Iterable[tuple[Sequence[str], Mapping[str, Any]]],
     columns: Sequence[tuple[str, str, int]],
 ) -> str:
-    """Return a table whose rows begin with their names; columns: title, key, decimals."""
+    """Return a table whose rows begin with their names; columns: (title, key, decimals) of each."""
     lines = [[*own, *(_number(values[k], n) for _, k, n in columns)] for own, values in rows]
     return table([*names, *(title for title, _, _ in columns)], lines)
 

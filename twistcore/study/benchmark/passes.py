@@ -1,4 +1,4 @@
-"""Run one clip × protocol × method × seed as a pure function."""
+"""Run one combination of clip, protocol, method and seed as a pure function."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ AUTOMATIC: Taus = MappingProxyType({})  # for every chain
 
 
 def all_methods() -> tuple[str, ...]:
-    """Return all methods in the table's order."""
+    """Return the names of all methods in the order of the table."""
     return (*DETECTORS.ready(), HINGE, *BASELINES)
 
 
 @dataclass(frozen=True, eq=False)
 class MethodResult:
-    """The result of a method: rotations, and the intervals found by chain."""
+    """The result of a method: the corrected rotations, and the intervals found, by chain."""
 
     rotations: Array
     found: dict[str, list[Gap]]
@@ -58,7 +58,7 @@ class MethodResult:
 class CleanRun:
     """The result of a method on the clean clip, without injected errors.
 
-    change: radians, (frames, scene.joints).
+    change: how far the method turned each joint, radians, (frames, scene.joints).
     """
 
     outcome: MethodResult
@@ -74,9 +74,10 @@ def apply_method(
 ) -> MethodResult:
     """Apply a method to a motion; only joints of `chains` change.
 
-    chains: also limbs, if their flips are to be found; wrong: the truth, for the oracles; tau:
-    radians by chain, by default the automatic τ. The automatic corrections are applied, or the
-    offsets that the detector's analysis returns itself, such as the paper's running sum.
+    chains: also the limbs, if their flips are to be found; wrong: the frames that are truly wrong,
+    for methods with known truth; tau: τ in radians by chain, by default the automatic τ. The
+    automatic corrections are applied, or the offsets that the detector's analysis itself returns,
+    such as the paper's running sum.
     """
     if method in BASELINES:
         return MethodResult(_filtered(BASELINES[method], motion, chains, wrong), {})
@@ -136,9 +137,9 @@ def clean_run(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun
 
 
 def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
-    """Return false alarms by chain and limb; without injection also unwanted changes.
+    """Return the false alarms by chain and limb; without injection also the unwanted changes.
 
-    Chains that are not targets of the protocol have an entry only if something was found.
+    Chains that are not targets of the protocol have an entry only if something was found in them.
     """
     total: Tallies = {}
     counted: set[int] = set()
@@ -171,8 +172,8 @@ def run_item(
 ) -> Tallies:
     """Run all passes of a clip with one method and one seed: each target in turn.
 
-    Only the target's group is evaluated: no detector and no filter of a single joint connects
-    groups, so the others are the same as in the clean run.
+    Only the target's group is evaluated: no detector and no single-joint filter connects groups, so
+    the results for the other groups are the same as in the clean run.
     """
     clean = clean or clean_run(scene, method, tau)
     total: Tallies = {}
@@ -186,7 +187,7 @@ def run_item(
 def draw_pass_errors(
     scene: CleanScene, index: int, targets: Sequence[Chain], seed: int
 ) -> tuple[InjectedError, ...]:
-    """Return a pass's errors, which depend only on seed, clip name, chain and protocol."""
+    """Return the errors of a pass, which depend only on seed, clip name, chain and protocol."""
     rng = generator(seed, scene.clip, index, zlib.crc32(scene.protocol.name.encode()))
     return draw_errors(scene.motion, targets, rng, scene.protocol, first=0)
 
@@ -230,9 +231,9 @@ def _run_pass(
 
 
 def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
-    """Return the desired rotations: for limbs, without the clip's own flips.
+    """Return the desired rotations; for limbs, these are without the clip's own flips.
 
-    If a limb's flip is corrected in the clean clip, correcting it elsewhere is no error.
+    If a limb's flip is corrected in the clean clip, it is no error if a method corrects it, too.
     """
     truth = scene.motion.rotations
     for limb in scene.limbs:
@@ -245,7 +246,7 @@ def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
 
 
 def _reach(scene: CleanScene, method: str, targets: Sequence[Chain]) -> tuple[Chain, ...]:
-    """Return the chains and limbs whose joints may differ from the clean run."""
+    """Return the chains and limbs whose joints may differ from those in the clean run."""
     if method in BASELINES and BASELINES[method].whole_body:
         return (*scene.chains, *scene.limbs)
     if len(targets) > 2:  # simultaneous errors in many chains may look like a cut
@@ -256,7 +257,9 @@ def _reach(scene: CleanScene, method: str, targets: Sequence[Chain]) -> tuple[Ch
 def _interval_tally(
     outcome: MethodResult, clean: CleanRun, chain: Chain, true: Sequence[InjectedError]
 ) -> Tally:
-    """Compare found and true intervals; intervals also found in the clean clip do not count."""
+    """Compare the found intervals with the true ones, ignoring those also found in the clean
+    clip.
+    """
     if chain.name not in outcome.found:
         return Tally()
     found = outcome.found[chain.name]
@@ -275,7 +278,10 @@ def _damage_tally(
     refined: Array,
     wrong: NDArray[np.bool_],
 ) -> Tally:
-    """Count clean pairs changed by over 1°: as in the clean clip (natural) or not (damage)."""
+    """Count the clean (joint, frame) pairs that the method changed by more than 1°.
+
+    A pair changed in the same way in the clean clip counts as natural, any other as damage.
+    """
     near = np.isin(scene.joints, chain_joints(reach))
     joints = scene.joints[near]
     change = _change(dirty, refined, joints)
@@ -299,7 +305,7 @@ def _damage_tally(
 
 
 def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
-    """Return the angle between two states of some joints, radians, (frames, joints)."""
+    """Return the angle between two sets of rotations of some joints, radians, (frames, joints)."""
     p, q = before[:, joints], after[:, joints]
     out = np.zeros(p.shape[:-1])
     changed = (p != q).any(axis=-1)

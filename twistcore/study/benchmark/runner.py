@@ -1,4 +1,4 @@
-"""Run all clips of a folder in a pool of processes, with progress and resume."""
+"""Run all clips of a folder in a pool of processes, reporting progress; a run can be resumed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ PART_SCHEMA = "twistcore.benchmark-part/1"
 
 @dataclass
 class BenchmarkSummary:
-    """The data for the tables; memory grows by one line per clip.
+    """The data for the tables; it grows in memory by one line per clip.
 
     Sums are integers, so the order in which clips arrive does not matter; `sort` sorts the
     lists.
@@ -58,7 +58,7 @@ class BenchmarkSummary:
         self.problems += [(result.clip, p) for p in result.problems]
 
     def sort(self) -> None:
-        """Sort the lists by clip; within a clip the order stays."""
+        """Sort the lists by clip, keeping the order within a clip."""
         self.events.sort(key=lambda entry: entry[0])
         self.problems.sort(key=lambda entry: entry[0])
         for measured in self.fidelity.values():
@@ -66,7 +66,7 @@ class BenchmarkSummary:
 
 
 def find_clips(folder: Path) -> dict[str, Path]:
-    """Return the BVH files below a folder by relative path; a single file by its name."""
+    """Return the BVH files below a folder by relative path, or a single file by its name."""
     if folder.is_file():
         return {folder.name: folder}
     return clips_by_name(folder, suffixes=BVH)
@@ -81,12 +81,12 @@ def run_benchmark(
     resume: bool = False,
     counter: Callable[[int, int], AbstractContextManager[TellName]] = clip_counter,
 ) -> BenchmarkSummary:
-    """Run every clip that is not in `partial` yet; Ctrl+C ends early and keeps the results.
+    """Run every clip that is not in `partial` yet; Ctrl+C ends the run early, keeping the results.
 
-    partial: a JSON-lines file, one line per clip, flushed at once; resume: continue this file
-    instead of starting it again; counter: as :func:`~twistcore.work.progress.clip_counter`.
-    Summary.missing is the number of missing clips. Raises FormatError if the file belongs to other
-    settings.
+    partial: a JSON-lines file with one line per clip, each flushed at once; resume: True to
+    continue this file instead of overwriting it; counter: as
+    :func:`~twistcore.work.progress.clip_counter`. The returned summary's `missing` is the number of
+    clips that were not run. Raises FormatError if the file was written with other settings.
     """
     summary = BenchmarkSummary()
     stamps = {name: _stamp(path) for name, path in clips.items()}
@@ -122,7 +122,7 @@ def run_benchmark(
 def _results(
     todo: Sequence[str], clips: dict[str, Path], settings: BenchmarkSettings, workers: int
 ) -> Iterator[ClipResult]:
-    """Yield results as they arrive; a clip that fails is listed and does not end the run."""
+    """Yield results as they arrive; a clip that fails is recorded and does not end the run."""
     items = [(clips[name], name) for name in todo]
     for (_, name), result in each(functools.partial(_run_item, settings), items, workers):
         if isinstance(result, Exception):
@@ -136,7 +136,7 @@ def _run_item(settings: BenchmarkSettings, item: tuple[Path, str]) -> ClipResult
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Return size and modification time; a clip edited since then is run again."""
+    """Return a file's size and modification time, by which a clip edited since is recognised."""
     try:
         status = path.stat()
     except OSError:  # missing, or a broken link: reading it raises the error
@@ -147,9 +147,9 @@ def _stamp(path: Path) -> tuple[int, int]:
 def read_partial(
     path: Path, settings: BenchmarkSettings, stamps: dict[str, tuple[int, int]]
 ) -> Iterator[ClipResult]:
-    """Yield results of unchanged clips without problems; ignore an incomplete last line.
+    """Yield the results of unchanged clips without problems, ignoring an incomplete last line.
 
-    Raises FormatError if the file is of another kind or belongs to other settings.
+    Raises FormatError if it is another kind of file or was written with other settings.
     """
     with path.open(encoding="utf-8") as file:
         head = None

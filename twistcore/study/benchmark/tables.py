@@ -29,7 +29,7 @@ FAST_SHARE = 0.1
 
 @dataclass(frozen=True)
 class BenchmarkRow:
-    """One row: a method under a protocol, for a side and segment ('' is both sides)."""
+    """One row: the results of a method under a protocol, for a side ('' for both) and segment."""
 
     protocol: str
     method: str
@@ -40,7 +40,9 @@ class BenchmarkRow:
     minutes: float
 
     def to_json(self) -> dict[str, Any]:
-        """Return the row in degrees and per cent, rounded reproducibly; null without counts."""
+        """Return the row as JSON, in degrees and per cent, rounded; null where nothing was
+        counted.
+        """
         t = self.tally
         detector = self.method in DETECTORS
         found = detector and t.truths > 0
@@ -78,7 +80,7 @@ class BenchmarkRow:
 
 
 def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[BenchmarkRow]:
-    """Return all rows: per protocol all clips, then audited; per method sides × segments."""
+    """Return all rows: for each protocol all clips, then the audited ones, by side and segment."""
     minutes = summary.micros / MICRO / 60.0
     rows = []
     for protocol in settings.protocols:
@@ -103,7 +105,7 @@ def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[Be
 
 
 def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
-    """Return (side, segment) of each row: each side's segments, sides, segments, all."""
+    """Return the (side, segment) of every row: segments of each side, sides, segments, then all."""
     both = {(k.side, k.segment) for k in keys}
     sides = sorted({side for side, _ in both if side})
     segments = sorted({segment for _, segment in both}, key=segment_order)
@@ -126,7 +128,7 @@ def _percent(part: int, whole: int) -> float | None:
 
 
 def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[dict[str, Any]]:
-    """Return lag and peak speed on clean clips: medians over all and the fastest tenth."""
+    """Return lag and peak speed on clean clips: the medians over all and over the fastest tenth."""
     out = []
     for method in settings.methods:
         measured = [f for _, f in summary.fidelity.get(method, [])]
@@ -151,19 +153,19 @@ def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> lis
 
 
 def _loss(measured: Sequence[Fidelity]) -> float:
-    """Return the median share of the peak that is lost, per cent."""
+    """Return the median percentage of the peak speed that is lost."""
     return round(100.0 - median([f.kept for f in measured]) / 1e4, 4)
 
 
 def label_of(method: str) -> str:
-    """Return a method's label in tables."""
+    """Return a method's label in the tables."""
     if method == HINGE:
         return HINGE_LABEL
     return BASELINES[method].label if method in BASELINES else method
 
 
 def why_of(method: str) -> str:
-    """Return one line about a method and why it is in the table."""
+    """Return one line that describes a method and why it is compared."""
     if method in BASELINES:
         return BASELINES[method].why
     if method == HINGE:
@@ -173,7 +175,7 @@ def why_of(method: str) -> str:
 
 
 def protocol_text(name: str) -> str:
-    """Return one line about a protocol; P0 is P0-all here."""
+    """Return one line that describes a protocol; P0 is called P0-all here."""
     protocol = parse_protocol(name)
     if protocol.clean:
         return protocol.text
@@ -185,7 +187,7 @@ def protocol_text(name: str) -> str:
 def benchmark_to_json(
     summary: BenchmarkSummary, settings: BenchmarkSettings, source: str
 ) -> dict[str, Any]:
-    """Return the whole benchmark as one document."""
+    """Return the whole benchmark as one JSON document."""
     return {
         "schema": SCHEMA,
         "version": __version__,
@@ -215,6 +217,6 @@ def benchmark_to_json(
 
 
 def rows_to_csv(rows: Iterable[BenchmarkRow]) -> str:
-    """Return every row as a line of CSV; cells without counts are empty."""
+    """Return CSV with one line per row; cells are empty where nothing was counted."""
     documents = [row.to_json() for row in rows]
     return csv_text(documents[0], documents) if documents else ""

@@ -1,4 +1,4 @@
-"""Counts in integers: sums that are equal in any order and on any machine."""
+"""Counts and sums in integers, which are equal in any order and on any machine."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ MICRO = 1_000_000  # angles are summed in millionths of a degree
 class Tally:
     """Counts and sums over any number of passes; angles in µ°, their squares in µ°².
 
-    frames: error frames, with their error before and after, how many are repaired and how many
-    become worse by more than half a degree; pairs: clean (joint, frame) pairs of all chains;
-    damaged: pairs changed by more than 1° but not in the clean clip; damage: sum of their changes;
-    natural, natural_change: pairs that the method changes in the clean clip in the same way;
-    target_pairs, target_damaged: only the injected chain's two joints; truths, found, matched:
-    intervals; alarms: intervals in the clean clip.
+    frames: number of error frames, with their error before and after, how many of them are repaired
+    and how many become worse by more than half a degree; pairs: clean (joint, frame) pairs of all
+    chains; damaged: pairs that the method changes by more than 1°, but not in the clean clip;
+    damage: sum of these changes; natural, natural_change: count and sum of the pairs that it
+    changes in the clean clip in the same way; target_pairs, target_damaged: the same for the two
+    joints of the injected chain only; truths, found, matched: numbers of intervals; alarms: number
+    of intervals found in the clean clip.
     """
 
     passes: int = 0
@@ -51,13 +52,13 @@ class Tally:
         return Tally(*(a + b for a, b in zip(self.values(), other.values(), strict=True)))
 
     def values(self) -> tuple[int, ...]:
-        """The numbers in the order of the fields."""
+        """The numbers of the tally, in the order of the fields."""
         return tuple(vars(self).values())
 
 
 @dataclass(frozen=True, order=True)
 class Key:
-    """The key of a tally; audited: no natural event in the target chain."""
+    """The key of a tally; audited: True if the target chain has no natural event."""
 
     protocol: str
     method: str
@@ -76,7 +77,10 @@ def add_tallies(total: Tallies, more: Mapping[Key, Tally]) -> None:
 
 
 def error_tally(before: Array, after: Array) -> Tally:
-    """Count error frames of one chain: radians in [0, π] before and after, (error frames,)."""
+    """Count the error frames of one chain.
+
+    before, after: the angle of the error in each error frame, radians in [0, π], (error frames,).
+    """
     b, a = np.degrees(before), np.degrees(after)
     return Tally(
         frames=len(b),

@@ -1,1 +1,1 @@
-"""Measure and train QuaMo: noise, errors, tables, networks [Le26 §4]."""
+"""Measure and train QuaMo: synthetic noise, pose errors, tables and networks [Le26 §4]."""

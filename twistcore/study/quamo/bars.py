@@ -1,4 +1,6 @@
-"""The ratios that QuaMo must reach, with their bars and the best ratios seen if one is not met."""
+"""The ratios that QuaMo must reach, with their bounds and the best ratios observed if one is
+missed.
+"""
 
 from __future__ import annotations
 
@@ -40,11 +42,12 @@ G_MPJPE_BOUND: TaskBound = {"A": (0.97, _ORACLE), "B": (0.97, _ORACLE)}
 
 
 class Demand(NamedTuple):
-    """A ratio of two methods in a metric, the paper's value, and the bar (None: only shown).
+    """A ratio of two methods in a metric, with the paper's value and the bar that it must meet.
 
-    above: the ratio must be at least the bar; systematic: the bar with systematic noise, if
-    different; at_b: the bar at level B, if different; task: the best ratio seen, if measured;
-    plain: demanded only without systematic noise.
+    bar: None if the ratio is reported but not checked; above: True if the ratio must be at least
+    the bar; systematic: the bar with systematic noise, if different; at_b: the bar at level B, if
+    different; task: the best ratio observed, if measured; plain: True if demanded only without
+    systematic noise.
     """
 
     what: str
@@ -60,7 +63,7 @@ class Demand(NamedTuple):
     plain: bool = False
 
     def bar_at(self, condition: NoiseCondition) -> float | None:
-        """Return the bar under this noise."""
+        """Return the bar under this noise condition."""
         if condition.systematic and self.systematic is not None:
             return self.systematic
         return self.at_b if condition.level == "B" and self.at_b is not None else self.bound
@@ -116,11 +119,11 @@ TURNS = tuple(
 
 @dataclass(frozen=True)
 class BoundCheck:
-    """A row of the table: a ratio with its bound; above: it must be at least the bound.
+    """A row of the table: a ratio with its bound; above: True if it must be at least the bound.
 
-    bound: None if the ratio is only shown. task_bound: the best ratio seen with a causal tracker,
-    task: its conditions; None if it meets the bar, does not beat the value (it was measured on
-    other clips), or is unknown.
+    bound: None if the ratio is reported but not checked. task_bound: the best ratio observed with a
+    causal tracker, and task: its conditions; None if the ratio meets the bar, if the best ratio
+    does not beat it (having been measured on other clips), or if it is unknown.
     """
 
     check: str
@@ -141,7 +144,7 @@ class BoundCheck:
 
     @property
     def verdict(self) -> str:
-        """Return in Markdown whether the bound is met and, if not, the best ratio seen."""
+        """Return, as Markdown, whether the bound is met and, if not, the best ratio observed."""
         if self.bound is None:
             return ""
         if self.met:
@@ -151,7 +154,7 @@ class BoundCheck:
         return "**not met**"
 
     def line(self) -> str:
-        """Return the row in Markdown."""
+        """Return the row as Markdown."""
         bound = "–" if self.bound is None else f"{'≥' if self.above else '≤'} {self.bound:.2f}"
         return (
             f"| {self.check} | {self.paper} | {bound} | "
@@ -162,7 +165,7 @@ class BoundCheck:
 def bound_checks(
     scores: Scores, c: NoiseCondition, demands: Sequence[Demand]
 ) -> Iterator[BoundCheck]:
-    """Yield a row for every demand whose two methods were run."""
+    """Yield one row for every demand whose two methods were run."""
     for d in demands:
         if d.plain and c.systematic:
             continue
@@ -178,6 +181,6 @@ def bound_checks(
 
 
 def bar_table(lines: Sequence[BoundCheck]) -> str:
-    """Return the table in Markdown."""
+    """Return the table as Markdown."""
     head = "| check | in the paper | bar | here | |\n|---|---|---|---|---|\n"
     return head + "\n".join(bar.line() for bar in lines) + "\n"

@@ -1,4 +1,4 @@
-"""The methods of QuaMo's tables: trackers, their rivals, other representations, networks."""
+"""The methods in QuaMo's tables: trackers, rivals, other representations and networks."""
 
 from __future__ import annotations
 
@@ -34,7 +34,9 @@ _TRAIN_SEED = 100  # not used by any table
 
 
 def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
-    """Return a constant offset (fitted on other subjects) and the tuned rivals, causal first."""
+    """Return a constant offset, fitted on other subjects, and the tuned rivals, causal ones
+    first.
+    """
 
     @cache
     def offset(subject: str) -> Array:
@@ -52,7 +54,7 @@ def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
 
 
 def hand_method(gains: Gains | None = None, integration: str = EXACT) -> Method:
-    """Return tracking with hand-tuned gains at 25 Hz as a method."""
+    """Return a method that tracks with hand-tuned gains at 25 Hz."""
 
     def run(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         found = track(q_hat, r_hat, NETWORK_DT, HandGains(gains), integration=integration)
@@ -62,13 +64,15 @@ def hand_method(gains: Gains | None = None, integration: str = EXACT) -> Method:
 
 
 def hand_both_ways(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Track both ways in time with hand-tuned gains at 25 Hz."""
+    """Track forward and backward in time with hand-tuned gains at 25 Hz."""
     found = track_both_ways(q_hat, r_hat, NETWORK_DT, HandGains())
     return found.q, found.r
 
 
 def root_in_substeps(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Track with hand-tuned gains, the root by six Euler steps a frame [Le26 supplement F]."""
+    """Track with hand-tuned gains, and the root in six Euler steps per frame [Le26 supplement
+    F].
+    """
     q, _ = hand_method()(clip, q_hat, r_hat)
     return q, track_places(r_hat, NETWORK_DT, Gains(), _ROOT_SUBSTEPS)
 
@@ -84,7 +88,9 @@ def hand_methods() -> dict[str, Method]:
 
 
 def representation_methods() -> dict[str, Method]:
-    """Return the hand-tuned gains on other representations; the root's place is unchanged."""
+    """Return methods with hand-tuned gains on other representations; the root's position is
+    kept.
+    """
 
     def method(rep: Representation) -> Method:
         return lambda _, q_hat, r_hat: (
@@ -96,7 +102,7 @@ def representation_methods() -> dict[str, Method]:
 
 
 def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False) -> Method:
-    """Return a method that uses for each clip the network trained without its subject."""
+    """Return a method that tracks each clip with the network trained without the clip's subject."""
     way = track_both_ways if both_ways else track
 
     def run(sequence: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
@@ -109,16 +115,16 @@ def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False
 
 
 def turning_clips(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
-    """Return clips whose root turns through a discontinuity of some representation."""
+    """Return the clips whose root turns through a discontinuity of some representation."""
     return tuple(s for s in sequences if full_turns(s.q))
 
 
 def measured_lags(
     sequences: Sequence[Sequence24], methods: Mapping[str, Method]
 ) -> dict[str, Array]:
-    """Return the lag of each method on noise-free clips in milliseconds: joints, root's place.
+    """Return each method's lags on noise-free clips, in milliseconds: joints, root position.
 
-    Joints are relative to the root; all clips count together.
+    Joints are measured relative to the root, over all clips together.
     """
     found = {}
     for name, method in methods.items():

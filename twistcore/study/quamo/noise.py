@@ -1,7 +1,7 @@
-"""Seeded synthetic noise, levels A and B, calibrated to error levels; not an estimator's errors.
+"""Seeded synthetic noise with error levels A and B; it does not imitate an estimator's errors.
 
-The levels imitate only the size and speed that is reported for errors of video pose estimators
-[Le26 Table 1].
+The levels match only the size and the speed that are reported for the errors of video pose
+estimators [Le26 Table 1].
 """
 
 from __future__ import annotations
@@ -21,10 +21,11 @@ DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera sees depth
 
 @dataclass(frozen=True)
 class NoiseLevel:
-    """Sizes of the noise: degrees per joint and axis, metres of the root.
+    """The sizes of the noise: degrees per joint and axis, and metres for the root.
 
-    smooth: a bias that wanders within about a second; white: independent in every frame at 25 Hz;
-    root_smooth: range from which each clip's size is drawn; root_white: constant size.
+    smooth: a bias that wanders within about a second; white: noise that is independent in every
+    frame at 25 Hz; root_smooth: the range from which the size for each clip is drawn; root_white: a
+    constant size.
     """
 
     smooth: float
@@ -41,11 +42,11 @@ LEVELS = {
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise to add: a level, and whether half of the bias's variance is constant.
+    """The noise to add: a level, and whether half of the bias's variance is constant (systematic).
 
-    The systematic part is drawn for every clip, so no method can memorise it; the level's size is
-    the same with and without it. bursts: occlusions per minute, in each of which a limb loses its
-    input (it freezes, then jumps back).
+    The systematic part is drawn for each clip separately, so no method can memorise it; the total
+    size is the same with and without it. bursts: number of occlusions per minute, in each of which
+    a limb loses its input (it freezes, then jumps back).
     """
 
     level: NoiseLevel
@@ -65,7 +66,7 @@ def noisy(
     unit: float = 1.0,
     dt: float = NETWORK_DT,
 ) -> tuple[Array, Array]:
-    """Return poses (frames, 24, 4) and root places (frames, 3) with noise, q̂ = Exp(n) ⊗ q.
+    """Return poses (frames, 24, 4) and root positions (frames, 3) with noise, q̂ = Exp(n) ⊗ q.
 
     unit: metres in one unit of r. At other rates the wandering part keeps its time scale and the
     white part its size, so samples 1/25 s apart have the same statistics as at 25 Hz.
@@ -88,7 +89,7 @@ def noisy(
 
 
 def wandering(frames: int, shape: tuple[int, ...], rng: np.random.Generator, dt: float) -> Array:
-    """Return white noise under a Gaussian kernel of 0.75 s, unit variance, (frames, *shape)."""
+    """Return white noise smoothed by a 0.75 s Gaussian, with unit variance, (frames, *shape)."""
     sigma = SMOOTH_SECONDS / dt
     margin = math.ceil(4.0 * sigma)
     raw = rng.standard_normal((frames + 2 * margin, *shape))

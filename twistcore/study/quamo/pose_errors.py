@@ -1,4 +1,4 @@
-"""Measure the errors of a tracked motion against the truth.
+"""Measure the errors of a tracked motion, compared with the true motion.
 
 Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26 §4.3].
 """
@@ -17,7 +17,7 @@ METRICS = ("MPJPE", "P-MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
 
 @dataclass(frozen=True)
 class Errors:
-    """Metrics against the truth: millimetres, Accel in mm per frame², FS in per cent."""
+    """The error metrics: millimetres, Accel in mm per frame², FS in per cent."""
 
     mpjpe: float
     p_mpjpe: float
@@ -33,7 +33,9 @@ class Errors:
 
 
 def errors(found: Array, truth: Array) -> Errors:
-    """Return all metrics of positions (frames, 24, 3) in mm; foot contacts are the truth's."""
+    """Return all metrics of positions (frames, 24, 3) in mm, with the foot contacts of the
+    truth.
+    """
     here, there = root_aligned(found), root_aligned(truth)
     return Errors(
         mpjpe=mean_distance(here[:, 1:], there[:, 1:]),
@@ -52,17 +54,18 @@ def second_difference(places: Array) -> Array:
 
 
 def lag_parts(found: Array, truth: Array, dt: float) -> tuple[float, float]:
-    """Return numerator and denominator of the lag of places: −Σ (x − x*)·v* and Σ v*·v*.
+    """Return numerator and denominator of the lag of positions: −Σ (x − x*)·v* and Σ v*·v*.
 
-    found, truth: (frames, …, 3); v* is the truth's velocity. The quotient is the delay in seconds
-    by which x* is nearest to x, to first order. Add the sums over clips before dividing.
+    found, truth: x and x*, (frames, …, 3); v* is the velocity of the truth. The quotient is the
+    delay of x* in seconds that brings it nearest to x, to first order. Add up the sums of all clips
+    before dividing.
     """
     velocity = np.gradient(truth, dt, axis=0)
     return -float(((found - truth) * velocity).sum()), float((velocity**2).sum())
 
 
 def procrustes(found: Array, truth: Array) -> Array:
-    """Rotate, scale and move `found` onto `truth` frame by frame, without reflection."""
+    """Rotate, scale and move `found` onto `truth` in every frame, without reflection."""
     centre_f, centre_t = found.mean(axis=1, keepdims=True), truth.mean(axis=1, keepdims=True)
     x, y = found - centre_f, truth - centre_t
     u, s, vt = np.linalg.svd(np.einsum("fji,fjk->fik", x, y))

@@ -1,7 +1,7 @@
-"""Reports of `quamo evaluate` and `quamo ablation`: the checks and every table; Markdown, JSON.
+"""The reports of `quamo evaluate` and `quamo ablation`: all checks and tables, in two formats.
 
-The paper's column comes from other data [Le26 Tables 1, 3]: only ratios to the input can be
-compared at all, and none of them reproduces the paper's.
+The formats are Markdown and JSON. The paper's column comes from other data [Le26 Tables 1, 3]:
+only ratios to the input can be compared at all, and no ratio here reproduces the paper's.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class StudyReport:
 def evaluation_report(
     sequences: Sequence[Sequence24], networks: Networks, seeds: Sequence[int], tell: Tell
 ) -> StudyReport:
-    """Compare learned and hand-tuned gains with their rivals and with the bars.
+    """Compare learned and hand-tuned gains with the rivals and with the bounds.
 
     Uses only clips whose subject was held out from some network of the variant 'full'.
     """
@@ -107,7 +107,7 @@ def evaluation_report(
 
 
 def _evaluated(sequences: Sequence[Sequence24], networks: Networks) -> dict[str, Method]:
-    """Return the causal methods, then the methods that need the whole file."""
+    """Return the causal methods, followed by the methods that need the whole file."""
     known = baseline_methods(sequences)
     offline = {rival.name for rival in RIVALS if not rival.causal}
     methods = {name: method for name, method in known.items() if name not in offline}
@@ -130,9 +130,9 @@ def _lag_table(late: Mapping[str, Array]) -> str:
 def ablation_report(
     sequences: Sequence[Sequence24], networks: Networks, seeds: Sequence[int], tell: Tell
 ) -> StudyReport:
-    """Report the steps of [Le26 Table 3], representations, integration and acceleration.
+    """Report the steps of [Le26 Table 3], the representations, the integration and acceleration.
 
-    Steps are compared on the clips for which every trained variant has a network.
+    The steps are compared on the clips for which every trained variant has a network.
     """
     everything = sequences
     sequences = _known(sequences, networks)
@@ -168,7 +168,7 @@ def ablation_report(
 
 
 def _known(sequences: Sequence[Sequence24], networks: Networks) -> tuple[Sequence24, ...]:
-    """Return clips of subjects for which every variant with networks has one."""
+    """Return the clips of subjects for which every variant that has networks has one."""
     trained = [set(by_subject) for by_subject in networks.values() if by_subject]
     return tuple(s for s in sequences if all(s.subject in t for t in trained))
 
@@ -184,7 +184,7 @@ def _heading(sequences: Sequence[Sequence24], seeds: Sequence[int]) -> str:
 
 
 def _tables(scores: Scores, methods: Mapping[str, Method]) -> list[str]:
-    """Return tables: numbers for each level, and only ratios with its systematic part."""
+    """Return the tables: metrics at each noise level, but only ratios with systematic noise."""
     return [
         ratios_to_markdown(f"noise {c}, ratios", scores, list(methods), c)
         if c.systematic
@@ -199,7 +199,9 @@ def _paper_steps() -> str:
 
 
 def _drift() -> list[tuple[str, float, float, float]]:
-    """Return name, speed in rad/s, and degrees from the truth: exact, first-order."""
+    """Return (name, speed in rad/s, error in degrees if exact, error if first-order) of each
+    row.
+    """
     found = []
     for name, speed in SPEEDS:
         exact, first_order = np.degrees(open_loop_drift(speed, NETWORK_DT)).tolist()

@@ -1,8 +1,8 @@
-"""The PD controller on other representations of rotation, for comparison [Le26 §4.5].
+"""The PD controller on other representations of rotations, for comparison [Le26 §4.5].
 
-Three numbers a joint are tracked as if they were a vector: Euler angles or a rotation vector. The
-stiffness is κP/2, so that for small errors all rows obey the same equation as the quaternion's,
-whose error is sin(θ/2).
+The three numbers of a joint, Euler angles or a rotation vector, are tracked as if they were a
+vector. The stiffness is κP/2, so that for small errors all representations obey the same equation
+as the quaternion, whose error is sin(θ/2).
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ from twistcore.skeleton.rotation import (
 class Representation:
     """A representation of rotations by three numbers.
 
-    order: of Euler angles, or '' for the rotation vector; wrapped: errors are wrapped to (−π, π].
+    order: the order of Euler angles, or '' for the rotation vector; wrapped: True if errors are
+    wrapped to (−π, π].
     """
 
     name: str
@@ -51,14 +52,14 @@ REPRESENTATIONS = (
 
 
 def coordinates(q: Array, representation: Representation) -> Array:
-    """Return principal coordinates of rotations, (…, 4) -> (…, 3), each frame by itself."""
+    """Return the principal coordinates of rotations, (…, 4) -> (…, 3), independently per frame."""
     if representation.order:
         return euler_from_quaternion(representation.order, q)
     return logarithm(q)
 
 
 def from_coordinates(x: Array, representation: Representation) -> Array:
-    """Return the rotations of coordinates, (…, 3) -> (…, 4)."""
+    """Return the rotations that have these coordinates, (…, 3) -> (…, 4)."""
     if representation.order:
         return quaternion_from_euler(representation.order, x)
     return exponential(x)
@@ -67,7 +68,7 @@ def from_coordinates(x: Array, representation: Representation) -> Array:
 def track_coordinates(
     q_hat: Array, dt: float, representation: Representation, gains: Gains
 ) -> Array:
-    """Track rotations (frames, …, 4) as three numbers each, from rest on the first frame."""
+    """Track rotations (frames, …, 4) as three numbers each, starting at rest on the first frame."""
     reference = coordinates(q_hat, representation)
     x = np.empty_like(reference)
     x[0] = reference[0]
@@ -83,10 +84,10 @@ def track_coordinates(
 
 
 def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array:
-    """Track root places (frames, …, 3) like the tracker, from rest on the first frame.
+    """Track root positions (frames, …, 3) as the tracker does, starting at rest on the first frame.
 
-    steps: Euler steps within a frame, all towards the same reference; earlier work uses six
-    [Le26 supplement F].
+    steps: number of Euler steps within a frame, all towards the same reference; earlier work uses
+    six [Le26 supplement F].
     """
     r = np.empty_like(r_hat)
     r[0] = r_hat[0]
@@ -99,7 +100,7 @@ def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array
 
 
 def full_turns(q: Array) -> bool:
-    """True if a clip's root (frames, joints, 4) turns through ±180° in any representation."""
+    """True if a clip's root turns through ±180° in any representation; q: (frames, joints, 4)."""
     return any(
         bool((np.abs(np.diff(coordinates(q[:, 0], rep), axis=0)) > np.pi).any())
         for rep in REPRESENTATIONS
@@ -107,7 +108,10 @@ def full_turns(q: Array) -> bool:
 
 
 def open_loop_drift(speed: float, dt: float) -> tuple[float, float]:
-    """Return the error in radians after 100 steps at constant speed (rad/s): exact, first-order."""
+    """Return the errors in radians after 100 steps at a constant speed (rad/s), as a pair.
+
+    The first is the error of exact integration, the second of first-order integration.
+    """
     steps = 100
     axis = np.array([0.36, 0.48, 0.8])
     truth = exponential(axis * wrap(speed * dt * steps))

@@ -1,10 +1,10 @@
-"""Rivals that a tracker must beat: causal filters, smoothers of the whole file, and an offset.
+"""The rivals that a tracker must beat: causal filters, smoothers of a whole clip, and an offset.
 
-Each has its own settings for rotations and for the root's place, the best of a grid on the training
-subjects at no higher MPJPE (and GRE) than our tracker: `python -m benchmarks.quamo_tune_rivals
-FOLDER` repeats the choice and prints the rule. Linear filters act on the four components of the
-quaternions, each on the side of the one before, and scale the result to unit length: components
-have no wrap, and no direction of turning is preferred.
+Each has separate settings for rotations and for the root's position: the best of a grid on the
+training subjects at no higher MPJPE (and GRE) than our tracker's. `python -m
+benchmarks.quamo_tune_rivals FOLDER` repeats the choice and prints the rule. Linear filters act on
+the four components of the quaternions, each in the hemisphere of the previous one, and scale the
+result to unit length: components have no wrap, and no direction of turning is preferred.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ Smooth = Callable[[Array, float, Setting], Array]  # (frames, …), frame time i
 
 @dataclass(frozen=True)
 class Rival:
-    """A filter and its settings for rotations (`turning`) and the root's place (`moving`)."""
+    """A filter with its settings for rotations (`turning`) and for the root's position
+    (`moving`).
+    """
 
     name: str
     causal: bool
@@ -43,14 +45,14 @@ class Rival:
     moving: Setting
 
     def run(self, q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
-        """Filter rotations (frames, …, joints, 4) and places (frames, …, 3)."""
+        """Filter rotations (frames, …, joints, 4) and positions (frames, …, 3)."""
         return self.rotations(q_hat, dt, self.turning), self.places(r_hat, dt, self.moving)
 
 
 def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
-    """Filter rotations with the One-Euro filter [Casiez12] along the geodesic.
+    """Filter rotations along the geodesic with the One-Euro filter [Casiez12].
 
-    setting: lowest cut-off in Hz, additional Hz per rad/s, cut-off of the speed in Hz.
+    setting: lowest cut-off in Hz, additional Hz per rad/s, and cut-off for the speed in Hz.
     """
     lowest, slope, cutoff = setting
     q = q_hat.copy()
@@ -66,7 +68,7 @@ def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
 
 
 def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
-    """Filter places with the One-Euro filter; the second setting is in Hz per m/s."""
+    """Filter positions with the One-Euro filter; the second setting is in Hz per m/s."""
     lowest, slope, cutoff = setting
     r = r_hat.copy()
     moving = np.zeros(r_hat.shape[1:])
@@ -78,7 +80,10 @@ def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
 
 
 def butterworth(x: Array, dt: float, setting: Setting) -> Array:
-    """Causal Butterworth low-pass, settled on the first frame; setting: order, cut-off in Hz."""
+    """Filter causally with a Butterworth low-pass that starts settled on the first frame.
+
+    setting: order, cut-off in Hz.
+    """
     order, cutoff = setting
     sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
     state = np.multiply.outer(sosfilt_zi(sos), x[0])
@@ -87,7 +92,10 @@ def butterworth(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
-    """Butterworth forwards and backwards, no shift in time; setting: order, cut-off in Hz."""
+    """Filter with a Butterworth low-pass forward and backward, without a shift in time.
+
+    setting: order, cut-off in Hz.
+    """
     order, cutoff = setting
     sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
     ends = min(len(x) - 1, int(3.0 / (cutoff * dt)))
@@ -96,7 +104,7 @@ def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
-    """Fit a polynomial around each frame and take its middle; setting: frames, degree."""
+    """Fit a polynomial around each frame and take its middle; setting: window in frames, degree."""
     del dt
     frames, degree = (int(v) for v in setting)
     frames = min(frames, len(x) - (len(x) + 1) % 2)
@@ -110,7 +118,7 @@ def spline(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def of_components(filtered: Smooth) -> Smooth:
-    """Return a filter of rotations that filters the components of quaternions."""
+    """Return a filter of rotations that applies `filtered` to the quaternions' components."""
 
     def rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
         return normalise(filtered(continuous(q_hat), dt, setting))
@@ -143,7 +151,7 @@ RIVALS = (
 
 
 def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
-    """Return the mean rotation vector of each joint from input to truth, (joints, 3).
+    """Return the mean rotation vector of each joint from the input to the truth, (joints, 3).
 
     pairs: (q̂, q) of training clips. A systematic error common to all clips would appear here.
     """
@@ -153,7 +161,7 @@ def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
 
 
 def constant_offset(q_hat: Array, offset: Array) -> Array:
-    """Apply each joint's constant rotation, fitted on training clips, to the input."""
+    """Rotate each joint of the input by a constant rotation that was fitted on training clips."""
     return multiply(exponential(offset), q_hat)
 
 

@@ -1,4 +1,4 @@
-"""Prepare clips for networks and tables: 24 joints, metres, 25 Hz, by subject."""
+"""Prepare clips for networks and tables: 24 joints, in metres, at 25 Hz, with their subject."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HELD_OUT = ("01", "05", "06", "14")
 
 @dataclass(frozen=True, eq=False)
 class Sequence24:
-    """A true motion: q (frames, 24, 4), r (frames, 3) and offsets (24, 3) in metres, at 25 Hz."""
+    """A true motion at 25 Hz: q (frames, 24, 4), r (frames, 3) and offsets (24, 3) in metres."""
 
     name: str
     subject: str
@@ -31,14 +31,16 @@ class Sequence24:
     offsets: Array
 
     def places_mm(self, q: Array, r: Array) -> Array:
-        """Return positions in mm of poses (…, 24, 4) and root places (…, 3) in metres."""
+        """Return joint positions in mm from poses (…, 24, 4) and root positions (…, 3) in
+        metres.
+        """
         return 1000.0 * places_24(self.offsets, q, r)
 
 
 def read_sequence(path: Path) -> Sequence24:
-    """Read a BVH clip without frame 0, which CMU's BVH releases did not capture.
+    """Read a BVH clip without frame 0, which in CMU's BVH releases was not captured.
 
-    Lengths are in CMU's unit. The subject is the part of the name before '_'.
+    Lengths are in CMU's unit. The subject is the part of the file name before '_'.
     """
     motion = read_bvh(path).motion
     try:
@@ -56,7 +58,9 @@ def read_sequence(path: Path) -> Sequence24:
 
 
 def windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, ...]:
-    """Split into consecutive pieces of `frames` frames [Le26 §4.2]; drop the remainder."""
+    """Split clips into consecutive pieces of `frames` frames [Le26 §4.2]; the remainder is
+    dropped.
+    """
     return tuple(
         replace(s, name=f"{s.name} {at}", q=s.q[at : at + frames], r=s.r[at : at + frames])
         for s in sequences
@@ -65,7 +69,7 @@ def windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, .
 
 
 def read_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
-    """Return every BVH of a folder, by name, and a sentence for each unusable one.
+    """Return all BVH clips in a folder, sorted by name, and a sentence for each unusable one.
 
     Raises TwistError if there is no BVH.
     """

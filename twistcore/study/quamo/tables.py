@@ -1,4 +1,4 @@
-"""Scores of methods for every noise level and seed, as tables and as JSON."""
+"""The scores of methods for every noise level and seed, as tables and as JSON."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ORDER = tuple(LEVELS.values())
 
 @dataclass(frozen=True)
 class NoiseCondition:
-    """The noise of a table: a level with or without its systematic part."""
+    """The noise behind a table: a level, with or without its systematic part."""
 
     level: str
     systematic: bool
@@ -33,7 +33,7 @@ class NoiseCondition:
 
     @property
     def noise(self) -> Noise:
-        """Return the noise to draw."""
+        """Return the noise to add under this condition."""
         return Noise(LEVELS[self.level], self.systematic)
 
 
@@ -42,7 +42,7 @@ CONDITIONS = tuple(NoiseCondition(level, s) for level in LEVELS for s in (False,
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Metrics by method and condition, (seeds, len(METRICS)), weighted by frames."""
+    """Metrics by method and condition, (seeds, len(METRICS)), averaged with frames as weights."""
 
     by_method: Mapping[tuple[str, NoiseCondition], Array]
     clips: tuple[str, ...]
@@ -53,11 +53,14 @@ class Scores:
         return mean
 
     def ratio(self, method: str, condition: NoiseCondition) -> Array:
-        """Return the mean divided by the input's mean, in the order of METRICS; 1 if that is 0."""
+        """Return the mean divided by the input's mean, in the order of METRICS.
+
+        The ratio is 1 if the input's mean is 0.
+        """
         return _ratio(self.mean(method, condition), self.mean("input", condition))
 
     def ratios(self, method: str, condition: NoiseCondition, base: str = "input") -> Array:
-        """Return the ratio of method to base for each seed, (seeds, len(METRICS))."""
+        """Return the ratio of `method` to `base` for each seed, (seeds, len(METRICS))."""
         return _ratio(self.by_method[method, condition], self.by_method[base, condition])
 
 
@@ -74,9 +77,10 @@ def score_methods(
     *,
     from_truth: bool = False,
 ) -> Scores:
-    """Run every method on every clip, condition and seed, all with the same noise.
+    """Run every method on every clip, condition and seed, each with the same noise.
 
-    from_truth: shift the input's root so that it begins at the truth's [Le26 §4.2].
+    from_truth: True to shift the input's root so that it begins where the truth begins
+    [Le26 §4.2].
     """
     # A method runs all conditions and seeds of a clip at once: far fewer steps.
     draws = [(condition, k) for condition in conditions for k in range(len(seeds))]
@@ -103,13 +107,13 @@ def score_methods(
 
 
 def noisy_clip(sequence: Sequence24, noise: Noise, seed: int) -> tuple[Array, Array]:
-    """Return a clip with noise that depends on the seed and the clip's name."""
+    """Return a clip's poses with noise that depends on the seed and on the clip's name."""
     rng = generator(seed, sequence.name, _ORDER.index(noise.level), int(noise.systematic))
     return noisy(sequence.q, sequence.r, noise, rng)
 
 
 def scores_to_json(scores: Scores) -> dict[str, Any]:
-    """Return means and seeds by method and condition."""
+    """Return the means and the values of each seed, by method and condition."""
     return {
         "clips": list(scores.clips),
         "metrics": list(METRICS),
@@ -127,7 +131,7 @@ def scores_to_json(scores: Scores) -> dict[str, Any]:
 
 
 def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseCondition) -> str:
-    """Return one condition's table: each method's metrics and, except for the input, ratios."""
+    """Return the table of one condition: the metrics of each method, with ratios to the input."""
     rows = []
     for method in methods:
         mean, ratio = scores.mean(method, condition), scores.ratio(method, condition)
@@ -141,13 +145,13 @@ def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseC
 def ratios_to_markdown(
     title: str, scores: Scores, methods: Sequence[str], condition: NoiseCondition
 ) -> str:
-    """Return one condition's table of ratios to the input."""
+    """Return the table of one condition with only the ratios to the input."""
     rows = [(m, *(f"{r:.2f}" for r in scores.ratio(m, condition))) for m in methods]
     return markdown_table((title, *METRICS), rows)
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a Markdown table without aligned columns."""
+    """Return a Markdown table whose columns are not aligned."""
     lines = [f"| {' | '.join(cells)} |" for cells in (head, *rows)]
     lines.insert(1, f"|{'---|' * len(head)}")
     return "\n".join(lines) + "\n"

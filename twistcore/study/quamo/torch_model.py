@@ -1,6 +1,6 @@
-"""The state space with both networks in PyTorch, step by step as in tracker.py and network.py.
+"""The state space and both networks in PyTorch, step by step as in tracker.py and network.py.
 
-torch is passed in or imported on demand, so the rest of the program does not need it.
+torch is passed in or imported when needed, so the rest of the program does not depend on it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Step = Callable[..., tuple[Tensor, Tensor, Tensor, Tensor]]
 
 
 def import_torch() -> Any:
-    """Return PyTorch set to one thread; raise TwistError with what to install."""
+    """Return PyTorch, limited to one thread; a TwistError says what to install if it is missing."""
     try:
         import torch
     except ImportError:
@@ -32,7 +32,7 @@ def import_torch() -> Any:
 def unroll(
     torch: Any, w: dict[str, Tensor], q_hat: Array, r_hat: Array, step: Step
 ) -> tuple[Tensor, Tensor]:
-    """Return q (windows, frames, 24, 4) and r (…, 3), tracked with the steps of Tracker."""
+    """Return the tracked q (windows, frames, 24, 4) and r (…, 3), with the steps of Tracker."""
     first = np.where(q_hat[:, 0, :, :1] < 0.0, -q_hat[:, 0], q_hat[:, 0])
     delta = np.stack(
         [increment(q_hat[:, t], q_hat[:, t - 1]) for t in range(1, q_hat.shape[1])], axis=1
@@ -51,10 +51,10 @@ def unroll(
 
 
 def make_step(torch: Any, variant: str, compiled: bool = False) -> Step:
-    """Return a state-space step with ControlNet's gains as a function of tensors.
+    """Return a function of tensors that does one state-space step with ControlNet's gains.
 
-    compiled: fused by torch.compile, which needs a C++ compiler and about a minute at the start,
-    and halves the time of an epoch.
+    compiled: True to fuse it with torch.compile, which needs a C++ compiler and about a minute at
+    the start, and halves the time of an epoch.
     """
     dt, n, exact = NETWORK_DT, 3 * JOINTS, variant in ("s3", "full")
 
@@ -147,7 +147,7 @@ def _moved(torch: Any, q: Tensor, phi: Tensor, exact: bool) -> Tensor:
 
 
 def relative_places(torch: Any, q: Tensor, offsets: Array) -> Tensor:
-    """Return places relative to the root, (windows, frames, 23, 3)."""
+    """Return positions relative to the root, (windows, frames, 23, 3)."""
     bone = tensor(torch, offsets)[:, None].expand(-1, q.shape[1], -1, -1)
     local, bones = q.unbind(dim=2), bone.unbind(dim=2)  # one gradient for all joints, not 24
     turned, place = [local[0]], [torch.zeros_like(bones[0])]
@@ -199,5 +199,5 @@ def _turned(torch: Any, v: Tensor, cos: Tensor, sin: Tensor) -> Tensor:
 
 
 def tensor(torch: Any, values: Array) -> Tensor:
-    """Return numbers as a float32 tensor of the same shape."""
+    """Return an array as a float32 tensor of the same shape."""
     return torch.as_tensor(np.asarray(values, dtype=np.float32))

@@ -1,8 +1,8 @@
 """Train ControlNet and InitNet in PyTorch (`pip install twist-inspector[train]`).
 
-The loss is [Le26 Eq. 6] without its shape term: L1 of places relative to the root and of the root,
-plus L1 of their second differences, through 100 steps of the state space. torch is imported only
-when training starts.
+The loss is [Le26 Eq. 6] without its shape term: the L1 errors of positions relative to the root and
+of the root's position, plus the L1 errors of their second differences, through 100 steps of the
+state space. torch is imported only when training starts.
 """
 
 from __future__ import annotations
@@ -54,7 +54,9 @@ class TrainingSettings:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Windows: q_hat, q (windows, frames, 24, 4), r_hat, r (…, 3), offsets (windows, 24, 3)."""
+    """Training windows: q_hat, q (windows, frames, 24, 4), r_hat, r (…, 3), offsets (windows,
+    24, 3).
+    """
 
     q_hat: Array
     r_hat: Array
@@ -70,9 +72,9 @@ def train(
     compiled: bool = False,
     tell: Callable[[str], None] = print,
 ) -> Network:
-    """Train on these clips; continue from `checkpoint` if it exists and has these settings.
+    """Train on these clips; continue from `checkpoint` if it exists and has the same settings.
 
-    Raises TwistError without PyTorch or if no clip is as long as a window.
+    Raises TwistError if PyTorch is not installed or if no clip is as long as a window.
     """
     torch = import_torch()
     starts = _starts(sequences, settings)
@@ -125,9 +127,10 @@ def batches(
     settings: TrainingSettings,
     epoch: int,
 ) -> Iterator[Batch]:
-    """Yield an epoch's windows in random order, randomly mirrored, turned, with new noise.
+    """Yield an epoch's windows in random order, randomly mirrored and rotated, with fresh noise.
 
-    Depends only on the settings' seed and the epoch, so a resumed run gives the same result.
+    The batches depend only on the settings' seed and on the epoch, so a resumed run gives the same
+    result.
     """
     rng = np.random.default_rng([settings.seed, 2, epoch])
     spread = _spread(sequences)
@@ -155,7 +158,7 @@ def _starts(sequences: Sequence[Sequence24], settings: TrainingSettings) -> list
 def _pose_statistics(
     sequences: Sequence[Sequence24], settings: TrainingSettings
 ) -> dict[str, NDArray[np.float32]]:
-    """Return mean and deviation of pose inputs under the training noise."""
+    """Return the mean and the standard deviation of the pose inputs under the training noise."""
     rng = np.random.default_rng([settings.seed, 3])
     spread = _spread(sequences)
     poses = np.concatenate(
@@ -168,7 +171,7 @@ def _pose_statistics(
 
 
 def _spread(sequences: Sequence[Sequence24]) -> Array:
-    """Return each joint's deviation of rotation vectors over the clips, (24, 3); root 0."""
+    """Return the standard deviation of each joint's rotation vectors, (24, 3); 0 for the root."""
     spread: Array = np.concatenate([logarithm(s.q) for s in sequences]).std(axis=0)
     spread = np.maximum(spread, spread[list(MIRROR)])
     spread[0] = 0.0
@@ -198,7 +201,7 @@ def _augmented(
 
 
 def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> Tensor:
-    """Return L1 of places and of their second differences, in metres."""
+    """Return the L1 error of positions and of their second differences, in metres."""
     q, r = unroll(torch, w, batch.q_hat, batch.r_hat, step)
     found, found_r = relative_places(torch, q, batch.offsets), r
     truth = relative_places(torch, tensor(torch, batch.q), batch.offsets)
@@ -214,7 +217,10 @@ def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> T
 
 
 def _settings_text(settings: TrainingSettings) -> str:
-    """Return the settings' text in checkpoints, with the class's old name to accept old ones."""
+    """Return the settings as text for checkpoints; the class keeps its old name there.
+
+    Earlier checkpoints are accepted for this reason.
+    """
     return repr(settings).removeprefix("Training")
 
 
