@@ -57,7 +57,7 @@ _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Smooth it in Quality → Track")
 _DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # which say why an interval is open
-_NOT_CORRECTED = tr("This is not corrected. Accept it to mark it as seen.")
+_NOT_CORRECTED = tr("This finding is not corrected. Accept the finding to mark it as seen.")
 _OTHER_SIDE = tr("the frames around the interval may be wrong instead")
 
 
@@ -480,8 +480,8 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
         sentences.append(limit)
     sentences.append(
         tr(
-            "This is not corrected. Press Insert to make an interval here, or accept it to "
-            "mark it as seen."
+            "This finding is not corrected. Press Insert to create an interval here, or accept the "
+            "finding to mark it as seen."
         )
     )
     return " ".join(sentences)

@@ -277,7 +277,7 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
     alone = (
         f"on its own it is too uncertain (evidence {edge.gain:.0f} of {OPEN_GAIN:.0f})"
         if edge.gain < OPEN_GAIN
-        else "on its own it explains these frames less well than another find"
+        else "on its own it explains these frames less well than another detection"
     )
     back = wrap(e.jump + edge.jump)
     apart = (e.stop <= edge.start) | (e.start >= edge.stop)

@@ -158,8 +158,8 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
         return f"the {joint} would bend {t.off_after - t.off_before:.0f}° away from its hinge plane"
     if term == "off_its_side":
         return (
-            f"the {joint} would bend {t.off_after:.0f}° away from where it bends in the rest "
-            "of the clip"
+            f"the {joint} would bend {t.off_after:.0f}° off the direction in which it bends in "
+            "the rest of the clip"
         )
     if term == "azimuth_rougher":
         return f"the direction in which the {joint} bends would jump where it is smooth now"
