@@ -323,8 +323,8 @@ def explanation(
     evidence = interval.evidence or {}
     if not interval.kind.known:
         return tr(
-            "A newer version of the program found this. This version can show it, but not "
-            "correct it."
+            "A newer version of the program made this finding. This version can show the finding "
+            "but cannot correct it."
         )
     if judged.by_hand:
         parts = _lead(judged, chain, evidence), worse_line(measures), tr("Made by hand.")
@@ -377,7 +377,7 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
     if isinstance(chain, Limb):
         return tr(
             "{limb} is flipped for {frames}: the {middle} points {angle}° away from where it "
-            "should.",
+            "should point.",
             limb=part_of_body(chain),
             frames=frames,
             middle=middle_of(chain),
@@ -408,13 +408,14 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
         return tr("{part} is turned {angle}° too far for {frames}.", **values)
     if share < 1.0:
         return tr(
-            "{part} is turned {angle}° too far for {frames}; the {next} turns back by {share:.0%} "
-            "of it.",
+            "{part} is turned {angle}° too far for {frames}; the {next} counter-rotates by "
+            "{share:.0%} of that angle.",
             share=share,
             **values,
         )
     return tr(
-        "{part} is turned {angle}° too far for {frames}; the {next} turns back by the same angle.",
+        "{part} is turned {angle}° too far for {frames}; the {next} counter-rotates by the same "
+        "angle.",
         **values,
     )
 
@@ -542,11 +543,13 @@ def _rare_side(side: float) -> str:
     """Return how rare the limb's side in the interval is; '' if it is as usual as the other."""
     if side > _RARER:
         return tr(
-            "In these frames, the joint is on a side where it hardly ever is in the rest of this "
-            "clip."
+            "In these frames, the joint is on a side where it is hardly ever found in the rest of "
+            "this clip."
         )
     if side > _RARE:
-        return tr("In these frames, the joint is on the side where it is less often in this clip.")
+        return tr(
+            "In these frames, the joint is on the side where it is found less often in this clip."
+        )
     return ""
 
 
@@ -559,7 +562,7 @@ def _figures(judged: Judged, chain: Chain) -> str:
     gain = (judged.interval.evidence or {})["gain"]
     return tr(
         "The parent's level was compared with the line between the ends of each span,\n"
-        "and with what it does in the rest of the clip.\n"
+        "and with its own course in the rest of the clip.\n"
         "Log odds for an error, against natural motion: {gain}.",
         gain=plain(gain, 0),
     )

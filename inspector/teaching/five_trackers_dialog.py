@@ -26,8 +26,8 @@ _WORDS = {
         "the way back, through poses that never occurred."
     ),
     "Euler XYZ, raw": tr(
-        "180° becomes −180° between two frames. The tracker mistakes this jump in the number for "
-        "a motion."
+        "180° becomes −180° between two frames. The tracker mistakes this numerical jump for "
+        "motion."
     ),
     "Euler XYZ, wrapped": tr(
         "Wrapping differences into ±180° closes the seam. But the three angles do "
@@ -121,7 +121,7 @@ class FiveTrackers(QWidget):
         self.words.set_text(
             tr(
                 "One joint turns about one axis at 25 Hz, and five trackers follow it with "
-                "the same gains (κP 600, κD 15). The plots show how far they are from the "
+                "the same gains (κP 600, κD 15). The plots show how far each tracker is from the "
                 "input (on a √ scale)."
             )
         )

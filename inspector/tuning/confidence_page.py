@@ -52,7 +52,8 @@ class ConfidencePage(QWidget):
         self.use = QCheckBox(tr("Use learned confidence"))
         self.use.setToolTip(
             tr(
-                "Use it in the list, in filters and in 'Accept confident intervals'.\n"
+                "Use the learned confidence in the list, in filters and in 'Accept confident "
+                "intervals'.\n"
                 "Sessions and exports keep the detector's own confidence."
             )
         )

@@ -132,7 +132,8 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
     ),
     "Go": (
         ActionSpec("next_interval", tr("Next interval"), ("N",),
-                   tr("Go to the next undecided interval; when all are decided, to the next one"),
+                   tr("Go to the next undecided interval; when all are decided, "
+                      "to the next interval"),
                    tool=Tool(tr_as("tool", "Next"), 31),
                    needs="clip", do=lambda p: p.review_actions.step_interval(+1)),
         ActionSpec("previous_interval", tr("Previous interval"), ("Shift+N",),
@@ -155,7 +156,8 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    tr("Weak candidates down to half of τ, and peaks above τ without an interval"),
                    needs="clip", do=lambda p: p.review_actions.next_faint()),
         ActionSpec("why_not", tr("Why is nothing found here?"), ("Y",),
-                   tr("Explains the playhead's frame, or the peak of the strength next to it"),
+                   tr("Explain the playhead's frame, or the peak of the strength "
+                      "next to the playhead"),
                    needs="clip", do=lambda p: p.review_actions.why_not()),
         None,
         ActionSpec("toggle_play", tr("Play or pause"), ("Space",), needs="clip",
@@ -216,7 +218,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                tool=Tool(tr_as("tool", "Side by side"), 43, 2),
                needs="figure", turn=lambda p, on: p.viewport.look(split=on)),
         Switch("trails", tr("Trails of hands and feet"), ("T",),
-                   tr("Show their paths for one second before and after the frame"),
+                   tr("Show the paths of hands and feet for one second before and after the frame"),
                needs="figure", turn=lambda p, on: p.viewport.look(trails=on)),
         Switch("colour_by_offset", tr("Colour by offset"), ("Shift+C",),
                tr("Colour bones by the offset removed, from 0° to 180°"),
@@ -249,7 +251,8 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    tr("Show only the plot under the mouse, or all plots"),
                    do=lambda p: p.timeline.grid.enlarge()),
         Switch("both_detectors", tr("Plots: both detectors"), ("D",),
-               tr("Show the other detector's strength, τ and intervals below this one's"),
+               tr("Show the other detector's strength, τ and intervals below "
+                      "the plots of this detector"),
                needs="clip", turn=lambda p, on: p.timeline.toggles["other"].setChecked(on)),
         None,
         ActionSpec("theme_system", tr("System colours"), group="theme", checked=True,

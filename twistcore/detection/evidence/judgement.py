@@ -177,7 +177,8 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
         return "one of the two bones does not turn where the interval begins or ends"
     if term == "small":
         return (
-            f"it turns by only {t.step:.1f}°, and neither a joint at rest nor the azimuth shows it"
+            f"it turns by only {t.step:.1f}°, and neither a joint at rest nor the azimuth shows "
+            "the turn"
         )
     if term == "often":
         return f"such turns occur {t.rate or 0.0:.1f} times a second in this {joint}"
