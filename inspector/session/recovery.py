@@ -202,7 +202,7 @@ class Recovery(QObject):
         lock, name = self._keeper.lock, self._open().clip.name
         if lock is not None and lock.is_free():
             text = tr("{name} is no longer open in the other window.", name=name)
-            take = tr("Review it here")
+            take = tr("Review here")
         else:
             holder = lock and lock.holder
             text = tr("{name} is open in another window ({holder}).", name=name, holder=holder)

@@ -197,6 +197,7 @@ class ConfidencePage(QWidget):
             rejected=confidence.rejected,
         )
         again = tr(
-            "The confidence in use is out of date. Switch it off and on again to use the new one."
+            "The confidence in use is out of date. Switch the learned confidence off and on again "
+            "to update it."
         )
         self.words.set_plain(f"{message} {again}" if stale else message)

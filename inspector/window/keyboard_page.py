@@ -41,7 +41,10 @@ _MOUSE = (
         tr("Teaching: drag w in 3D · its dial · with Ctrl"),
         tr("swing · twist · let the child counter-twist"),
     ),
-    (tr("Teaching: click a symbol"), tr("highlight it in the list, in 3D and in the plots")),
+    (
+        tr("Teaching: click a symbol"),
+        tr("highlight the symbol in the list, in 3D and in the plots"),
+    ),
 )
 
 
