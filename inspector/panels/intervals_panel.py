@@ -121,7 +121,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
         size = f"{plain(np.degrees(interval.residual))}°"
         parts.append(of_core(tip.format(joint=joint, size=size)))
     elif not interval.kind.known:
-        parts.append(tr("found by a newer version of the program; it is not corrected"))
+        parts.append(tr("found by a newer version of the program; not corrected"))
     elif abs(interval.residual) > 1e-9:
         left = signed(np.degrees(interval.residual), 2)
         parts.append(tr("{angle}° remain after the end", angle=left))

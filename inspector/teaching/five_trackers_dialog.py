@@ -36,7 +36,7 @@ _WORDS = {
     ),
     "Quaternion, first-order": tr(
         "A straight step that is projected back onto the sphere falls short of "
-        "the turn. The next frame corrects this, so it is hardly visible here."
+        "the turn. The next frame corrects the shortfall, so the error is hardly visible here."
     ),
 }
 _TITLES = {

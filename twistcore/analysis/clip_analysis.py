@@ -70,7 +70,7 @@ _SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # kinds with a finder 
 # So many lone jumps make a person so restless that none of their intervals is corrected
 # automatically.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
-BODY_STEP_DOUBT = "many joints jump at once where it begins or ends"
+BODY_STEP_DOUBT = "many joints jump at once where the interval begins or ends"
 RESTLESS_DOUBT = "lone jumps throughout the clip make every detection uncertain"
 
 

@@ -139,7 +139,7 @@ def _below(
         return place.reason(Why.UNEQUAL, f"the turns do not cancel ({beyond})", **numbers)
     if min(abs(x), abs(y)) >= place.tau and x * y < 0.0:
         because = (
-            f"{_turns(place, x, y)}, but natural motion predicts this to within "
+            f"{_turns(place, x, y)}, but natural motion predicts these changes to within "
             f"{signed_degrees(rx)} and {signed_degrees(ry)} (σ {size(sigma_x)} and {size(sigma_y)})"
         )
         return place.reason(Why.MOTION, because, **numbers)
