@@ -77,8 +77,8 @@ var Words = (function () {
 
   function applied(of) {
     const c = of.correction;
-    return tr("{share} of offset(t) = {whole} is removed: m was {before}, and is now {now}. C turns "
-      + "back by the same angle (15), so its orientation does not change (14).", {
+    return tr("{share} of offset(t) = {whole} is removed: m was {before}, and is now {now}. C "
+      + "counter-rotates by the same angle (15), so its orientation does not change (14).", {
       share: share(c.applied), whole: tenths(c.whole),
       before: tenths(c.before.strength), now: tenths(of.frame.strength),
     });
@@ -100,7 +100,7 @@ var Words = (function () {
     const d = of.frame, tau = tenths(of.correction.tau);
     const small = `m = ${plain(inDegrees(d.strength), 2)}° < τ = ${tau}`;
     if (whatIf.counter && Math.min(Math.abs(d.dtheta_p), Math.abs(d.dtheta_c)) > HALF_TURN) {
-      return tr("C turns back by the same angle, but wrapping at ±180° gives Δθp and Δθc the same "
+      return tr("C counter-rotates by the same angle, but wrapping at ±180° gives Δθp and Δθc the same "
         + "sign. The paper’s test misses this error.");
     }
     if (!whatIf.counter && whatIf.twist && only(whatIf, "twist")) {
@@ -126,7 +126,7 @@ var Words = (function () {
       return tr("The child is bent differently: v changes; the direction of v⊥, P and Δθc do "
         + "not.");
     }
-    return tr("This is not an event: {small}.", { small: small });
+    return tr("This change is not an event: {small}.", { small: small });
   }
 
   // of: the result of SwingTwist.numbersOf; role: of the theme's colour.

@@ -130,5 +130,8 @@ class FolderActions:
         if error == QProcess.ProcessError.FailedToStart and self._report is not None:
             self._report.deleteLater()
             self._report = None
-            message = tr("{folder}: the report's process could not be started.", folder=folder.name)
+            message = tr(
+                "{folder}: the process that writes the report could not be started.",
+                folder=folder.name,
+            )
             self.bar.show_message(message, True)

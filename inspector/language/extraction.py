@@ -49,7 +49,9 @@ _INFOS = {
     },
 }
 # Texts that are written to files, matched, compared, or for programmers only.
-_IN_FILES = re.compile(r"#|\(\?|<|[a-z_]+ = |End Site$|from |twistcore batch$|\{0\}\t|6 X")
+_IN_FILES = re.compile(
+    r"#|\(\?|<|\"[a-z]+\": true$|[a-z_]+ = |End Site$|from |twistcore batch$|\{0\}\t|6 X"
+)
 _FOR_PROGRAMS = ("__repr__", "compile", "KeyError", "TypeError", "AttributeError")
 _Key = tuple[str, str, str]  # context, text, plural
 

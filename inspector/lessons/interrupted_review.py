@@ -15,8 +15,7 @@ from inspector.session.open_clip import Borrowed
 from inspector.session.opening import Analysed
 
 _OVER = tr(
-    "The lesson or exercise of this sample is over, and nothing of it is saved. "
-    "Open a clip to review it."
+    "The lesson or exercise with this sample is over. Nothing was saved. Open a clip to review it."
 )
 
 

@@ -58,7 +58,7 @@ _TIPS = (
     tr(
         "How reliable the azimuth is, as a median over all frames.\n"
         "The azimuth is the direction in which the bone points away from its parent's axis.\n"
-        "It cannot be measured well while the limb is straight: then the value is low.\n"
+        "It cannot be measured well while the limb is straight; the value is low then.\n"
         "For a whole limb: how far the middle joint is from the limb's line, as a share of its\n"
         "length."
     ),

@@ -57,9 +57,9 @@ _FINE = 10.0  # degrees: smaller angles are shown with a decimal
 _LEAST = 0.05  # degrees: smaller offsets are not mentioned
 _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
-_SMOOTH = tr("Smooth it in Quality → Track")
+_SMOOTH = tr("Smooth in Quality → Track")
 _DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # which say why an interval is open
-_NOT_CORRECTED = tr("This is not corrected. Accept it to mark it as seen.")
+_NOT_CORRECTED = tr("This finding is not corrected. Accept the finding to mark it as seen.")
 _OTHER_SIDE = tr("the frames around the interval may be wrong instead")
 
 
@@ -329,8 +329,8 @@ def explanation(
     evidence = interval.evidence or {}
     if not interval.kind.known:
         return tr(
-            "A newer version of the program found this. This version can show it, but not "
-            "correct it."
+            "A newer version of the program made this finding. This version can show the finding "
+            "but cannot correct it."
         )
     if judged.by_hand:
         parts = _lead(judged, chain, evidence), worse_line(measures), tr("Made by hand.")
@@ -383,7 +383,7 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
     if isinstance(chain, Limb):
         return tr(
             "{limb} is flipped for {frames}: the {middle} points {angle}° away from where it "
-            "should.",
+            "should point.",
             limb=part_of_body(chain),
             frames=frames,
             middle=middle_of(chain),
@@ -414,13 +414,14 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
         return tr("{part} is turned {angle}° too far for {frames}.", **values)
     if share < 1.0:
         return tr(
-            "{part} is turned {angle}° too far for {frames}; the {next} turns back by {share:.0%} "
-            "of it.",
+            "{part} is turned {angle}° too far for {frames}; the {next} counter-rotates by "
+            "{share:.0%} of that angle.",
             share=share,
             **values,
         )
     return tr(
-        "{part} is turned {angle}° too far for {frames}; the {next} turns back by the same angle.",
+        "{part} is turned {angle}° too far for {frames}; the {next} counter-rotates by the same "
+        "angle.",
         **values,
     )
 
@@ -486,8 +487,8 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
         sentences.append(limit)
     sentences.append(
         tr(
-            "This is not corrected. Press Insert to make an interval here, or accept it to "
-            "mark it as seen."
+            "This finding is not corrected. Press Insert to create an interval here, or accept the "
+            "finding to mark it as seen."
         )
     )
     return " ".join(sentences)
@@ -548,11 +549,13 @@ def _rare_side(side: float) -> str:
     """Return how rare the side of the limb in this interval is, or '' if it is not rare."""
     if side > _RARER:
         return tr(
-            "In these frames, the joint is on a side where it hardly ever is in the rest of this "
-            "clip."
+            "In these frames, the joint is on a side where it is hardly ever found in the rest of "
+            "this clip."
         )
     if side > _RARE:
-        return tr("In these frames, the joint is on the side where it is less often in this clip.")
+        return tr(
+            "In these frames, the joint is on the side where it is found less often in this clip."
+        )
     return ""
 
 
@@ -565,7 +568,7 @@ def _figures(judged: Judged, chain: Chain) -> str:
     gain = (judged.interval.evidence or {})["gain"]
     return tr(
         "The parent's level was compared with the line between the ends of each span,\n"
-        "and with what it does in the rest of the clip.\n"
+        "and with its own course in the rest of the clip.\n"
         "Log odds for an error, against natural motion: {gain}.",
         gain=plain(gain, 0),
     )

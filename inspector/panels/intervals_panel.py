@@ -121,7 +121,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
         size = f"{plain(np.degrees(interval.residual))}°"
         parts.append(of_core(tip.format(joint=joint, size=size)))
     elif not interval.kind.known:
-        parts.append(tr("found by a newer version of the program; it is not corrected"))
+        parts.append(tr("found by a newer version of the program; not corrected"))
     elif abs(interval.residual) > 1e-9:
         left = signed(np.degrees(interval.residual), 2)
         parts.append(tr("{angle}° remain after the end", angle=left))
@@ -141,7 +141,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     if not judged.supported:
         parts.append(tr("no longer found at this τ"))
     if judged.verdict == APPLIED:
-        parts.append(tr("corrected automatically; nobody has looked at it"))
+        parts.append(tr("corrected automatically; not yet reviewed by anyone"))
     if judged.reviewer or judged.decided_at:
         by, at = judged.reviewer, judged.decided_at
         parts.append(tr("decided {at} {reviewer}", at=at, reviewer=by).strip())
@@ -332,7 +332,7 @@ class IntervalsPanel(QWidget):
         self._fit_columns(bool(shared))
         self.count.setText(self._count_text())
         if not self._document.data:
-            text = tr("Open a clip: its suspicious intervals are listed here.")
+            text = tr("Open a clip to list its suspicious intervals here.")
         elif not intervals and (blind := reason_unexamined(self._document.data)):
             text = blind
         elif not intervals:

@@ -70,7 +70,7 @@ class SureOnes(QDialog):
         )
         if also != ids:
             left = len(also) - len(ids)
-            text += " " + tr("{n} more are open: please look at them yourself.", n=left)
+            text += " " + tr("{n} more are undecided. Please review them yourself.", n=left)
         self.count.setText(text)
         self.ok.setText(tr("Accept {count}", count=len(ids)))
         self.ok.setEnabled(bool(ids))

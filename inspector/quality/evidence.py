@@ -55,7 +55,7 @@ MEASURES = (
         "",
         tr(
             "Frames in which the file's numbers jump although the pose does not: the angles change "
-            "by 90° more than the joint turns, or the quaternion changes its sign"
+            "by over 90° more than the joint turns, or the quaternion flips sign"
         ),
         tr("how much more the angles change than the joint turns"),
         "°",

@@ -39,7 +39,9 @@ class FilmWriter:
         Raises OSError if the path is a FIFO or a device, which cannot hold a film.
         """
         if is_stream(path):
-            raise OSError(errno.EINVAL, tr("a film needs a regular file"), str(path))
+            raise OSError(
+                errno.EINVAL, tr("a video can only be written to a regular file"), str(path)
+            )
         self.path = path
         self._end = destination(path)
         # Kept open while ffmpeg writes to it: a part that nobody has open is a leftover.

@@ -75,7 +75,7 @@ class PictureRows(QObject):
         self.dpi.setAccessibleName(tr("Dots per inch"))
         self.points = QDoubleSpinBox(suffix=" pt", decimals=1, singleStep=0.5)
         self.points.setRange(4.0, 48.0)
-        self.points.setToolTip(tr("Size of the smallest letters on paper; lines scale with it"))
+        self.points.setToolTip(tr("Size of the smallest letters on paper; lines scale accordingly"))
         self.points.setAccessibleName(tr("Letters"))
         self._at = QLabel(tr_as("resolution", "at"))
         self._fine = hbox(self.points, self._at, self.dpi, None, spacing=6)

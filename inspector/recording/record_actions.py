@@ -46,7 +46,7 @@ class RecordActions:
             self.bar.show_message(tr("Open a clip first."), False)
         elif self.recorder.running:
             self.bar.show_message(
-                tr("A film is being made. Wait until it is ready, or cancel it."), False
+                tr("A video is being rendered. Wait until it is finished, or cancel it."), False
             )
         else:
             seen = self.timeline.visible.ends

@@ -20,8 +20,8 @@ from twistcore.files.ordinary import is_there
 from twistcore.skeleton.limb import Limb
 
 _FORMATS = {
-    ".mp4": tr("Film, MP4"),
-    ".gif": tr("Film, GIF"),
+    ".mp4": tr("Video, MP4"),
+    ".gif": tr("Video, GIF"),
     ".png": tr("Picture, PNG"),
     ".svg": tr("Picture, SVG (vector graphics)"),
     ".pdf": tr("Picture, PDF (vector graphics)"),
@@ -70,7 +70,7 @@ class RecordDialog(WriteDialog):
         self.form.addRow(tr("Format"), self.format)
         self.form.addRow(tr("Write to"), self.where)
         self.form.addRow("", self.replace)
-        self.form.addRow(tr("Film of"), self.range)
+        self.form.addRow(tr("Video of"), self.range)
         self.form.addRow(tr("Speed"), self.speed)
         self.sweep = SweepRows(self.form)
         contents = hbox(self.view, self.curves, self.equations, None, spacing=14)

@@ -94,6 +94,6 @@ class ClipOpener(QObject):
         self.over.emit()
         if isinstance(error, ClipMissingError):
             session = error.session
-            self._ask.emit(str(error), ((tr("Locate it…"), lambda: self.locate.emit(session)),))
+            self._ask.emit(str(error), ((tr("Locate clip…"), lambda: self.locate.emit(session)),))
         else:
             self._tell.emit(str(error), True)

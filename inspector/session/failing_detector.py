@@ -48,8 +48,8 @@ def another_used(analysis: ClipAnalysis, method: str) -> str:
             why=of_core(why),
         )
     return tr(
-        "The detector '{name}' for {clip} is not installed. Another detector was used, at its own "
-        "τ.",
+        "The detector '{name}' for {clip} is not installed. Another detector was used, with its "
+        "own τ.",
         name=method,
         clip=analysis.name,
     )

@@ -191,8 +191,8 @@ class Recovery(QObject):
             self._keeper.forget(leftover)
         elif name := self._keeper.keep(leftover):
             message = tr(
-                "{taken} of {total} decisions were added. The others have no interval here or "
-                "differ from a decision made here. They stay in {name}.",
+                "{taken} of {total} decisions were added. The other decisions have no interval "
+                "here or differ from a decision made here. They stay in {name}.",
                 taken=of - lost,
                 total=of,
                 name=name,
@@ -210,11 +210,11 @@ class Recovery(QObject):
         lock, name = self._keeper.lock, self._open().clip.name
         if lock is not None and lock.is_free():
             text = tr("{name} is no longer open in the other window.", name=name)
-            take = tr("Review it here")
+            take = tr("Review here")
         else:
             holder = lock and lock.holder
             text = tr("{name} is open in another window ({holder}).", name=name, holder=holder)
-            text += " " + tr("You can look at it here, but you cannot change it.")
+            text += " " + tr("You can look at the review here, but you cannot change it.")
             take = tr("Take over")
         self.question.emit(text, ((take, self._take_over), (tr("Look only"), lambda: None)))
 

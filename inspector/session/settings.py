@@ -192,7 +192,7 @@ def load_settings(path: Path) -> tuple[Settings, str]:
     if len(damaged) < len(checks_by_name()):
         which = tr("The settings {names}", names=", ".join(damaged))
     said = tr(
-        "{settings} were damaged. Undamaged values are kept, the others were reset.",
+        "{settings} were damaged. Undamaged values were kept; the others were reset.",
         settings=which,
     )
     try:

@@ -26,8 +26,8 @@ _WORDS = {
         "the way back, through poses that never occurred."
     ),
     "Euler XYZ, raw": tr(
-        "180° becomes −180° between two frames. The tracker mistakes this jump in the number for "
-        "a motion."
+        "180° becomes −180° between two frames. The tracker mistakes this numerical jump for "
+        "motion."
     ),
     "Euler XYZ, wrapped": tr(
         "Wrapping differences into ±180° closes the seam. But the three angles do "
@@ -36,7 +36,7 @@ _WORDS = {
     ),
     "Quaternion, first-order": tr(
         "A straight step that is projected back onto the sphere falls short of "
-        "the turn. The next frame corrects this, so it is hardly visible here."
+        "the turn. The next frame corrects the shortfall, so the error is hardly visible here."
     ),
 }
 _TITLES = {
@@ -121,7 +121,7 @@ class FiveTrackers(QWidget):
         self.words.set_text(
             tr(
                 "One joint turns about one axis at 25 Hz, and five trackers follow it with "
-                "the same gains (κP 600, κD 15). The plots show how far they are from the "
+                "the same gains (κP 600, κD 15). The plots show how far each tracker is from the "
                 "input (on a √ scale)."
             )
         )

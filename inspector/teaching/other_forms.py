@@ -35,8 +35,9 @@ _TIPS = {
         "q and −q are the same rotation. Before wrapping, θp of −q differs by a full turn."
     ),
     "euler": tr(
-        "The channels of the file in its order, in degrees. The first axis is turned by none of "
-        "the others, the last axis by both. When the middle angle is near ±90°, the first and the "
+        "The channels of the file in its order, in degrees. The first axis is turned by neither of "
+        "the other two, the last axis by both. When the middle angle is near ±90°, the first and "
+        "the "
         "last axis coincide."
     ),
 }

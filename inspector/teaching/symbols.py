@@ -75,7 +75,7 @@ SYMBOLS = {
         "error",
         tr(
             "the paper's sum of err since the first frame, with the τ of this chain; natural "
-            "events stay in the sum, so it need not return to zero"
+            "events stay in the sum, so the sum need not return to zero"
         ),
         (("offset", ""),),
     ),
@@ -105,7 +105,7 @@ MARKS = SYMBOLS | {  # of Fig. 2, in 3D only
     "G": Symbol("G", "bone", tr("the grandchild, which shows the direction of the child")),
     "real": Symbol(r"G_\mathrm{real}", "azimuth", tr("the actual place of G")),
     "ideal": Symbol(
-        r"G_\mathrm{ideal}", "error", tr("the place of G if the child had not turned back")
+        r"G_\mathrm{ideal}", "error", tr("the place of G if the child had not counter-rotated")
     ),
 }
 

@@ -51,7 +51,10 @@ _KNOBS = {
         tr("Nudge"),
         -3,
         3,
-        tr("Tip both bones sideways by up to 3°. At a singularity this changes the angles a lot."),
+        tr(
+            "Tip both bones sideways by up to 3°. "
+            "Near a singularity, this tilt changes the angles a lot."
+        ),
     ),
     "applied": _Knob(
         tr("Apply"),
@@ -124,13 +127,13 @@ class WhatIfBox(QWidget):
         self.player = StagePlayer(taught)
         grid.addWidget(self.player, 2, 4, 1, 3)
         grid.setColumnMinimumWidth(3, 8)
-        self.follow = QPushButton(tr("Child goes along"))
+        self.follow = QPushButton(tr("Child follows"))
         self.counter = QPushButton(tr("Child counter-twists"))
         self.follow.setToolTip(
             tr("The parent's twist carries the child along, as in a real movement")
         )
         self.counter.setToolTip(
-            tr("The child turns back by the same angle, as in an axial twist error")
+            tr("The child counter-rotates by the same angle, as in an axial twist error")
         )
         group = QButtonGroup(self)
         for button in (self.follow, self.counter):

@@ -120,12 +120,12 @@ def _applied(numbers: FrameNumbers) -> str:
     if numbers.own:
         return tr(
             "{share} of the interval’s {whole} is removed: m was {before}, and is now {now}. "
-            "C turns back by the same angle (15), so its orientation does not change (14).",
+            "C counter-rotates by the same angle (15), so its orientation does not change (14).",
             **fields,
         )
     return tr(
         "{share} of offset(t) = {whole} is removed: m was {before}, and is now {now}. C "
-        "turns back by the same angle (15), so its orientation does not change (14).",
+        "counter-rotates by the same angle (15), so its orientation does not change (14).",
         **fields,
     )
 
@@ -152,7 +152,7 @@ def _no_event(numbers: FrameNumbers, what_if: WhatIf) -> str:
     small = f"m = {plain(np.degrees(d.strength), 2)}° < τ = {_tenths(c.tau)}"
     if what_if.counter and min(abs(d.dtheta_p), abs(d.dtheta_c)) > _HALF_TURN:
         return tr(
-            "C turns back by the same angle, but wrapping at ±180° gives Δθp and Δθc the same "
+            "C counter-rotates by the same angle, but wrapping at ±180° gives Δθp and Δθc the same "
             "sign. The paper’s test misses this error."
         )
     if what_if == WhatIf(twist=what_if.twist) and what_if.twist:
@@ -181,7 +181,7 @@ def _no_event(numbers: FrameNumbers, what_if: WhatIf) -> str:
         return tr(
             "The child is bent differently: v changes; the direction of v⊥, P and Δθc do not."
         )
-    return tr("This is not an event: {small}.", small=small) if what_if.changes else _HINT
+    return tr("This change is not an event: {small}.", small=small) if what_if.changes else _HINT
 
 
 def _state(reliability: float) -> str:

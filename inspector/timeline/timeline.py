@@ -181,7 +181,7 @@ class Timeline(QWidget):
         some = tr("Plots {seen} of {wanted}", seen=seen, wanted=wanted) if hidden else tr("Plots")
         self.plots_button.setText(f"{some} ▾")
         tip = tr("Choose which plots are shown")
-        room = tr("Make the panel higher to see the others.")
+        room = tr("Make the panel taller to see the other plots.")
         self.plots_button.setToolTip(tip if self.grid.alone or not hidden else f"{tip}. {room}")
 
     def _colour(self, theme: Theme) -> None:

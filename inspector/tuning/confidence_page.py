@@ -52,7 +52,8 @@ class ConfidencePage(QWidget):
         self.use = QCheckBox(tr("Use learned confidence"))
         self.use.setToolTip(
             tr(
-                "Use it in the list, in filters and in 'Accept confident intervals'.\n"
+                "Use the learned confidence in the list, in filters and in 'Accept confident "
+                "intervals'.\n"
                 "Sessions and exports keep the detector's own confidence."
             )
         )
@@ -199,6 +200,7 @@ class ConfidencePage(QWidget):
             rejected=confidence.rejected,
         )
         again = tr(
-            "The confidence in use is out of date. Switch it off and on again to use the new one."
+            "The confidence in use is out of date. Switch the learned confidence off and on again "
+            "to update it."
         )
         self.words.set_plain(f"{message} {again}" if stale else message)

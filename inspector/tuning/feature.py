@@ -75,7 +75,8 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
                tr("Go to the next frame with the same strength"),
                needs="clip", do=lambda p: p.tuning.curves.next_in_bar()),
     ActionSpec("leave_out_interval", tr("Leave the interval out of tuning"), (),
-               tr("Ignore its frames: no error is injected and no false alarm counted there"),
+               tr("Ignore the interval's frames: no error is injected and "
+                    "no false alarm is counted there"),
                needs="clip", do=lambda p: p.tuning_actions.leave_out_interval()),
     ActionSpec("leave_out_visible", tr("Leave the visible frames out of tuning"), (),
                tr("Ignore the frames that the plots show"),

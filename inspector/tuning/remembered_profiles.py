@@ -147,7 +147,7 @@ class ProfileOffers(QObject):
         self._offer(
             text,
             (
-                (tr("Use it"), lambda: self.take(profile)),
+                (tr("Use profile"), lambda: self.take(profile)),
                 (tr("Not now"), lambda: self._declined.add((mark, profile.performer))),
             ),
         )

@@ -40,7 +40,7 @@ class SuggestionPage(QWidget):
             tr("The cost of one false alarm per clip, or per minute if the clip is longer")
         )
         self.smallest = QDoubleSpinBox(decimals=1, minimum=0.1, maximum=180.0, suffix="°")
-        self.smallest.setToolTip(tr("Smaller injected errors do not count for the suggestion"))
+        self.smallest.setToolTip(tr("Smaller injected errors do not count towards the suggestion"))
         self.draws = QSpinBox(minimum=1, maximum=MOST_DRAWS)
         self.draws.setToolTip(
             tr(

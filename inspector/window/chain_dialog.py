@@ -25,9 +25,9 @@ from twistcore.skeleton.rig import OwnChain, Rig
 _NONE = "–"
 _ROLES = (tr_as("joint", "Parent"), tr_as("joint", "Child"), tr_as("joint", "Below it"))
 _TIPS = (
-    tr("The joint whose twist may be wrong. The chain gets its name."),
-    tr("The child, which turns back where the parent's twist is wrong"),
-    tr("A joint below the child; it shows the child's azimuth. You may leave it out."),
+    tr("The joint whose twist may be wrong. The chain is named after this joint."),
+    tr("The child, which counter-rotates wherever the parent's twist is wrong"),
+    tr("A joint below the child. It shows the child's azimuth and may be left out."),
 )
 
 

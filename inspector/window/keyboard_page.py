@@ -21,11 +21,11 @@ _MOUSE = (
     (tr("Plots: Ctrl+wheel, wheel over the left axis"), tr("zoom the values at the cursor")),
     (tr("Plots: drag the left axis · double click it"), tr("pan the values · show all values")),
     (tr("Plots: double click a title"), tr("show only that plot, or all plots")),
-    (tr("Plots: drag an edge or the body of an interval"), tr("resize or move it")),
+    (tr("Plots: drag an edge or the body of an interval"), tr("resize or move the interval")),
     (tr("Plots: drag where no interval is"), tr("draw an interval of the selected chain")),
     (
         tr("Plots: click · drag the playhead"),
-        tr("select an interval or set the playhead · move it"),
+        tr("select an interval or set the playhead · move the playhead"),
     ),
     (tr("Plots: drag the τ line, double click on the strength"), tr("set τ")),
     (tr("Tuning: drag the τ line, double click in a plot"), tr("set τ")),
@@ -39,9 +39,12 @@ _MOUSE = (
     (tr("3D: click a bone"), tr("select its chain; click again for the whole arm or leg")),
     (
         tr("Teaching: drag w in 3D · its dial · with Ctrl"),
-        tr("swing · twist · let the child turn back"),
+        tr("swing · twist · let the child counter-twist"),
     ),
-    (tr("Teaching: click a symbol"), tr("highlight it in the list, in 3D and in the plots")),
+    (
+        tr("Teaching: click a symbol"),
+        tr("highlight the symbol in the list, in 3D and in the plots"),
+    ),
 )
 
 

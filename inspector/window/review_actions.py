@@ -199,9 +199,9 @@ class ReviewActions:
         if left:
             text = plural(
                 "All listed intervals are decided. {n} undecided interval is hidden by the filter "
-                "or by a chain without a tick.",
+                "or by an unticked chain.",
                 "All listed intervals are decided. {n} undecided intervals are hidden by the "
-                "filter or by chains without a tick.",
+                "filter or by unticked chains.",
                 len(left),
             )
         else:

@@ -122,7 +122,7 @@ def test_steps_of_the_history_are_said():
     assert [of_core(step.text) for step in steps] == [
         "2 Intervalle annehmen",
         "τ von LeftArm setzen",
-        "Alle Frames in die Abstimmung nehmen",
+        "Alle Frames für die Abstimmung verwenden",
     ]
 
 

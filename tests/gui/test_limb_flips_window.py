@@ -422,7 +422,7 @@ def test_lone_jumps_are_listed_and_not_edited(opened):
     assert detail.delta.value() == pytest.approx(-66.1, abs=0.01)
     state = document.review.state
     act(opened, "make_following")
-    assert "finds of this kind are not corrected" in opened.bar.label.text()
+    assert "detections of this kind are not corrected" in opened.bar.label.text()
     assert document.review.state is state
     act(opened, "accept")
     assert not document.offset("RightLeg").any()

@@ -17,7 +17,7 @@ def test_the_card_begins_with_a_plain_sentence():
     judged = next(j for j in Review.of(found).state.intervals if j.interval.frames == 16)
     chain = found.analysis.chain(judged.interval.chain)
     turned = "The left forearm is turned 21° too far for 16 frames"
-    back = "the hand turns back by the same angle."
+    back = "the hand counter-rotates by the same angle."
     assert explanation(judged, chain, 0).startswith(f"{turned}; {back} Confidence ")
     alone = replace(judged, interval=replace(judged.interval, open=True))
     by_hand = replace(judged, by_hand=True)

@@ -174,7 +174,9 @@ def test_a_film_into_a_fifo_is_refused_and_said(qtbot, window, tmp_path):
     os.mkfifo(tmp_path / "film.mp4")
     window.record_actions.record(RecordChoice(tmp_path / "film.mp4", 0, 5, replace=True))
     assert not window.recorder.running
-    assert window.bar.label.text().endswith("could not be written: a film needs a regular file.")
+    assert window.bar.label.text().endswith(
+        "could not be written: a video can only be written to a regular file."
+    )
     assert (tmp_path / "film.mp4").is_fifo()
 
 

@@ -105,7 +105,7 @@ def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_pa
 def test_a_profile_that_names_no_detector_says_so(qtbot, window, tuning, tmp_path):
     window.tuning_actions.compare_with([write_tau(tmp_path / "old.toml", 5.0)])
     qtbot.waitUntil(lambda: "old.toml" in tuning.profiles.note.text())
-    said = "old.toml does not name a detector; its costs are measured with our detector"
+    said = "old.toml does not name a detector; the costs are measured with our detector"
     assert said in tuning.profiles.note.text()
     assert not tuning.costs.running  # nothing more to measure
     fsr = tuning.costs.curves["LeftForeArm"].at(np.radians(5.0))[0]

@@ -88,7 +88,7 @@ def test_links_are_followed_and_stay(tmp_path, there, absolute):
 def test_a_loop_of_links_is_one_sentence(tmp_path):
     (tmp_path / "a").symlink_to("b")
     (tmp_path / "b").symlink_to("a")
-    with pytest.raises(OSError, match="loop of links") as caught:
+    with pytest.raises(OSError, match="loop of symbolic links") as caught:
         write_atomically(tmp_path / "a", b"x")
     assert caught.value.errno == errno.ELOOP
     assert caught.value.filename == str(tmp_path / "a")

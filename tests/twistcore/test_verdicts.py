@@ -163,7 +163,7 @@ def test_a_chain_with_twists_of_its_own_gets_its_own_tau_and_the_reason():
     assert shared.tau("c1") == shared.common.tau
     words = list(shared.words())
     assert numbers(words[0])[-1] == 1
-    assert names_in_one_line(words[1], "LeftForeArm", "30 fewer")
+    assert names_in_one_line(words[1], "LeftForeArm", "30 rejected intervals")
 
 
 def test_a_chain_in_which_everything_is_rejected_gets_its_own_tau():

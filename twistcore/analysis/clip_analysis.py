@@ -70,8 +70,8 @@ _SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # kinds with a finder 
 # So many lone jumps make a person so restless that none of their intervals is corrected
 # automatically.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
-BODY_STEP_DOUBT = "many joints jump at once where it begins or ends"
-RESTLESS_DOUBT = "lone jumps all over the clip make every find uncertain"
+BODY_STEP_DOUBT = "many joints jump at once where the interval begins or ends"
+RESTLESS_DOUBT = "lone jumps throughout the clip make every detection uncertain"
 
 
 class ClipAnalysis:
@@ -843,12 +843,12 @@ class Detection:
             count = sum(len(jumps.get(c.name, ())) for c in own)
             if person:
                 yield (
-                    f"{count} lone jumps of {person} make every find of this person "
+                    f"{count} lone jumps of {person} make every detection for this person "
                     "uncertain, so none is corrected automatically."
                 )
             else:
                 yield (
-                    f"{count} lone jumps make every find uncertain, so nothing is corrected "
+                    f"{count} lone jumps make every detection uncertain, so nothing is corrected "
                     "automatically."
                 )
 

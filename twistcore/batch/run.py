@@ -219,7 +219,7 @@ class _Run:
         except TwistError as error:
             self.in_vain += 1
             row = _failed(
-                row, (f"{source.name}: the clip is done, but this cannot be recorded: {error}")
+                row, (f"{source.name}: the clip is done, but that cannot be recorded: {error}")
             )
             # A row for it stands there already: there may be room.
             with suppress(TwistError), self.manifest.transaction():
@@ -256,7 +256,7 @@ def _locked(folder: Path) -> Iterator[None]:
     try:
         if not lock(handle):
             raise TwistError(
-                f"{folder}: another run of twistcore batch is writing into it; wait until it "
+                f"{folder}: another run of twistcore batch is writing into it; wait until that run "
                 "has ended"
             )
         yield

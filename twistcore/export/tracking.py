@@ -42,7 +42,7 @@ WARNING = (
 # Measured by benchmarks/quamo_before_detection.py; the table is in docs/quamo.md.
 DEMONSTRATION = (
     "Of 820 errors injected into 40 clips, all were found before tracking. After tracking, "
-    "only 6 % were found with the right ends; the others had wrong ends or were missed."
+    "only 6 % were found with the right ends; the other errors had wrong ends or were missed."
 )
 
 

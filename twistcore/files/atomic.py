@@ -97,10 +97,14 @@ def destination(path: Path) -> Path:
         if not end.is_symlink():
             if refused := _REFUSED.get(_kind(end)):
                 code, what = refused
-                raise OSError(code, f"is {what}, expected a file to write", str(path))
+                raise OSError(code, f"is {what}, expected a file that can be written to", str(path))
             return end
         end = end.parent / end.readlink()
-    raise OSError(errno.ELOOP, "is a loop of links, expected a file to write", str(path))
+    raise OSError(
+        errno.ELOOP,
+        "is a loop of symbolic links, expected a file that can be written to",
+        str(path),
+    )
 
 
 def is_stream(path: Path) -> bool:

@@ -61,7 +61,7 @@ _BEGINNINGS: tuple[tuple[bytes, FileKind], ...] = (
     (b"\xff\xd8\xff", FileKind("a JPEG picture")),
     (b"GIF8", FileKind("a GIF picture")),
     (b"%PDF-", FileKind("a PDF document")),
-    (b"\x1a\x45\xdf\xa3", FileKind("a Matroska or WebM film")),
+    (b"\x1a\x45\xdf\xa3", FileKind("a Matroska or WebM video")),
     (b"PathFileType", FileKind("a TRC file of markers", _SOLVE)),
     (
         b"version https://git-lfs.github.com/spec/",
@@ -116,11 +116,11 @@ def _zip(head: bytes) -> FileKind | None:
 def _film(head: bytes) -> FileKind | None:
     if head[4:8] == b"ftyp":
         quick = head[8:12] == b"qt  "
-        return FileKind("a film (MOV)" if quick else "a film (MP4)")
+        return FileKind("a video (MOV)" if quick else "a video (MP4)")
     if head[4:8] in (b"moov", b"mdat", b"wide"):
-        return FileKind("a film (MOV)")
+        return FileKind("a video (MOV)")
     if head.startswith(b"RIFF"):
-        return FileKind("a film (AVI)" if head[8:12] == b"AVI " else "a sound or a picture (RIFF)")
+        return FileKind("a video (AVI)" if head[8:12] == b"AVI " else "a sound or a picture (RIFF)")
     return None
 
 

@@ -59,14 +59,14 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
     for path in others:
         if path.is_dir() or (is_file(path) and file_mark(path) not in marks.get(path.name, ())):
             raise TwistError(
-                f"{path}: expected a free place for the report, but a file is there that this "
-                "version did not write or that was changed since; move it, or do without the "
-                "report"
+                f"{path}: expected a free place for the report, but there is a file that this "
+                "version did not write or that was changed since; move that file, or do without "
+                "the report"
             )
     if is_file(listing) and not marks:
         raise TwistError(
-            f"{listing}: expected a free place for the report, but another file is there; "
-            "move it, or do without the report"
+            f"{listing}: expected a free place for the report, but another file is there; move "
+            "that file, or do without the report"
         )
     if clip is not None and (of := _other_clip(listing, clip)):
         raise TwistError(

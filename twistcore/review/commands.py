@@ -147,7 +147,7 @@ class Edit(Command):
             raise ValueError("an edit cannot move an interval to another chain")
         if not old.interval.repairable:
             raise ValueError(
-                "finds of this kind are not corrected; press Insert to make an interval"
+                "detections of this kind are not corrected; press Insert to create an interval"
             )
         return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
 

@@ -21,7 +21,7 @@ class LeaveOut(Command):
     @property
     def text(self) -> str:
         """Text in the undo menu."""
-        return "Leave frames out of tuning" if self.spans else "Take all frames into tuning"
+        return "Leave frames out of tuning" if self.spans else "Use all frames for tuning"
 
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""

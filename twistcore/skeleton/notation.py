@@ -273,7 +273,7 @@ def notation_notes(motion: Motion) -> tuple[Note, ...]:
         )
         if rate < FEWEST_A_SECOND:
             said.append(
-                "There are too few keys to tell errors from motion, so finds are listed but "
+                "There are too few keys to tell errors from motion, so detections are listed but "
                 "not corrected automatically."
             )
     return tuple(Note(KIND, text) for text in said)

@@ -82,7 +82,7 @@ class OwnChain:
             between = skeleton.names[joint_path(skeleton, parent, child)[0]]
             raise TwistError(
                 f"{self.joints[1]} is not a child of {self.joints[0]}, but {between} is, and "
-                "it turns back where an error twists its parent"
+                f"{between} counter-rotates wherever an error twists {self.joints[0]}"
             )
         chain = make_chain(motion, parent, child, below)
         if chain is not None and below >= 0 and skeleton.parents[below] != child:

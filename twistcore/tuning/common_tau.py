@@ -87,16 +87,16 @@ class CommonTau:
         if less > 0:
             natural = int(curve.natural.sum())
             tells.append(
-                f"lists {less} fewer of 1 rejected interval"
+                f"lists {less} fewer of the 1 rejected interval"
                 if natural == 1
-                else f"lists {less} fewer of {natural} rejected intervals"
+                else f"lists {less} fewer of the {natural} rejected intervals"
             )
         if more > 0:
-            tells.append(f"finds {more} more of {int(curve.errors.sum())} errors")
+            tells.append(f"finds {more} more of the {int(curve.errors.sum())} errors")
         if less < 0:
             tells.append(f"lists {-less} more of the rejected intervals")
         if more < 0:
-            tells.append(f"misses {-more} more of {int(curve.errors.sum())} errors")
+            tells.append(f"misses {-more} more of the {int(curve.errors.sum())} errors")
         return (
             f"{name} needs its own τ of {math.degrees(chain.own.tau):.2f}°, because it "
             f"{', '.join(tells)}."

@@ -44,9 +44,9 @@ class SharedTau:
         )
         if few:
             lose = (
-                "1 chain loses less than a point with it"
+                "1 chain loses less than a point with that τ"
                 if few == 1
-                else f"{few} chains lose less than a point with it"
+                else f"{few} chains lose less than a point with that τ"
             )
             said = f"{said}, {lose}" if self.apart else f"{said} and {lose}"
         if not self.apart:

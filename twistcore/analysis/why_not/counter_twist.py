@@ -140,7 +140,7 @@ def _below(
         return place.reason(Why.UNEQUAL, f"the turns do not cancel ({beyond})", **numbers)
     if min(abs(x), abs(y)) >= place.tau and x * y < 0.0:
         because = (
-            f"{_turns(place, x, y)}, but natural motion predicts this to within "
+            f"{_turns(place, x, y)}, but natural motion predicts these changes to within "
             f"{signed_degrees(rx)} and {signed_degrees(ry)} (σ {size(sigma_x)} and {size(sigma_y)})"
         )
         return place.reason(Why.MOTION, because, **numbers)
@@ -281,7 +281,7 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
     alone = (
         f"on its own it is too uncertain (evidence {edge.gain:.0f} of {OPEN_GAIN:.0f})"
         if edge.gain < OPEN_GAIN
-        else "on its own it explains these frames less well than another find"
+        else "on its own it explains these frames less well than another detection"
     )
     back = wrap(e.jump + edge.jump)
     apart = (e.stop <= edge.start) | (e.start >= edge.stop)

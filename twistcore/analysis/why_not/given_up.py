@@ -72,7 +72,8 @@ def soft_below(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)
             because = (
-                f"this is the full size of the error in {span} ({signed_degrees(s.interval.shown)})"
+                f"that angle is the full size of the error in {span} "
+                f"({signed_degrees(s.interval.shown)})"
             )
             return place.reason(Why.BELOW, because, start=s.interval.start, stop=s.interval.stop)
     return None

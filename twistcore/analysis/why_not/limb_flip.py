@@ -59,8 +59,8 @@ def _below(
         whole = max(soft, key=lambda j: abs(j.turn))
         because = (
             f"over {place.span(whole.start, whole.stop)} the limb turns "
-            f"{signed_degrees(whole.turn)} about its line, but no sharp jump nearby reverses "
-            "this convincingly"
+            f"{signed_degrees(whole.turn)} about its line, but no sharp jump nearby reverses this "
+            "turn convincingly"
         )
         return place.reason(Why.BELOW, because, soft_deg=math.degrees(whole.turn), **numbers)
     because = (

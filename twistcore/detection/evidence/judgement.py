@@ -160,8 +160,8 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
         return f"the {joint} would bend {t.off_after - t.off_before:.0f}° away from its hinge plane"
     if term == "off_its_side":
         return (
-            f"the {joint} would bend {t.off_after:.0f}° away from where it bends in the rest "
-            "of the clip"
+            f"the {joint} would bend {t.off_after:.0f}° off the direction in which it bends in "
+            "the rest of the clip"
         )
     if term == "azimuth_rougher":
         return f"the direction in which the {joint} bends would jump where it is smooth now"
@@ -179,7 +179,8 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
         return "one of the two bones does not turn where the interval begins or ends"
     if term == "small":
         return (
-            f"it turns by only {t.step:.1f}°, and neither a joint at rest nor the azimuth shows it"
+            f"it turns by only {t.step:.1f}°, and neither a joint at rest nor the azimuth shows "
+            "the turn"
         )
     if term == "often":
         return f"such turns occur {t.rate or 0.0:.1f} times a second in this {joint}"

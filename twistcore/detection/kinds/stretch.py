@@ -15,6 +15,6 @@ KIND = KindInfo(
     here="stretch {frames} in which {joint} stays turned ({size})",
     named="the stretch of {joint} in {span} ({size})",
     legend="stays turned by {angle}",
-    tip="{joint} jumps about its own bone and stays turned; it is only shown",
+    tip="{joint} jumps about its own bone and stays turned; the jump is shown but not corrected",
     why="{joint} stays turned about its own bone by {size}, from one jump to the next",
 )

@@ -251,7 +251,8 @@ def _skeleton(archive: Arrays, joints: int, warnings: list[str]) -> tuple[Skelet
         return Skeleton(body.names, body.parents, offsets), offsets[0]
     warnings.append(
         "The rest offsets come from a template of an average adult, because the file has "
-        "only the body's shape. To use its own, add an array 'J' with the positions of its "
+        "only the body's shape. To use the body's own offsets, add an array 'J' with the positions "
+        "of its "
         "joints at rest."
     )
     return Skeleton(body.names, body.parents, offsets, body.ends), offsets[0]

@@ -187,8 +187,8 @@ def read_video_poses(archive: Archive) -> VideoPoses | None:
     own = tuple(row for row in rows if row.who == who)
     if len({row.frame for row in own}) < count:
         raise NpzError(
-            f"{archive.path}: expected one person per frame, or 'track_ids' to tell persons "
-            "apart (ROMP writes them with --temporal_optimize)"
+            f"{archive.path}: expected one person per frame, or 'track_ids' to tell people apart "
+            "(ROMP writes them with --temporal_optimize)"
         )
     placed = all(row.place is not None for row in own)
     own = own if placed else tuple(replace(row, place=None) for row in own)
@@ -255,7 +255,7 @@ def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
     if len(seen) > 1:
         others = ", ".join(f"{who} in {n} frames" for who, n in seen.most_common(6)[1:])
         yield (
-            f"{len(seen)} persons are in the file. The program reads {own[0].who}, seen in "
+            f"The file contains {len(seen)} people. The program reads {own[0].who}, seen in "
             f"{len(own)} frames, not {others}."
         )
     first, span = own[0].frame, own[-1].frame - own[0].frame + 1
