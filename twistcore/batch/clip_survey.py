@@ -119,7 +119,7 @@ def survey_folder(
     >>> import twistcore as tc
     >>> worst, *others = tc.survey_folder("assets")
     >>> worst.path.name, worst.intervals
-    ('kick.bvh', 16)
+    ('kick.bvh', 15)
     """
     paths = without_exports(clips_in(Path(folder)))
     found = []
