@@ -107,13 +107,13 @@ class Stretch:
         return np.asarray(found)
 
 
-def stretch(low: int, frames: int, told: Sequence[SpanDepartures]) -> Stretch:
+def stretch(low: int, frames: int, departures: Sequence[SpanDepartures]) -> Stretch:
     """Return the stretch of `frames` frames from `low` on.
 
-    told: the departures by span, the shortest span first.
+    departures: the departures by span, the shortest span first.
     """
     nodes, weights = [], []
-    for t in told:
+    for t in departures:
         at, by = t.span.nodes(t.first, t.u.shape[1])
         nodes.append(at.reshape(len(at), -1))
         weights.append(np.repeat(by, t.u.shape[1], axis=1))
@@ -122,10 +122,10 @@ def stretch(low: int, frames: int, told: Sequence[SpanDepartures]) -> Stretch:
         frames,
         np.where((at >= 0) & (at < frames), at, frames),
         np.concatenate([np.zeros((4, 0)), *weights], axis=1),
-        np.concatenate([np.zeros(0), *(t.u.ravel() for t in told)]),
-        np.concatenate([np.zeros(0), *(t.spread.ravel() for t in told)]),
+        np.concatenate([np.zeros(0), *(t.u.ravel() for t in departures)]),
+        np.concatenate([np.zeros(0), *(t.spread.ravel() for t in departures)]),
         np.concatenate(
-            [np.zeros(0), *(np.broadcast_to(t.weight, t.u.shape).ravel() for t in told)]
+            [np.zeros(0), *(np.broadcast_to(t.weight, t.u.shape).ravel() for t in departures)]
         ),
-        np.repeat([t.span.length for t in told], [t.u.size for t in told]),
+        np.repeat([t.span.length for t in departures], [t.u.size for t in departures]),
     )
