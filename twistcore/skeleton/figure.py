@@ -11,7 +11,7 @@ from twistcore.skeleton.rotation import Array
 
 
 def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:
-    """Return the unit vector that points up, (3,): Y, or Z if the figure is clearly upright along Z.
+    """Return the unit vector that points up, (3,): Y, or Z if the figure is upright along Z.
 
     It is guessed from the direction from the knees to the shoulders over the clip, positions
     (frames, joints, 3), since the rest pose may be arbitrary. Without limbs, the rest pose is used.
