@@ -133,6 +133,7 @@ class ClipAnalysis:
         self._known: dict[str, tuple[Interval, ...]] = {}
         self._refiners: dict[str, Callable[[int, int], Motion] | None] = {}
         self._carried: dict[str, CarriedRolls] = {}  # by detector
+        self._untwisted: dict[str, Motion] = {}  # without any counter-twist, by detector
         self._rolls = RollsOfChains(motion)
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._hinges: dict[tuple[str, bool], Hinges] = {}
@@ -302,6 +303,7 @@ class ClipAnalysis:
             self._known,
             self._refiners,
             self._carried,
+            self._untwisted,
         ):
             known.pop(method, None)
         for shared in (self._shared, self._sure):
@@ -516,7 +518,7 @@ class ClipAnalysis:
         if interval.open or not interval.automatic or interval.confidence is None:
             return interval
         if interval not in self._protected:
-            if interval.kind == Kind.COUNTER_TWIST and at_body_step(self.motion, interval):
+            if interval.kind == Kind.COUNTER_TWIST and self._at_body_step(interval, method):
                 explain = partial(_doubted, BODY_STEP_DOUBT, interval.explain)
             elif worse := tuple(m for m in self._measures(interval, method) if m.worse):
                 explain = partial(_made_worse, interval.explain, worse)
@@ -525,6 +527,18 @@ class ClipAnalysis:
             left = replace(interval, open=True, explain=explain) if explain else None
             self._protected.setdefault(interval, left)
         return self._protected[interval] or interval
+
+    def _at_body_step(self, interval: Interval, method: str) -> bool:
+        """True if the whole body steps at an edge of an interval, even without any counter-twist.
+
+        Counter-twists of many chains that begin in the same frame look like a step of the body.
+        """
+        if not at_body_step(self.motion, interval):
+            return False
+        if method not in self._untwisted:
+            twists = self._twists_by(method)
+            self._untwisted[method] = refine(self.motion, self._of_limbs, twists)
+        return at_body_step(self._untwisted[method], interval)
 
     def _measures(self, interval: Interval, method: str) -> tuple[ProtectedMeasure, ...]:
         """Return what the correction of an interval changes in its limb and its neighbours."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection import lone_jumps
-from twistcore.detection.all_joints.body_steps import body_steps, place_steps
+from twistcore.detection.all_joints.body_steps import BodyStep, body_steps, place_steps
 from twistcore.detection.all_joints.joint_steps import (
     JointStep,
     StepLimits,
@@ -85,9 +85,20 @@ def find_body_steps(search: KindSearch) -> Found:
             {**told, "angle_deg": step.degrees, "joints_percent": 100.0 * step.share},
             step.degrees,
         )
-        for step in body_steps(search.motion)
+        for step in _remaining(search, body_steps(search.motion))
     ]
     return {chain.name: rows}
+
+
+def _remaining(search: KindSearch, steps: Sequence[BodyStep]) -> list[BodyStep]:
+    """Return the steps that remain without the automatic corrections.
+
+    Twist errors of many chains that begin in the same frame look like a step of the body.
+    """
+    if not steps or (frames := search.corrected()) is None:
+        return list(steps)
+    left = body_steps(frames(0, search.motion.frames))
+    return [s for s in steps if any(s.start <= o.stop and o.start <= s.stop for o in left)]
 
 
 @dataclass(frozen=True)
