@@ -35,6 +35,7 @@ from twistcore.synthesis import draw_errors, generator, inject
 
 _CHAINS = 1  # with errors in a clip
 _SIZE = (1440, 900)
+_NAMED = {"reviewer": "Kim"}  # so that the first decision does not ask for a name
 _FOREIGN = "another program wrote this"
 
 
@@ -148,6 +149,7 @@ class Person:
         if self.mouse:
             self.click(f"list(window.detail.buttons.values())[{0 if accept else 1}]")
         else:
+            self.program.until("window.viewport.has_painted_interval()")
             self.press("a" if accept else "r")
         left, clip = before.count("undecided"), self.clip
         end = time.monotonic() + 5.0
@@ -204,7 +206,7 @@ def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int
     expected = ""  # the clip that was open when the program was killed
     while True:
         words = () if day.kills == 3 and expected else (folder,)
-        with watched(screen, scratch, *words) as program:
+        with watched(screen, scratch, *words, settings=_NAMED) as program:
             person = Person(screen, program, day, mouse=day.exports >= clips // 2)
             if expected:
                 take_up(person, expected, with_folder=bool(words))

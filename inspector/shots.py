@@ -156,7 +156,6 @@ def main() -> int:
         ("inspector", "system", act),
         ("inspector-dark", "dark", act),
         ("flip", "system", flip),
-        ("skin-side-by-side", "dark", act),
         ("trails", "system", trails),
         ("folder", "system", queue),
         ("export", "system", export),

@@ -271,7 +271,7 @@ def test_a_video_of_romp_is_read_and_rewritten_in_place(others, packed, tmp_path
     assert (clip.format, clip.frames, len(clip.skeleton)) == ("npz", 344, 24)
     assert {i.chain: (i.start, i.stop) for i in analyse(clip).detect()} == FOUND
     said = " ".join(map(str, clip.warnings))
-    assert (f"{len(others) + 1} persons" in said) == bool(others)
+    assert (f"{len(others) + 1} people" in said) == bool(others)
     assert rewritten(clip, clip.motion).data == path.read_bytes()
     assert main(["refine", str(path), "-o", str(out), "--fps", "120"]) == 0
     assert "8 of 8 intervals" in capsys.readouterr().out

@@ -75,7 +75,7 @@ RESTLESS_DOUBT = "lone jumps throughout the clip make every detection uncertain"
 
 
 class ClipAnalysis:
-    """The analysis of a motion, before any threshold or decision, as :func:`analyse` returns it.
+    """The analysis of a motion, before any threshold or decision, as `analyse` returns it.
 
     The object does not change, computes everything only once, on first use, and is thread-safe.
 
@@ -1051,7 +1051,7 @@ def detect(
     clip : Clip or Motion
         The clip to search.
     chains : str, Chain or sequence of these, optional
-        Only these chains and limbs, as for :func:`analyse`; all if not given.
+        Only these chains and limbs, as for `analyse`; all if not given.
     method : str or Detector
         The detector for chains: 'consistency', 'paper', the name of another detector, or a
         detector object, which is then registered.
