@@ -774,7 +774,7 @@ def _same_frames(a: Interval, b: Interval) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """The intervals of a clip, by chain and start, limbs last; the result of :func:`detect`.
+    """The intervals of a clip, by chain and start, limbs last; the result of `detect`.
 
     A sequence of :class:`Interval`. Indexed by a name, ``found["LeftArm"]``, it returns the
     detection of that chain or limb alone.

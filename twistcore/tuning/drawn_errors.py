@@ -63,7 +63,7 @@ class DrawnErrors:
     def band(self) -> tuple[Array, Array]:
         """Return the 95 % confidence band of the FSR over all errors of this kind, (n,) each.
 
-        The bounds of :meth:`_wilson` are computed for each protocol and combined as in [Zou &
+        The bounds of `_wilson` are computed for each protocol and combined as in [Zou &
         Donner 2008], since the number of frames of each protocol is not random.
         """
         if not self.frames.sum():
