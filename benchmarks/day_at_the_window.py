@@ -206,7 +206,8 @@ def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int
     expected = ""  # the clip that was open when the program was killed
     while True:
         words = () if day.kills == 3 and expected else (folder,)
-        with watched(screen, scratch, *words, settings=_NAMED) as program:
+        new = None if (scratch / "settings.json").exists() else _NAMED
+        with watched(screen, scratch, *words, settings=new) as program:
             person = Person(screen, program, day, mouse=day.exports >= clips // 2)
             if expected:
                 take_up(person, expected, with_folder=bool(words))

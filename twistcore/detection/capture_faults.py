@@ -20,6 +20,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 
 _APART = 0.1  # seconds: two bursts of a chain that are closer than this count as one
+_PART_OF_STEP = 8.0  # times the angle of a body step: a larger error is not a part of the step
 
 
 def find_bursts(search: KindSearch) -> Found:
@@ -90,9 +91,16 @@ def frozen_intervals(
 
 
 def at_body_step(motion: Motion, interval: Interval) -> bool:
-    """True if an interval begins or ends at a step of the whole body."""
-    edges = {interval.start, interval.stop}
-    return any(not edges.isdisjoint(range(b.start, b.stop)) for b in body_steps(motion))
+    """True if an interval begins or ends where many joints step at once by a similar angle.
+
+    A counter-twist that is many times as large as the step is not a part of it.
+    """
+    edges, largest = {interval.start, interval.stop}, abs(math.degrees(interval.largest))
+    return any(
+        largest < _PART_OF_STEP * step.degrees
+        and not edges.isdisjoint(range(step.start, step.stop))
+        for step in body_steps(motion)
+    )
 
 
 def _burst(chain: str, span: Sequence[NoiseBurst], names: Sequence[str]) -> Interval:
