@@ -211,7 +211,9 @@ class DetailCard(QWidget):
         measures = self._measures(judged)
         figures = filter(None, (_figures(judged, chain), table_of(measures)))
         self.why.setToolTip(as_tip("\n".join(figures)))
-        self.why.set_plain(explanation(self._document.told(judged), chain, first, measures))
+        sentences = explanation(self._document.told(judged), chain, first, measures)
+        blind = self._document.data.blind  # an exercise must not reveal its errors
+        self.why.set_plain("" if blind else sentences)
         if isinstance(chain, Limb):
             self.end.show_end(chain.end_word, interval.carried)
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
