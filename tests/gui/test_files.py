@@ -120,7 +120,7 @@ def test_a_cut_motion_opens_with_a_note(qtbot, window, tmp_path):
     path.write_bytes(INJECTED.read_bytes()[:100_000])
     open_clip(qtbot, window, path)
     assert 0 < window.document.frames < 344
-    assert f"{344 - window.document.frames} missing" in window.bar.label.text()
+    assert f"{344 - window.document.frames} are missing" in window.bar.label.text()
     assert window.bar.property("wrong"), "it stays until it is closed"
 
 
