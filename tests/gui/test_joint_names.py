@@ -107,7 +107,7 @@ def test_a_clip_that_cannot_be_examined_says_so(qtbot, show_window, tmp_path):
     assert window.document.data.analysis.not_examined
     assert window.chains.unexamined.isVisible()
     said = window.chains.unexamined.text()
-    assert "too few" in said
+    assert "not enough" in said
     assert said == window.intervals._hint.text()
     assert window.detail.says(said)
     assert window.signs.decided.text() == "not examined"
