@@ -126,7 +126,7 @@ def test_it_never_runs_unasked_and_the_warning_stands_there(qtbot, window, quali
     qtbot.wait(300)
     assert quality.tracked.result is None
     assert window.document.review.state.tracking is None
-    assert "smears" in quality.page.warning.text()
+    assert "blurs" in quality.page.warning.text()
     assert DEMONSTRATION in quality.page.warning.text()
 
 
@@ -405,7 +405,7 @@ def test_the_third_figure_is_drawn_and_goes_with_before(qtbot, window, quality):
     track(qtbot, quality, "LeftArm", "RightUpLeg")
     pixels = picture(qtbot, window.viewport)
     magenta = (pixels[..., 0] > 120) & (pixels[..., 1] < 90) & (pixels[..., 2] > 80)
-    assert magenta.sum() > 200
+    assert magenta.sum() > 150
     assert changed(without, pixels).sum() >= magenta.sum() * 0.8
     assert "tracked" in window.viewport.overlays.legend.text()
     act(window, "cycle_show")

@@ -40,8 +40,8 @@ from tests.messages import names_in_one_line
 
 DEEP = "[" * 100_000 + "]" * 100_000
 DAMAGED = {  # what is written for a field, what is left of it
-    "skin": [("1", True), ("null", True), ("false", False)],
-    "side_by_side": [("0", True), ('"x"', True), ("false", False)],
+    "skin": [("1", True), ("null", True)],
+    "side_by_side": [("0", True), ('"x"', True)],
     "theme": [('"pink"', "system"), ("null", "system"), ("3", "system")],
     "recent": [
         (json.dumps(["/a", *["/b"] * 100_000]), ["/a", *["/b"] * (RECENT - 1)]),
