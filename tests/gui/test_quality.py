@@ -400,12 +400,13 @@ def test_learned_gains_are_traced_at_the_playhead(qtbot, window, quality):
 
 @pytest.mark.thorough
 def test_the_third_figure_is_drawn_and_goes_with_before(qtbot, window, quality):
+    act(window, "skin", "side_by_side")  # off: one picture
     window.document.go_to(150)
     without = picture(qtbot, window.viewport)
     track(qtbot, quality, "LeftArm", "RightUpLeg")
     pixels = picture(qtbot, window.viewport)
     magenta = (pixels[..., 0] > 120) & (pixels[..., 1] < 90) & (pixels[..., 2] > 80)
-    assert magenta.sum() > 150
+    assert magenta.sum() > 200
     assert changed(without, pixels).sum() >= magenta.sum() * 0.8
     assert "tracked" in window.viewport.overlays.legend.text()
     act(window, "cycle_show")
@@ -445,7 +446,7 @@ def test_five_trackers_follow_a_joint_through_the_seam(qtbot, window):
     assert furthest["Euler XYZ, wrapped"] < 5.0
     assert furthest["Euler XYZ, raw"] > 90.0
     assert furthest["axis-angle, raw"] > 90.0
-    assert f"at most {furthest['Quaternion']:.1f}°" in taught.titles["Quaternion"].text()
+    assert f"{furthest['Quaternion']:.1f}°" in taught.titles["Quaternion"].text()
     taught.slider.setValue(150)
     expected = followers(turning(1.5))
     for name, found in taught.found.items():
