@@ -400,7 +400,8 @@ def test_learned_gains_are_traced_at_the_playhead(qtbot, window, quality):
 
 @pytest.mark.thorough
 def test_the_third_figure_is_drawn_and_goes_with_before(qtbot, window, quality):
-    act(window, "skin", "side_by_side")  # off: one picture
+    act(window, "skin")
+    act(window, "side_by_side")  # off: one picture
     window.document.go_to(150)
     without = picture(qtbot, window.viewport)
     track(qtbot, quality, "LeftArm", "RightUpLeg")
