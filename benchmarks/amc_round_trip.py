@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import applied_unasked, refine, remove_twist, stuck_joints
+from twistcore.analysis.correction import automatic_corrections, refine, remove_twist, stuck_joints
 from twistcore.detection import Interval
 from twistcore.formats.amc import AmcClip, parse_amc, read_amc
 from twistcore.formats.clip import rewritten
@@ -75,7 +75,7 @@ def main() -> int:
         clip = with_flip(source) if arguments.flip else source
         found = analyse(clip).detect()
         chains = {c.name: c for c in found.chains_and_limbs}
-        applied = applied_unasked(found)
+        applied = automatic_corrections(found)
         able = [i for i in applied if not stuck_joints(clip.motion, chains[i.chain], [i])]
         refined = refine(clip.motion, found.chains_and_limbs, applied)
         before, after = (words(data) for data in (clip.data, rewritten(clip, refined).data))

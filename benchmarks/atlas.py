@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.detection import Interval, Kind
 from twistcore.formats.reading import is_clip, read_clip
 from twistcore.work.processes import each, reason
@@ -87,7 +87,7 @@ def look(path: Path) -> Seen:
     motion = read_clip(path).motion
     analysis = analyse(motion)
     found = analysis.detect(kinds=KINDS)
-    sure = {id(i) for i in applied_unasked(found)}
+    sure = {id(i) for i in automatic_corrections(found)}
     finds = tuple(_find(path.name, i, applied=id(i) in sure) for i in found)
     chains = len(analysis.chains_and_limbs)
     return Seen(path.parent.name, path.name, motion.frames, motion.fps, chains, finds)

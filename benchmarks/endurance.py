@@ -358,7 +358,7 @@ def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tupl
                 continue
             break
         window.document.review.mark_saved()
-        window.close_unasked()
+        window.close_without_asking()
         wait(200)
         app.processEvents()
     return noted, sitting, said

@@ -23,7 +23,7 @@ from scipy.optimize import minimize
 from benchmarks.atlas import wilson
 from benchmarks.real_corrections import clips_of
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction.twist_removal import applied_unasked
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import Kind
 from twistcore.detection.evidence import Background, Find, Terms, Witnesses, terms_of
 from twistcore.detection.evidence.judgement import WEIGHTS, weighed
@@ -83,7 +83,7 @@ def parts_of(terms: Terms) -> np.ndarray:
 def finds_in(motion: Motion, set_name: str, rows: Sequence[Mapping[str, str]]) -> Iterator[Judged]:
     """Yield the counter-twists found in a motion, with the verdicts on the same clip."""
     found = analyse(motion).detect(kinds={Kind.COUNTER_TWIST})
-    applied = set(map(id, applied_unasked(found)))
+    applied = set(map(id, automatic_corrections(found)))
     for chain in found.chains:
         own = [i for i in found if i.chain == chain.name]
         finds = [Find.of(i) for i in own]

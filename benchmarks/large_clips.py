@@ -214,7 +214,7 @@ def main() -> None:
         window = a_window()
         print(*measure(app, window, path).lines(), sep="\n", flush=True)
         window.document.review.mark_saved()
-        window.close_unasked()
+        window.close_without_asking()
 
 
 if __name__ == "__main__":

@@ -8,8 +8,8 @@ the CMU rig. The twist of the other joint, the speed, the frame rate and the err
 The table shows the FSR in per cent by clip, protocol and share, and the median of σ of d, with
 which a jump is compared.
 
---told gives the frames of all edges to the first pass of the detector, so that it does not treat
-them as motion. If more errors are found in this way, they had hidden themselves.
+--edges-known gives the frames of all edges to the first pass of the detector, so that it does not
+treat them as motion. If more errors are found in this way, they had hidden themselves.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def main() -> None:
     parser.add_argument("--protocol", nargs="+", default=["H3-4", "H6"])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--told", action="store_true", help="the first pass knows the edges")
+    parser.add_argument("--edges-known", action="store_true", help="the first pass knows the edges")
     arguments = parser.parse_args()
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)
     print(f"| clip | Hz | row | {' | '.join(f'{j} × {s:g}' for j, s in SETTINGS)} |")
@@ -134,7 +134,7 @@ def main() -> None:
             for joint, share in SETTINGS:
                 motion = quietened(plain.motion, plain.chains, joint, share)
                 scene = make_scene(path.name, motion, parse_protocol(row))
-                fsr = success(scene, seeds, arguments.told)
+                fsr = success(scene, seeds, arguments.edges_known)
                 cells.append(f"{fsr:.2f} (σ {sigma(scene):.3f}°)")
             print(f"| {path.stem} | {scene.motion.fps:.0f} | {row} | {' | '.join(cells)} |")
 

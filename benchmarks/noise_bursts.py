@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis.clip_analysis import REPAIRED, ClipAnalysis, analyse
-from twistcore.analysis.correction.twist_removal import applied_unasked
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection.noise_bursts import noise_bursts
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
@@ -64,7 +64,7 @@ def found_in(motion: Motion) -> np.ndarray:
 
 def changed(clip: ClipAnalysis) -> list[tuple[str, int, int]]:
     """Return the chain and the frames of each automatic correction."""
-    return [(i.chain, i.start, i.stop) for i in applied_unasked(clip.detect(kinds=REPAIRED))]
+    return [(i.chain, i.start, i.stop) for i in automatic_corrections(clip.detect(kinds=REPAIRED))]
 
 
 def measure(motion: Motion, rng: np.random.Generator, *, detect: bool) -> Counter[str]:

@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import applied_unasked, offsets_by_chain, refine
+from twistcore.analysis.correction import automatic_corrections, offsets_by_chain, refine
 from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import leading_frames
 from twistcore.formats.bvh import parse_bvh, read_bvh
@@ -118,7 +118,7 @@ def sound(clip: BvhClip) -> BvhClip:
     """Return the clip after its automatic corrections, used as a clip without errors."""
     for _ in range(ROUNDS):
         found = analyse(clip).detect()
-        if not (applied := applied_unasked(found)):
+        if not (applied := automatic_corrections(found)):
             break
         without = refine(clip.motion, found.chains_and_limbs, applied)
         clip = parse_bvh(rewritten(clip, without).data, clip.path)
@@ -127,7 +127,7 @@ def sound(clip: BvhClip) -> BvhClip:
 
 def corrections(clip: BvhClip) -> tuple[Interval, ...]:
     """Return the automatic corrections of a clip."""
-    return applied_unasked(analyse(clip).detect())
+    return automatic_corrections(analyse(clip).detect())
 
 
 def drawn(clip: BvhClip, seed: int, words: str) -> tuple[list, tuple[InjectedError, ...]]:

@@ -22,7 +22,7 @@ import numpy as np
 
 from twistcore.analysis.clip_analysis import REPAIRED, ClipAnalysis, analyse
 from twistcore.analysis.correction.protected_measures import NAMES, Hinges, protected_measures
-from twistcore.analysis.correction.twist_removal import applied_unasked, refine
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval, Kind
 from twistcore.detection.evidence import Witnesses
 from twistcore.detection.robust_cost import residual_cost
@@ -73,7 +73,7 @@ def roughness(
 def measure(analysis: ClipAnalysis) -> Counter[str]:
     """Return the counts for one clip."""
     motion, found = analysis.motion, analysis.detect(kinds=REPAIRED)
-    done, chains = applied_unasked(found), analysis.chains_and_limbs
+    done, chains = automatic_corrections(found), analysis.chains_and_limbs
     hinges = Hinges(motion, found.intervals)
     count = Counter(left=len(found) - len(done))
     for interval in done:

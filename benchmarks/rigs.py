@@ -44,7 +44,7 @@ import numpy as np
 from benchmarks._rig_families import RIGS
 from benchmarks._rigs import Rig, bone_pairs, piece_pairs, rigged
 from twistcore.analysis.clip_analysis import REPAIRED, Detection, analyse
-from twistcore.analysis.correction import applied_unasked, refine
+from twistcore.analysis.correction import automatic_corrections, refine
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.formats.bvh import read_bvh
@@ -160,7 +160,7 @@ def with_errors(motion: Motion, pairs: Sequence[Pair], places: Sequence[Place]) 
 def corrected(motion: Motion) -> tuple[Motion, Detection]:
     """Return the motion after its automatic corrections, and the detection."""
     found = analyse(motion).detect(kinds=REPAIRED)
-    return refine(motion, found.chains_and_limbs, applied_unasked(found)), found
+    return refine(motion, found.chains_and_limbs, automatic_corrections(found)), found
 
 
 def counted(
@@ -206,7 +206,7 @@ def reason(found: Detection, pair: Pair, place: Place) -> str:
     chains = {c.name: c for c in found.chains_and_limbs}
     own = [c.name for c in found.chains if (c.parent, c.child) == pair[:2]]
     near = [i for i in found if i.start < place.stop + 2 and place.start - 2 < i.stop]
-    applied = set(map(id, applied_unasked(near)))
+    applied = set(map(id, automatic_corrections(near)))
 
     def listed(intervals: list[Interval]) -> str:
         return ", ".join(

@@ -20,7 +20,7 @@ from matplotlib import pyplot as plt
 
 from benchmarks.straight_figure import with_titles
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.detection.soft_errors.departures import spans
 from twistcore.detection.soft_errors.natural_scale import natural_scales, unlikely_increments
 from twistcore.formats.bvh import read_bvh
@@ -44,7 +44,7 @@ def draw(clip: Path, name: str, seed: int, output: Path) -> None:
     true, found = np.zeros(clean.frames), np.zeros(clean.frames)
     for e in errors:
         true[e.start : e.stop] = e.offset
-    for i in applied_unasked(analyse(erring).detect(kinds="counter-twist")):
+    for i in automatic_corrections(analyse(erring).detect(kinds="counter-twist")):
         if i.chain == name:
             found[i.start : i.stop] += i.offset
     x, y = (v[None] for v in chain_increments(erring, chain))

@@ -21,7 +21,7 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import applied_unasked, refine, remove_twist
+from twistcore.analysis.correction import automatic_corrections, refine, remove_twist
 from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh
@@ -55,7 +55,7 @@ def draw(clip: Path, name: str, output: Path) -> None:
             offset[start:stop] = DELTA * own
     erring = remove_twist(motion, [chain], {name: -offset})
     found = analyse(erring)
-    intervals = applied_unasked(found.detect(kinds="counter-twist"))
+    intervals = automatic_corrections(found.detect(kinds="counter-twist"))
     after = refine(erring, found.chains, intervals)
     seconds = np.arange(motion.frames) / motion.fps
     figure, panels = plt.subplots(3, 1, figsize=(9, 6), sharex=True)

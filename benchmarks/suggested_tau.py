@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip_files import BVH, clips_in
@@ -52,7 +52,7 @@ def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
     for chain in map(tuning.clean.chain, tuning.names):
         given = {"name": path.name, "method": method, "seeds": seeds}
         trials = {p: tau_curve(tuning.clean, chain, **given, protocols=(p,)) for p in PROTOCOLS}
-        alarms = [len(applied_unasked(as_is.intervals(chain.name, t))) for t in GRID]
+        alarms = [len(automatic_corrections(as_is.intervals(chain.name, t))) for t in GRID]
         out.append(Tried(chain.name, tuning.curve(chain.name), trials, np.array(alarms)))
     return out
 

@@ -173,7 +173,7 @@ def main() -> int:
         done = switch(window, clips, chosen.times, chosen.seed)
         full, held = resident(), alive()
         window.document.review.mark_saved()
-        window.close_unasked()
+        window.close_without_asking()
         wait(200)
         app.processEvents()
     print(f"{chosen.times} switches, " + ", ".join(f"{n} × {what}" for what, n in done.items()))

@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     def end(number: int, _frame: object) -> None:
         nonlocal stopped
         stopped = 128 + number
-        window.close_unasked()
+        window.close_without_asking()
         app.exit(stopped)  # even if a dialog waits for an answer
 
     closed = getattr(signal, "SIGHUP", signal.SIGTERM)  # the terminal was closed

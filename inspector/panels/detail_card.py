@@ -30,7 +30,7 @@ from inspector.panels.reject_reasons import REASONS, shown_reason, stored_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
 from inspector.session.examined import reason_unexamined
-from inspector.session.why_here import reason_near, told
+from inspector.session.why_here import reason_near, reason_sentence
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption, Headline, as_tip, bold, capitalised
 from inspector.widgets.later import Burst
@@ -211,7 +211,7 @@ class DetailCard(QWidget):
         measures = self._measures(judged)
         figures = filter(None, (_figures(judged, chain), table_of(measures)))
         self.why.setToolTip(as_tip("\n".join(figures)))
-        sentences = explanation(self._document.told(judged), chain, first, measures)
+        sentences = explanation(self._document.displayed(judged), chain, first, measures)
         blind = self._document.data.blind  # an exercise must not reveal its errors
         self.why.set_plain("" if blind else sentences)
         if isinstance(chain, Limb):
@@ -242,7 +242,7 @@ class DetailCard(QWidget):
 
     def _ask_quality(self) -> None:
         if judged := self._document.interval:
-            self.quality_asked.emit(self._document.told(judged).interval)
+            self.quality_asked.emit(self._document.displayed(judged).interval)
 
     def _measures(self, judged: Judged) -> tuple[ProtectedMeasure, ...]:
         """Return how the correction changes the limb's measures, given all other corrections."""
@@ -272,7 +272,7 @@ class DetailCard(QWidget):
         nothing = _NEXT if document.data is not None else _OPEN
         if not document.intervals:
             nothing = reason_unexamined(document.data) or nothing
-        text = told(document, reason) if reason else nothing
+        text = reason_sentence(document, reason) if reason else nothing
         self.why.set_plain(text)
 
     def says(self, text: str) -> bool:

@@ -64,7 +64,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
     def describe(self, thing: tuple[Judged, bool]) -> TableRow:
         judged, shared = thing
         document = self._document
-        interval, own = document.told(judged).interval, judged.interval.confidence
+        interval, own = document.displayed(judged).interval, judged.interval.confidence
         assert document.data is not None
         delta, first = float(np.degrees(interval.shown)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
@@ -101,7 +101,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
                 PLACE["joints"]: self.theme.soft,
                 PLACE["kind"]: getattr(self.theme, interval.kind.info.colour, self.theme.text),
             },
-            tips=(_tip(document.told(judged), shared, f"{label} ({joints})", own),),
+            tips=(_tip(document.displayed(judged), shared, f"{label} ({joints})", own),),
             spoken={PLACE["decision"]: decision.partition(" ")[2]},
         )
 
@@ -283,7 +283,7 @@ class IntervalsPanel(QWidget):
     def _passes(self, judged: Judged) -> bool:
         document = self._document
         return judged.interval.chain not in document.hidden and self.filters.current.admits(
-            document.told(judged), document.chain, self._search_text
+            document.displayed(judged), document.chain, self._search_text
         )
 
     def _name(self, chain: str) -> tuple[str, str]:

@@ -11,7 +11,7 @@ _REASONS = {
     "other joint is wrong": tr("other joint is wrong"),
     "edges are wrong": tr("edges are wrong"),
 }
-_IN_FILES = {told: kept for kept, told in _REASONS.items()}
+_IN_FILES = {shown: kept for kept, shown in _REASONS.items()}
 REASONS = tuple(_REASONS)
 
 
@@ -20,6 +20,6 @@ def shown_reason(reason: str) -> str:
     return _REASONS.get(reason, reason)
 
 
-def stored_reason(told: str) -> str:
+def stored_reason(shown: str) -> str:
     """Return the text that files contain for a shown or typed reason."""
-    return _IN_FILES.get(told, told)
+    return _IN_FILES.get(shown, shown)

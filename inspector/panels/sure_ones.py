@@ -60,7 +60,7 @@ class SureOnes(QDialog):
         intervals = self._document.intervals
         undecided = sum(j.decision == Decision.UNDECIDED for j in intervals)
         at_least = self.confidence.value()
-        find = self._document.unasked
+        find = self._document.automatic_ids
         ids = find(at_least) if intervals else ()
         also = find(at_least, include_open=True) if intervals else ()
         text = tr(

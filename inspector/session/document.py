@@ -241,7 +241,7 @@ class Document(OpenClip):
         """Return the current time as ISO 8601."""
         return datetime.now(UTC).isoformat(timespec="seconds")
 
-    def unasked(
+    def automatic_ids(
         self, at_least: float | None = None, *, include_open: bool = False
     ) -> tuple[int, ...]:
         """Return the ids of undecided intervals with a displayed confidence of at least `at_least`.
@@ -250,8 +250,8 @@ class Document(OpenClip):
         enough for an automatic correction.
         """
         if at_least is None:
-            return self.review.state.unasked(include_open=include_open)
-        return self.review.state.unasked(
+            return self.review.state.automatic_ids(include_open=include_open)
+        return self.review.state.automatic_ids(
             at_least, include_open=include_open, confidence=self.sureness
         )
 
@@ -262,7 +262,7 @@ class Document(OpenClip):
         person's decisions. Without it, the detector's own limit applies, and they count as
         automatic corrections.
         """
-        ids = self.unasked(at_least)
+        ids = self.automatic_ids(at_least)
         if at_least is None:
             return not ids or self.do(Decide(ids, Decision.ACCEPTED))
         return not ids or self._decide(ids, Decision.ACCEPTED, in_bulk=True)

@@ -91,7 +91,7 @@ class OpenClip(QObject):
         """All intervals of the open clip, by chain and start; empty without a clip."""
         return self.review.state.intervals if self.data else ()
 
-    def told(self, judged: Judged) -> Judged:
+    def displayed(self, judged: Judged) -> Judged:
         """Return an interval as displayed, with the learned confidence if that is switched on."""
         sure = self.sureness(judged.interval)
         if sure == judged.interval.confidence:

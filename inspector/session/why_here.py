@@ -68,7 +68,7 @@ def reason_near(document: Document, frame: int) -> Reason | None:
     return None if near is None else reason_here(document, near)
 
 
-def told(document: Document, reason: Reason) -> str:
+def reason_sentence(document: Document, reason: Reason) -> str:
     """Return the reason as a sentence with the chain's name in front."""
     label = of_core(document.find_chain(reason.chain).label)
     return f"{label}: {of_core(reason.text)}"

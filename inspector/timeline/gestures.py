@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 
 from inspector.language import of_core, tr
 from inspector.session.document import Document
-from inspector.session.why_here import peak_near, reason_here, told
+from inspector.session.why_here import peak_near, reason_here, reason_sentence
 from inspector.timeline.context_menu import context_menu
 from inspector.timeline.layers import DragLabel, Scenery
 from inspector.timeline.tau_line import set_tau_at
@@ -274,7 +274,7 @@ class Gestures:
         if near is None or (reason := reason_here(self._document, near)) is None:
             return False
         self._document.go_to(near)
-        self._document.answered.emit(told(self._document, reason))
+        self._document.answered.emit(reason_sentence(self._document, reason))
         return True
 
     def open_menu(self, key: str, frame: float, place: float, position: QPoint) -> QMenu:

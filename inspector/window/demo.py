@@ -133,7 +133,7 @@ class Script(QObject):
         self._over = True
         if self.window.document.data is not None:
             self.window.document.review.mark_saved()
-        self.window.close_unasked()
+        self.window.close_without_asking()
 
 
 def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:

@@ -1,24 +1,48 @@
-"""Keys of verdicts work only once the picture of the selected interval was painted."""
+"""Keys of verdicts work once per press, and only after the selected interval was painted.
+
+Qt takes many repeats of a held key for new presses: it decides when the key is released, and the
+next press may not have arrived yet. A repeat has the time of its release, and no person is so fast.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
 from PySide6.QtCore import QEvent, QObject
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QWindow
 
 
 class DrawnFirst(QObject):
-    """Drops the keys of actions until the person can have seen what they decide about."""
+    """Drops the keys of actions until the person can have seen what they decide about.
+
+    is_drawn: function that returns True if the selected interval was painted.
+    """
 
     def __init__(
         self, actions: Iterable[QAction], is_drawn: Callable[[], bool], parent: QObject
     ) -> None:
         super().__init__(parent)
         self._is_drawn = is_drawn
+        self._released = 0, 0  # key and time, milliseconds of the window system
+        self._repeats = False
         for action in actions:
             action.installEventFilter(self)
+        app = QGuiApplication.instance()
+        assert isinstance(app, QGuiApplication)
+        app.focusWindowChanged.connect(self._watch)
+        self._watch(QGuiApplication.focusWindow())
+
+    def _watch(self, window: QWindow | None) -> None:
+        if window is not None:
+            window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Stop a key that comes before the picture; clicks are slower."""
-        return event.type() == QEvent.Type.Shortcut and not self._is_drawn()
+        """Stop a key that repeats, or that comes before the picture; clicks are slower."""
+        if isinstance(event, QKeyEvent):
+            press = event.key(), event.timestamp()
+            if event.type() == QEvent.Type.KeyRelease:
+                self._released = press
+            elif event.type() == QEvent.Type.ShortcutOverride:
+                self._repeats = event.isAutoRepeat() or press == self._released
+            return False
+        return event.type() == QEvent.Type.Shortcut and (self._repeats or not self._is_drawn())

@@ -56,7 +56,7 @@ class ExportDialog(WriteDialog):
             if counts[v] or v == "accepted"
         ]
         words += [f"{counts[v]} {_VERDICTS[v]}" for v in (Decision.REJECTED, Decision.UNDECIDED)]
-        undecided = len(document.review.state.unasked()) if document.data else 0
+        undecided = len(document.review.state.automatic_ids()) if document.data else 0
         repairable = (j for j in document.intervals if j.interval.repairable)
         every = sum(j.decision == Decision.UNDECIDED for j in repairable)
         total = counts[Decision.UNDECIDED]  # including jumps, which cannot be corrected

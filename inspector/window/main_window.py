@@ -48,7 +48,7 @@ class MainWindow(Parts):
         """Build the window. settings_file: where the settings are saved, or None to save none."""
         super().__init__()
         self.settings = settings
-        self._unasked = False  # True: close without a question; the journal has the decisions
+        self._without_asking = False  # on closing; the journal has the decisions
         self.document = Document(self)
         self.exporter = Exporter(self.document, self)
         self.player = Player(self.document, self)
@@ -192,9 +192,9 @@ class MainWindow(Parts):
     def _scheme_changed(self) -> None:  # a method: Qt disconnects it when the window goes
         self.program.colour()
 
-    def close_unasked(self) -> None:
+    def close_without_asking(self) -> None:
         """Close without asking; decisions that are not saved stay in the journal."""
-        self._unasked = True
+        self._without_asking = True
         self.close()
 
     # -- what follows the document ------------------------------------------------------------
@@ -245,7 +245,7 @@ class MainWindow(Parts):
         layout, and close the views.
         """
         self.files.closing = True
-        if not self.exporter.finish() or not self.files.may_close(ask=not self._unasked):
+        if not self.exporter.finish() or not self.files.may_close(ask=not self._without_asking):
             self.files.closing = False
             event.ignore()
             return

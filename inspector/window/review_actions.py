@@ -19,7 +19,7 @@ from inspector.session.document import BLIND, Document
 from inspector.session.examined import in_a_line, reason_unexamined, unexamined_sentences
 from inspector.session.player import Player
 from inspector.session.settings import Settings
-from inspector.session.why_here import peaks, reason_here, reason_near, told
+from inspector.session.why_here import peaks, reason_here, reason_near, reason_sentence
 from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.signed_numbers import signed
@@ -232,7 +232,7 @@ class ReviewActions:
     def accept_at_least(self, confidence: float) -> None:
         """Accept all undecided intervals with at least this confidence in one step."""
         document = self.document
-        if document.data is not None and document.unasked(confidence):
+        if document.data is not None and document.automatic_ids(confidence):
             document.accept_undecided(confidence)
             self._report_end()
         else:
@@ -383,7 +383,7 @@ class ReviewActions:
 
     def _describe(self, moment: Interval | Reason) -> str:
         if isinstance(moment, Reason):
-            return told(self.document, moment)
+            return reason_sentence(self.document, moment)
         label = self.document.find_chain(moment.chain).label
         first = moment.start + self.document.first_frame
         return tr(
@@ -403,7 +403,7 @@ class ReviewActions:
         elif not self.document.intervals and (blind := reason_unexamined(document.data)):
             document.answered.emit(blind)
         elif reason := reason_near(document, frame) or reason_here(document, frame):
-            document.answered.emit(told(document, reason))
+            document.answered.emit(reason_sentence(document, reason))
 
     def answer(self, text: str) -> None:
         """Show why nothing is found until the playhead moves, unless the card already shows it."""

@@ -18,7 +18,7 @@ from tests.twistcore import amc_files, pose_layout_files
 from tests.twistcore.amass_files import amass_arrays
 from tests.twistcore.estimator_files import LAYOUTS
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import applied_unasked, refine
+from twistcore.analysis.correction import automatic_corrections, refine
 from twistcore.detection import Interval
 from twistcore.formats.bvh import BvhClip, read_bvh, write_motion
 from twistcore.formats.clip import Clip, changed_rotations, rewritten
@@ -191,7 +191,7 @@ def _corrected(clip: Clip):
     found = analysis.detect()
     for name in analysis.signals:
         assert np.isfinite(analysis.signals[name].strength).all()
-    wanted = applied_unasked(found, 0.0, include_open=True)
+    wanted = automatic_corrections(found, 0.0, include_open=True)
     return refine(clip.motion, analysis.chains_and_limbs, wanted)
 
 

@@ -136,7 +136,7 @@ def test_it_is_reviewed_to_the_end_and_exported(qtbot, show_window, tmp_path, po
     window = show_window(Settings(), tmp_path / "settings.json")
     open_clip(qtbot, window, clip)
     document = window.document
-    assert not document.unasked()  # never without a person
+    assert not document.automatic_ids()  # never without a person
     choice = window.intervals.filter
     choice.setCurrentIndex(choice.findData("Helper rolls"))
     assert len(window.intervals.shown_ids()) == 1

@@ -71,7 +71,7 @@ def test_a_moved_edge_keeps_the_course_between(ramped):
 
 @pytest.mark.thorough
 def test_an_export_of_what_is_undecided_corrects_what_is_sure(ramped):
-    unasked = len(ramped.document.review.state.unasked())
+    unasked = len(ramped.document.review.state.automatic_ids())
     act(ramped, "export_dialog")
     dialog = ramped.findChildren(ExportDialog)[-1]
     text = "Also correct 1 undecided" if unasked else "Also correct 0 of 1 undecided"

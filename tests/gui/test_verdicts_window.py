@@ -126,7 +126,7 @@ def test_learned_confidence_is_shown_once_a_person_says_so(qtbot, window, folder
     document, page = window.document, window.tuning.confidence
     look(qtbot, window, page)
     own = [j.interval.confidence for j in document.intervals]
-    said = [document.told(j).interval.confidence for j in document.intervals]
+    said = [document.displayed(j).interval.confidence for j in document.intervals]
     assert said == own  # learned, but not asked for
     assert page.figure.isVisible()
     before, after = page.plot.before.getData(), page.plot.after.getData()
@@ -137,7 +137,7 @@ def test_learned_confidence_is_shown_once_a_person_says_so(qtbot, window, folder
     assert dialog.ok.isEnabled()
     drawn = window.intervals._model.describe(window.intervals._model.things[0]).texts
     page.use.click()
-    learned = [document.told(j).interval.confidence for j in document.intervals]
+    learned = [document.displayed(j).interval.confidence for j in document.intervals]
     assert max(learned) < 0.95  # one of eight was rejected, however sure the detector
     assert learned == pytest.approx([document.learned(c) for c in own])
     assert not dialog.ok.isEnabled()

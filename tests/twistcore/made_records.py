@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction import applied_unasked, refine
+from twistcore.analysis.correction import automatic_corrections, refine
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.files.version import __version__
@@ -41,7 +41,7 @@ def record_of(path, name, *, source=None, refine=None, decisions=None, **paramet
         corrected = f"corrected/{name}"
         _correct(clip, found, refine / corrected)
         again = analyse(read_clip(refine / corrected)).detect()
-        left = {"applied": len(applied_unasked(found)), "left": _entries(again)}
+        left = {"applied": len(automatic_corrections(found)), "left": _entries(again)}
         result |= left
     return _record(
         str(source or path), name, sha256=clip.sha256, result=result, corrected=corrected,
@@ -53,13 +53,15 @@ def record_of(path, name, *, source=None, refine=None, decisions=None, **paramet
 
 def _correct(clip, found, target):
     target.parent.mkdir(parents=True)
-    write_clip(clip, refine(clip.motion, found.chains_and_limbs, applied_unasked(found)), target)
+    write_clip(
+        clip, refine(clip.motion, found.chains_and_limbs, automatic_corrections(found)), target
+    )
 
 
 def _result(clip, found, name):
     motion = clip.motion
     wrong, degrees = np.zeros(motion.frames, bool), [0.0]
-    for interval in applied_unasked(found, 0.0, include_open=True):
+    for interval in automatic_corrections(found, 0.0, include_open=True):
         wrong[interval.start : interval.stop] = True
         degrees += np.degrees(np.abs(interval.offset)).tolist()
     return {

@@ -10,7 +10,7 @@ import pytest
 import twistcore as tc
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, analyse
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.batch.gates import broken, parse_rule
 from twistcore.batch.how_bad import severity
 from twistcore.cli import main
@@ -81,7 +81,7 @@ def test_its_angle_is_how_far_it_is_off_and_nothing_is_corrected():
     assert spike.angle_text(0) == "±40°"
     assert spike.open
     assert not spike.offset.any()
-    assert applied_unasked(found, 0.0, include_open=True) == ()
+    assert automatic_corrections(found, 0.0, include_open=True) == ()
     assert spike.evidence["times_usual"] > 8.0
 
 

@@ -23,7 +23,7 @@ from benchmarks.atlas import (
 from benchmarks.blind_verdicts import agreed
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import detect
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
 
@@ -59,7 +59,7 @@ def test_finds_are_those_of_the_detector():
     assert [(f.chain, f.start, f.stop) for f in finds] == [
         (i.chain, i.start, i.stop) for i in found
     ]
-    assert 0 < sum(f.applied for f in finds) == len(applied_unasked(found)) < len(finds)
+    assert 0 < sum(f.applied for f in finds) == len(automatic_corrections(found)) < len(finds)
     assert all(len(f.offset) == f.stop - f.start for f in finds)
 
 

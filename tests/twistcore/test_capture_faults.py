@@ -14,7 +14,7 @@ from tests.messages import refused
 from tests.twistcore.test_frozen_frames import frozen
 from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, WALK, noisy
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.analysis.why_not import Why, why_not
 from twistcore.batch.gates import broken, parse_rule
 from twistcore.batch.how_bad import severity
@@ -163,7 +163,7 @@ def test_a_limb_alone_has_a_note_on_its_faults(arm, kind):
 
 
 def test_nothing_is_taken_out_however_much_is_asked_for(found):
-    assert not FAULTS & {i.kind for i in applied_unasked(found, 0.0, include_open=True)}
+    assert not FAULTS & {i.kind for i in automatic_corrections(found, 0.0, include_open=True)}
     review = Review.of(found)
     review.accept(0.0, include_open=True)
     for judged in review.state.intervals:

@@ -7,7 +7,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore import detect
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
@@ -39,7 +39,7 @@ def test_twenty_frames_at_either_end_are_taken_out_at_any_rate(label, step):
     motion, chain = thinned(step), CHAINS[label]
     last = motion.frames
     errors = level(chain, 0, 20, 70.0), level(chain, last - 20, last, -40.0)
-    applied = [i for i in applied_unasked(found_in(motion, *errors)) if i.chain == chain.name]
+    applied = [i for i in automatic_corrections(found_in(motion, *errors)) if i.chain == chain.name]
     assert [(i.start, i.stop) for i in applied] == [(0, 20), (last - 20, last)]
     for interval, error in zip(applied, errors, strict=True):
         np.testing.assert_allclose(interval.offset, error.offset, atol=np.radians(3.0))
@@ -77,4 +77,4 @@ def test_an_interval_that_one_joint_alone_shows_is_open():
         wrong[at, chain.child] = multiply(back, wrong[at, chain.child])
         found = detect(still.with_rotations(wrong), kinds={Kind.COUNTER_TWIST})
         assert [(i.start, i.stop, i.open) for i in found] == [(80, 90, expected)]
-        assert len(applied_unasked(found)) == 1 - expected
+        assert len(automatic_corrections(found)) == 1 - expected

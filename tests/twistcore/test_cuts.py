@@ -7,7 +7,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore import detect
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.detection import Kind
 from twistcore.detection.bends import bend_steps
 from twistcore.detection.cuts import find_cuts
@@ -59,7 +59,8 @@ def test_chains_wrong_in_the_same_frames_are_none_and_found():
     wrong = inject(WALK, CHAINS, errors)
     assert cuts(wrong) == []
     found = {
-        (i.chain, i.start, i.stop) for i in applied_unasked(detect(wrong, kinds="counter-twist"))
+        (i.chain, i.start, i.stop)
+        for i in automatic_corrections(detect(wrong, kinds="counter-twist"))
     }
     assert {(e.chain, e.start, e.stop) for e in errors} <= found
 

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.evidence import Judged, calibration_error, fitted
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction.twist_removal import applied_unasked, refine
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import judged, tempered
 from twistcore.detection.evidence import Background, Find, Witnesses, judgement_of, terms_of
@@ -100,8 +100,8 @@ def test_no_confidence_is_above_what_the_evidence_gives():
     doubted, _ = judged(made_up, terms, known.segment)
     assert doubted.confidence < 0.3
     assert doubted.evidence["doubts"]
-    assert applied_unasked([made_up])
-    assert not applied_unasked([doubted])
+    assert automatic_corrections([made_up])
+    assert not automatic_corrections([doubted])
     unsure = replace(made_up, confidence=0.01)
     assert judged(unsure, terms, known.segment)[0].confidence == tempered(0.01)
 
@@ -223,7 +223,7 @@ def test_what_turns_by_little_is_left_unless_it_is_clear():
     made_up = Interval("LeftArm", START, STOP, np.full(10, 0.04), confidence=0.99)
     for own, left in ((dim, True), (clear[0], False)):
         found, _ = judged(made_up, own, "Arm")
-        assert (found.open, len(applied_unasked([found]))) == (left, 1 - left)
+        assert (found.open, len(automatic_corrections([found]))) == (left, 1 - left)
         assert found.confidence > 0.5
 
 

@@ -14,7 +14,7 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
 from tests.twistcore.reviews import spun as spun_in
 from twistcore.analysis.clip_analysis import RESTLESS, analyse
-from twistcore.analysis.correction import applied_unasked, refine
+from twistcore.analysis.correction import automatic_corrections, refine
 from twistcore.analysis.correction.twist_removal import refiner
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
@@ -116,7 +116,7 @@ def test_they_are_listed_and_never_taken_out():
     analysis = analyse(spun("LeftFoot", 100, 110, 140.0))
     found = analysis.detect()
     assert [i.kind for i in found] == [Kind.LONE_JUMP] * 2
-    assert applied_unasked(found, include_open=True) == ()
+    assert automatic_corrections(found, include_open=True) == ()
     review = Review.of(found)
     review.accept(include_open=True)
     assert review.accepted == ()
@@ -240,7 +240,7 @@ def test_a_cut_is_no_jump_of_a_joint():
 def test_in_a_clip_full_of_lone_jumps_nothing_is_corrected_unasked():
     motion = read_bvh(ASSETS / "walk_injected.bvh").motion
     calm = analyse(motion).detect()
-    assert applied_unasked(calm)
+    assert automatic_corrections(calm)
     assert not analyse(motion).restless()
     for k in range(8):
         motion = spun("LeftFoot", 20 + 40 * k, 22 + 40 * k, 170.0, motion)
@@ -249,7 +249,7 @@ def test_in_a_clip_full_of_lone_jumps_nothing_is_corrected_unasked():
     assert clip.restless()
     assert sum(i.kind == Kind.LONE_JUMP for i in found) >= RESTLESS
     assert sum(i.repairable for i in found) >= sum(i.repairable for i in calm) // 2
-    assert not applied_unasked(found)
+    assert not automatic_corrections(found)
     assert RESTLESS_CLIP in {note.kind for note in found.notes}
     one = next(i for i in found if i.repairable)
     assert "lone jumps" in one.evidence["doubts"][0]

@@ -10,7 +10,7 @@ from tests.conftest import ASSETS
 from tests.messages import numbers
 from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
-from twistcore.analysis.correction.twist_removal import applied_unasked
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection.noise_bursts import noise_bursts, noise_near
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.skeleton.notes import NOISE
@@ -63,7 +63,7 @@ def test_noise_of_a_twist_that_the_child_takes_back_is_a_twist_error():
 def test_nothing_is_corrected_in_a_burst_and_the_clip_says_so():
     motion = noisy(ARM, HAND)
     clip = analyse(motion)
-    for interval in applied_unasked(clip.detect(kinds=REPAIRED)):
+    for interval in automatic_corrections(clip.detect(kinds=REPAIRED)):
         assert interval.stop <= START or interval.start >= STOP
     (said,) = (str(n) for n in clip.notes if n.kind == NOISE)
     assert numbers(said)[0] == 2

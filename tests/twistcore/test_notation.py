@@ -12,7 +12,7 @@ from tests.conftest import ASSETS
 from tests.messages import numbers
 from tests.twistcore.test_first_frames import blended
 from twistcore import analyse, read_bvh
-from twistcore.analysis.correction import applied_unasked, refine
+from twistcore.analysis.correction import automatic_corrections, refine
 from twistcore.analysis.why_not import Why, peaks_without_interval, why_not
 from twistcore.detection.consistency.chain_analysis import ROUNDED_GAIN, ConsistencyAnalysis
 from twistcore.detection.consistency.notated import NotatedAnalysis
@@ -163,7 +163,7 @@ def test_what_is_recognised_is_said_in_a_sentence():
 @pytest.mark.parametrize("notation", NOTATIONS, ids=NAMES)
 @pytest.mark.parametrize("name", ["dance", "basketball"])
 def test_a_sound_clip_stays_as_it_is(notation, name):
-    assert applied_unasked(analyse(written(notation, name)).detect()) == ()
+    assert automatic_corrections(analyse(written(notation, name)).detect()) == ()
 
 
 # -- no place to hide ------------------------------------------------------------------------------
@@ -174,7 +174,7 @@ def test_a_sound_clip_stays_as_it_is(notation, name):
 def test_an_error_in_whole_degrees(label, degrees):
     chains, wrong = error(clip().motion, label, 200, 212, degrees)
     erring = WHOLE.written(with_errors(clip(), chains, [wrong]), 1)
-    (found,) = applied_unasked(analyse(erring).detect())
+    (found,) = automatic_corrections(analyse(erring).detect())
     assert (found.chain, found.start, found.stop) == (wrong.chain, 200, 212)
     assert math.degrees(found.delta) == pytest.approx(degrees, abs=3.0)
 
@@ -197,7 +197,7 @@ def test_an_error_in_held_frames_has_its_frames(degrees):
     erring = HELD.written(with_errors(base, chains, [wrong]), 4)
     analysis = analyse(erring)
     assert isinstance(analysis.by(), NotatedAnalysis)
-    (found,) = applied_unasked(analysis.detect())
+    (found,) = automatic_corrections(analysis.detect())
     assert (found.chain, found.start, found.stop) == (wrong.chain, 200, 220)
     assert [(e["start"], e["stop"]) for e in found.evidence["edges"]] == [(200, 201), (220, 221)]
     repaired = refine(erring.motion, chains, [found])
@@ -210,7 +210,7 @@ def test_an_error_in_held_frames_has_its_frames(degrees):
 def test_an_error_that_jumps_between_linear_keys(notation, frames):
     whole = written(notation)
     chains, wrong = error(whole.motion, "Left Arm", *frames, 30.0)
-    (found,) = applied_unasked(analyse(with_errors(whole, chains, [wrong])).detect())
+    (found,) = automatic_corrections(analyse(with_errors(whole, chains, [wrong])).detect())
     assert (found.chain, found.start, found.stop) == (wrong.chain, *frames)
     assert math.degrees(found.delta) == pytest.approx(30.0, abs=1.0)
 
@@ -220,7 +220,7 @@ def test_an_error_in_linear_keys_comes_and_goes_with_its_keys(notation):
     base, n = kept(clip(), notation), notation.keys
     chains, wrong = error(base.motion, "Left Arm", 20, 23, 60.0)
     erring = notation.written(with_errors(base, chains, [wrong]), n)
-    (found,) = applied_unasked(analyse(erring).detect())
+    (found,) = automatic_corrections(analyse(erring).detect())
     assert (found.start, found.stop) == (19 * n + 1, 23 * n)
     at_keys = found.offset[n - 1 :: n]
     np.testing.assert_allclose(np.degrees(at_keys), 60.0, atol=3.0)
@@ -237,7 +237,7 @@ def test_a_large_error_in_linear_keys_is_one_interval(notation, label, degrees):
     base, n = kept(clip(), notation), notation.keys
     chains, wrong = error(base.motion, label, 20, 24, degrees)
     erring = notation.written(with_errors(base, chains, [wrong]), n)
-    (found,) = applied_unasked(analyse(erring).detect())
+    (found,) = automatic_corrections(analyse(erring).detect())
     assert (found.chain, found.start, found.stop) == (wrong.chain, 19 * n + 1, 24 * n)
 
 

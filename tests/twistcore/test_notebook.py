@@ -16,7 +16,7 @@ import twistcore.analysis.clip_analysis as core
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, refused
 from tests.twistcore.reviews import CARRIED, find_flips, flip
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.export.compare import compare
 
 README = Path(__file__).parents[2] / "README.md"
@@ -212,17 +212,17 @@ def test_a_review_accepts_by_confidence_in_one_step(found, at_least, left):
 
 def test_a_confidence_of_a_half_is_asked_for_where_nobody_names_one(found):
     low, high = (replace(found[0], confidence=c) for c in (0.49, 0.5))
-    assert applied_unasked([low, high]) == (high,)
-    assert applied_unasked([low, high], 0.0) == (low, high)
-    assert applied_unasked([low, high], 0.6) == ()
-    assert applied_unasked([replace(high, open=True)]) == ()
-    assert applied_unasked([replace(high, open=True)], include_open=True) != ()
+    assert automatic_corrections([low, high]) == (high,)
+    assert automatic_corrections([low, high], 0.0) == (low, high)
+    assert automatic_corrections([low, high], 0.6) == ()
+    assert automatic_corrections([replace(high, open=True)]) == ()
+    assert automatic_corrections([replace(high, open=True)], include_open=True) != ()
 
 
 def test_without_a_confidence_none_is_relied_on(clip):
     """The paper's detector knows none: a wish for any leaves its intervals to a person."""
     paper = tc.detect(clip, method="paper")
-    assert applied_unasked(paper) == applied_unasked(paper, 0.0) == paper.intervals
+    assert automatic_corrections(paper) == automatic_corrections(paper, 0.0) == paper.intervals
     review = tc.Review.of(paper)
     assert review.accept(0.01) == 0
     assert review.accept() == len(review.state.intervals) > 0

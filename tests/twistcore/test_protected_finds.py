@@ -10,7 +10,7 @@ import pytest
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.analysis.correction.protected_measures import PATH, ROLL, SHARE, TOLERANCE, shown_at
-from twistcore.analysis.correction.twist_removal import applied_unasked, refine
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval, Kind
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.limb import Limb
@@ -34,8 +34,8 @@ def test_a_find_that_makes_something_worse_is_open_and_says_why(walk):
     made_up = find("LeftForeArm", 35.0)
     left = walk.protected(made_up)
     assert left.open
-    assert not applied_unasked([left])
-    assert applied_unasked([left], include_open=True)
+    assert not automatic_corrections([left])
+    assert automatic_corrections([left], include_open=True)
     assert left.evidence["worse"] == [ROLL]
     (doubt,) = left.evidence["doubts"]
     assert doubt.startswith("the wrist would turn by 3")
@@ -72,9 +72,9 @@ def test_what_makes_nothing_worse_and_what_is_not_automatic_is_the_same_find(wal
 
 @pytest.mark.parametrize("motion", [INJECTED, FLIPPED], ids=["twists", "flips"])
 def test_finds_of_real_errors_stay_automatic(motion, monkeypatch):
-    now = applied_unasked(analyse(motion).detect())
+    now = automatic_corrections(analyse(motion).detect())
     monkeypatch.setattr(ClipAnalysis, "protected", lambda *given: given[1])
-    before = applied_unasked(analyse(motion).detect())
+    before = automatic_corrections(analyse(motion).detect())
     assert before
     assert [(i.chain, i.start, i.stop) for i in now] == [(i.chain, i.start, i.stop) for i in before]
 
@@ -91,7 +91,9 @@ def test_detection_gives_out_the_same_open_finds_each_time(motion, name, monkeyp
     assert vetoed
     assert all(i.open for i in vetoed)
     wrong = Limb if name == PATH else object
-    assert not [i for i in applied_unasked(found) if isinstance(analysis.chain(i.chain), wrong)]
+    assert not [
+        i for i in automatic_corrections(found) if isinstance(analysis.chain(i.chain), wrong)
+    ]
     assert all(a is b for a, b in zip(found, analysis.detect(), strict=True))
     chosen = analyse(motion, [vetoed[0].chain]).detect()
     assert [i.open for i in chosen if (i.start, i.stop) == (vetoed[0].start, vetoed[0].stop)] == [

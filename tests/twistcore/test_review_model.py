@@ -99,10 +99,10 @@ def test_what_is_taken_out():
 
 def test_what_may_be_accepted_without_a_look():
     done = review()
-    assert done.state.unasked() == (3, 1)  # half sure is sure enough
-    assert done.state.unasked(0.6) == (1,)
-    assert done.state.unasked(0.6, include_open=True) == (1, 5)
-    assert done.state.unasked(confidence=lambda _: 1.0) == (3, 2, 1)
+    assert done.state.automatic_ids() == (3, 1)  # half sure is sure enough
+    assert done.state.automatic_ids(0.6) == (1,)
+    assert done.state.automatic_ids(0.6, include_open=True) == (1, 5)
+    assert done.state.automatic_ids(confidence=lambda _: 1.0) == (3, 2, 1)
     assert review().accept(0.6) == 1
     assert done.accept(0.6, include_open=True) == 2
     assert decided(done.state) == {1: "accepted", 5: "accepted"}

@@ -12,7 +12,7 @@ from scipy.signal import butter, sosfiltfilt
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
-from twistcore.analysis.correction import applied_unasked, refine, remove_twist
+from twistcore.analysis.correction import automatic_corrections, refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection.consistency.detector import _limbs, _lines
 from twistcore.detection.soft_errors import Known, soft_errors
@@ -60,7 +60,7 @@ def erring(motion, name, start, offset):
 
 def found_in(motion):
     """Intervals that are corrected unasked, and what they take out, by chain."""
-    intervals = applied_unasked(analyse(motion).detect(kinds="counter-twist"))
+    intervals = automatic_corrections(analyse(motion).detect(kinds="counter-twist"))
     total = {c.name: np.zeros(motion.frames) for c in find_chains(motion)}
     for i in intervals:
         total[i.chain][i.start : i.stop] += i.offset
@@ -458,5 +458,5 @@ def test_nothing_gives_way_to_a_soft_error_that_is_rejected(seed, chain):
     detector = analyse(motion).by()
     assert detector.taken_for_motion(chain, detector.automatic_tau(chain))
     found = detector.intervals(chain, detector.automatic_tau(chain))
-    sure = {(i.start, i.stop) for i in applied_unasked(found)}
+    sure = {(i.start, i.stop) for i in automatic_corrections(found)}
     assert set(made[chain]) <= sure

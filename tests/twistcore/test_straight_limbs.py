@@ -9,7 +9,7 @@ from benchmarks.mirrored_turns import Straightness
 from benchmarks.real_flips import judge
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
-from twistcore.analysis.correction import applied_unasked, refine, remove_twist
+from twistcore.analysis.correction import automatic_corrections, refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
 from twistcore.formats.bvh import read_bvh, write_motion
@@ -93,7 +93,7 @@ def erring(motion, offset):
 def taken_out(motion, name="LeftUpLeg"):
     """What is corrected unasked of a limb, radians, (frames,)."""
     total = np.zeros(motion.frames)
-    for i in applied_unasked(analyse(motion).detect(kinds="counter-twist")):
+    for i in automatic_corrections(analyse(motion).detect(kinds="counter-twist")):
         if i.chain == name:
             total[i.start : i.stop] += i.offset
     return total
@@ -207,7 +207,7 @@ def test_no_joint_moves_and_what_is_below_keeps_its_orientation():
     clean = straightening()
     motion = erring(clean, sum(level(clean, s) for s in spells(clean)))
     found = analyse(motion)
-    intervals = applied_unasked(found.detect(kinds="counter-twist"))
+    intervals = automatic_corrections(found.detect(kinds="counter-twist"))
     after = refine(motion, found.chains_and_limbs, intervals)
     verdict = judge("leg", motion, after, 15)
     assert len(verdict.mirrored_before) == 6

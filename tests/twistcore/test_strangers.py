@@ -13,7 +13,7 @@ from benchmarks._rig_families import RIGS
 from benchmarks._rigs import rigged
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.correction.twist_removal import applied_unasked, refine, remove_twist
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, remove_twist
 from twistcore.batch.clip_result import processed
 from twistcore.batch.parameters import Parameters
 from twistcore.cli import main
@@ -115,7 +115,7 @@ NAMES = {
 
 def corrected(motion):
     found = analyse(motion).detect()
-    return refine(motion, found.chains_and_limbs, applied_unasked(found)), found
+    return refine(motion, found.chains_and_limbs, automatic_corrections(found)), found
 
 
 def farthest(one, other):
@@ -209,7 +209,7 @@ def test_a_helper_that_pops_alone_is_found_and_can_be_put_back():
     )  # fmt: skip
     assert only.confidence is None
     assert found.analysis.chain(only.chain).label == "Left Arm · upperarm_twist_01_l"
-    assert applied_unasked(found, include_open=True) == ()  # never without a person's decision
+    assert automatic_corrections(found, include_open=True) == ()  # never by itself
     back = refine(popped, found.chains_and_limbs, found)
     j = UNREAL.skeleton.index("upperarm_twist_01_l")
     assert np.degrees(geodesic_angle(back.rotations, UNREAL.rotations)[:, j].max()) < 4.0
@@ -262,7 +262,7 @@ def test_an_error_of_the_limb_is_none_of_its_helpers():
     twist = twisted(UNREAL, "upperarm_l", "lowerarm_l", 150, 165, 60.0)
     found = analyse(twist).detect()
     assert [(i.chain, i.kind) for i in found] == [("upperarm_l", Kind.COUNTER_TWIST)]
-    refined = refine(twist, found.chains_and_limbs, applied_unasked(found))
+    refined = refine(twist, found.chains_and_limbs, automatic_corrections(found))
     assert farthest(refined, UNREAL) < 0.01
 
 

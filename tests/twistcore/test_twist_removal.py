@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from twistcore.analysis.correction.twist_removal import (
-    applied_unasked,
+    automatic_corrections,
     carried_by_limb,
     children_off_axis,
     offsets_by_chain,
@@ -53,12 +53,17 @@ def test_what_may_be_corrected_without_a_person_s_word():
     is_open = interval("A", 0, 2, confidence=1.0, open=True)
     jump = interval("A", 0, 2, confidence=1.0, kind=Kind.LONE_JUMP)
     everything = (sure, half, faint, unknown, is_open, jump)
-    assert applied_unasked(everything) == (sure, half, unknown)
-    assert applied_unasked(everything, 0.9) == (sure,)
-    assert applied_unasked(everything, 0.0) == (sure, half, faint, unknown)
-    assert applied_unasked(everything, 0.95, include_open=True) == (is_open,)
-    assert applied_unasked(everything, confidence=lambda _: None) == (sure, half, faint, unknown)
-    assert applied_unasked(everything, confidence=lambda _: 0.4) == ()
+    assert automatic_corrections(everything) == (sure, half, unknown)
+    assert automatic_corrections(everything, 0.9) == (sure,)
+    assert automatic_corrections(everything, 0.0) == (sure, half, faint, unknown)
+    assert automatic_corrections(everything, 0.95, include_open=True) == (is_open,)
+    assert automatic_corrections(everything, confidence=lambda _: None) == (
+        sure,
+        half,
+        faint,
+        unknown,
+    )
+    assert automatic_corrections(everything, confidence=lambda _: 0.4) == ()
 
 
 def test_offsets_of_a_chain_add_up_to_the_shorter_way_round():

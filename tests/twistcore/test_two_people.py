@@ -13,7 +13,7 @@ from tests.twistcore.reviews import spun
 from tests.twistcore.test_smoothed_spans import smoothed
 from tests.twistcore.two_people import CLEAN, WRONG, two_people
 from twistcore import analyse, detect, find_chains, find_limbs, read_clip
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.cli.command_line import main
 from twistcore.detection.soft_errors import soft_intervals
 from twistcore.errors import TwistError
@@ -101,7 +101,7 @@ def test_a_restless_person_leaves_the_other_s_finds_as_they_are(pair, people):
         motion = spun("LeftFoot", 20 + 40 * k, 22 + 40 * k, 170.0, motion)
     calm, found = analyse(pair).detect(), analyse(motion, people=people).detect()
     assert found.analysis.restless() == (() if people else ("A",))
-    assert applied_unasked(found)
+    assert automatic_corrections(found)
     assert spans(found, "B") == spans(calm, "B")
     said = [str(note) for note in found.notes if note.kind == RESTLESS_CLIP]
     assert said == [] if people else [" A " in text for text in said] == [True]
@@ -157,7 +157,7 @@ def test_a_restless_person_s_own_finds_are_left_open(pair):
         motion = spun("LeftFoot_B", 20 + 40 * k, 22 + 40 * k, 170.0, motion)
     found = analyse(motion).detect()
     assert found.analysis.restless() == ("B",)
-    assert not applied_unasked(found)
+    assert not automatic_corrections(found)
     notes = {people: analyse(motion, people).detect().notes for people in (("LeftArm",), None)}
     assert [RESTLESS_CLIP in {n.kind for n in own} for own in notes.values()] == [False, True]
 

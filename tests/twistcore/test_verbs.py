@@ -35,7 +35,7 @@ from twistcore import (
     write_motion,
     write_session,
 )
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rig import read_rig, write_rig
 from twistcore.skeleton.rotation import (
@@ -236,7 +236,7 @@ def test_the_shortest_clips_are_looked_at_and_left_as_they_are(frames):
         for name, signals in analysis.signals.items():
             assert signals.strength.shape == analysis.by().strength(name).shape == (frames,)
             assert np.isfinite(signals.theta_c).all()
-        refined = refine(motion, analysis.chains_and_limbs, applied_unasked(found))
+        refined = refine(motion, analysis.chains_and_limbs, automatic_corrections(found))
     assert (refined.rotations == motion.rotations).all()
 
 
@@ -312,11 +312,11 @@ def test_what_is_taken_out_of_a_chain_and_put_back_is_as_it_was_and_moves_no_joi
 
 
 def test_taken_out_once_there_is_nothing_left_to_take_out():
-    refined = refine(WALK, FOUND.chains_and_limbs, applied_unasked(FOUND))
+    refined = refine(WALK, FOUND.chains_and_limbs, automatic_corrections(FOUND))
     again = detect(refined)
-    assert applied_unasked(FOUND)
-    assert not applied_unasked(again)
-    twice = refine(refined, again.chains_and_limbs, applied_unasked(again))
+    assert automatic_corrections(FOUND)
+    assert not automatic_corrections(again)
+    twice = refine(refined, again.chains_and_limbs, automatic_corrections(again))
     assert (twice.rotations == refined.rotations).all()
 
 

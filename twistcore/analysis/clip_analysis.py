@@ -18,7 +18,7 @@ from twistcore.analysis.correction.protected_measures import (
     protected_measures,
     shown_at,
 )
-from twistcore.analysis.correction.twist_removal import applied_unasked, refine, refiner
+from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, refiner
 from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Detector, Interval, Kind
 from twistcore.detection.capture_faults import at_body_step, frozen_sentence, outside_chains
@@ -448,7 +448,7 @@ class ClipAnalysis:
 
     def _applied(self, method: str) -> tuple[Interval, ...]:
         """Return the intervals of :meth:`_errors` that are corrected automatically."""
-        return applied_unasked(self._errors(method))
+        return automatic_corrections(self._errors(method))
 
     def _refined(self, method: str) -> Callable[[int, int], Motion] | None:
         """Return a function that makes corrected frames; None if nothing is corrected."""
@@ -576,7 +576,7 @@ class ClipAnalysis:
     def _sure_by(self, method: str) -> tuple[Interval, ...]:
         """Return the counter-twists at the automatic τ that are corrected automatically."""
         if method not in self._sure:
-            self._sure[method] = applied_unasked(self._twists_by(method))
+            self._sure[method] = automatic_corrections(self._twists_by(method))
         return self._sure[method]
 
     def _twists_by(self, method: str) -> list[Interval]:
@@ -745,8 +745,8 @@ class _ByName:
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
     """Return the evidence for an interval, and the doubt that leaves it to a person."""
-    told = explain() if explain else {}
-    return {**told, "doubts": [doubt, *told.get("doubts", ())]}
+    evidence = explain() if explain else {}
+    return {**evidence, "doubts": [doubt, *evidence.get("doubts", ())]}
 
 
 def _kept(analysis: Analysis) -> DistinctFrames | None:
@@ -758,10 +758,10 @@ def _made_worse(
     explain: Callable[[], dict[str, Any]] | None, worse: Sequence[ProtectedMeasure]
 ) -> dict[str, Any]:
     """Return the evidence for an interval, and the measures that its correction makes worse."""
-    told = explain() if explain else {}
+    evidence = explain() if explain else {}
     doubts = [m.doubt for m in worse]
-    doubts += [d for d in told.get("doubts", ()) if d not in doubts]
-    return {**told, "doubts": doubts, "worse": [m.name for m in worse]}
+    doubts += [d for d in evidence.get("doubts", ()) if d not in doubts]
+    return {**evidence, "doubts": doubts, "worse": [m.name for m in worse]}
 
 
 def _overlap(a: Interval, b: Interval) -> bool:
@@ -897,7 +897,7 @@ class Detection:
     ) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
         """Return the chains and limbs, and the intervals that may be corrected automatically."""
         del motion  # the intervals know their chains
-        sure = applied_unasked(self, at_least, include_open=include_open)
+        sure = automatic_corrections(self, at_least, include_open=include_open)
         return self.chains_and_limbs, sure
 
     def refined(self, at_least: float | None = None, *, include_open: bool = False) -> Motion:

@@ -85,8 +85,8 @@ def frozen_intervals(
             continue
         chain = first[limb]
         joint = motion.skeleton.names[chain.parent]
-        told = {"joint": joint, "part": limb, "seconds": (stop - start) / motion.fps}
-        found[chain.name].append(_fault(Kind.FROZEN, chain.name, start, stop, told))
+        evidence = {"joint": joint, "part": limb, "seconds": (stop - start) / motion.fps}
+        found[chain.name].append(_fault(Kind.FROZEN, chain.name, start, stop, evidence))
     return {name: tuple(own) for name, own in found.items()}
 
 
@@ -105,26 +105,26 @@ def at_body_step(motion: Motion, interval: Interval) -> bool:
 
 def _burst(chain: str, span: Sequence[NoiseBurst], names: Sequence[str]) -> Interval:
     most = max(span, key=lambda b: b.degrees)
-    told = {
+    evidence = {
         "joint": names[most.joint],
         "joints": sorted({names[b.joint] for b in span}),
         "sigma_deg": most.degrees,
     }
     start, stop = min(b.start for b in span), max(b.stop for b in span)
-    return _fault(Kind.NOISE_BURST, chain, start, stop, told)
+    return _fault(Kind.NOISE_BURST, chain, start, stop, evidence)
 
 
-def _fault(kind: Kind, chain: str, start: int, stop: int, told: dict[str, Any]) -> Interval:
+def _fault(kind: Kind, chain: str, start: int, stop: int, evidence: dict[str, Any]) -> Interval:
     return Interval(
         chain,
         start,
         stop,
         np.zeros(stop - start),
         open=True,
-        residual=math.radians(told.get("sigma_deg", 0.0)),
-        explain=partial(dict, told),
+        residual=math.radians(evidence.get("sigma_deg", 0.0)),
+        explain=partial(dict, evidence),
         kind=kind,
-        joint=told["joint"],
+        joint=evidence["joint"],
     )
 
 

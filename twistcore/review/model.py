@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.detection import Interval
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
@@ -174,16 +174,16 @@ class ReviewState:
             j.interval for j in self.intervals if j.decision in wanted and j.interval.repairable
         )
 
-    def unasked(
+    def automatic_ids(
         self,
         at_least: float | None = None,
         *,
         include_open: bool = False,
         confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
     ) -> tuple[int, ...]:
-        """Return the ids of the undecided intervals that :func:`applied_unasked` lets pass."""
+        """Return the ids of the undecided intervals that qualify for automatic correction."""
         undecided = {j.interval: j.id for j in self.intervals if j.decision == Decision.UNDECIDED}
-        passing = applied_unasked(
+        passing = automatic_corrections(
             undecided, at_least, include_open=include_open, confidence=confidence
         )
         return tuple(undecided[i] for i in passing)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import applied_unasked, refine
+from twistcore.analysis.correction import automatic_corrections, refine
 from twistcore.detection import DEFAULT_METHOD, Interval, Kind
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
@@ -36,7 +36,7 @@ def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
     """
     verdicts = verdicts or Verdicts()
     judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)
-    sure = applied_unasked(given.detect(AUDITOR, kinds=(Kind.COUNTER_TWIST,)), SURE)
+    sure = automatic_corrections(given.detect(AUDITOR, kinds=(Kind.COUNTER_TWIST,)), SURE)
     wrong = [*(i for i in sure if not _touches(i, judged)), *verdicts.errors]
     return refine(given.motion, given.chains, wrong) if wrong else given.motion
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.correction import automatic_corrections
 from twistcore.detection import DEFAULT_METHOD, Analysis, Interval
 from twistcore.files.encoding import encoded
 from twistcore.skeleton.chain import Chain, limbs
@@ -56,7 +56,7 @@ def tau_curve(
     motion, chains, clean = clip.motion, clip.chains, clip.by(method)
 
     def applied(analysis: Analysis, tau: float) -> tuple[Interval, ...]:
-        return applied_unasked(analysis.intervals(chain.name, tau))
+        return automatic_corrections(analysis.intervals(chain.name, tau))
 
     def counts(found: Interval | InjectedError) -> bool:
         return not any(found.start < stop and start < found.stop for start, stop in left_out)

@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from twistcore.analysis.correction.corrected import Angles, Corrected
     from twistcore.analysis.correction.twist_removal import (
         SURE_ENOUGH,
-        applied_unasked,
+        automatic_corrections,
         carried_by_limb,
         children_off_axis,
         offsets_by_chain,
@@ -20,7 +20,7 @@ __all__ = [
     "SURE_ENOUGH",
     "Angles",
     "Corrected",
-    "applied_unasked",
+    "automatic_corrections",
     "carried_by_limb",
     "children_off_axis",
     "offsets_by_chain",
@@ -35,7 +35,7 @@ if not TYPE_CHECKING:
     _HOMES = {
         "corrected": "Angles Corrected",
         "twist_removal": (
-            "SURE_ENOUGH applied_unasked carried_by_limb children_off_axis "
+            "SURE_ENOUGH automatic_corrections carried_by_limb children_off_axis "
             "offsets_by_chain refine remove_twist stuck_joints"
         ),
     }

@@ -32,7 +32,7 @@ _FOLDED = 1e-6  # of the skeleton's height: a shorter line has no direction
 _ON_AXIS = np.sin(np.radians(0.5))
 
 
-def applied_unasked(
+def automatic_corrections(
     intervals: Iterable[Interval],
     at_least: float | None = None,
     *,

@@ -64,8 +64,8 @@ def find_place_jumps(search: KindSearch) -> Found:
         if (chain := owner.get(step.joint)) is None:
             continue
         start, stop = _written(step.start, step.stop, held)
-        told = {"joint": names[step.joint], "way_percent": 100.0 * step.way}
-        one = _interval(Kind.PLACE_JUMP, chain, start, stop, told, 0.0)
+        evidence = {"joint": names[step.joint], "way_percent": 100.0 * step.way}
+        one = _interval(Kind.PLACE_JUMP, chain, start, stop, evidence, 0.0)
         found.setdefault(chain.name, []).append(one)
     return found
 
@@ -75,14 +75,14 @@ def find_body_steps(search: KindSearch) -> Found:
     if not search.chosen:
         return {}
     chain, skeleton = search.chosen[0], search.motion.skeleton
-    told = {"joint": skeleton.names[_top(skeleton, chain.parent)]}
+    evidence = {"joint": skeleton.names[_top(skeleton, chain.parent)]}
     rows = [
         _interval(
             Kind.BODY_STEP,
             chain,
             step.start,
             step.stop,
-            {**told, "angle_deg": step.degrees, "joints_percent": 100.0 * step.share},
+            {**evidence, "angle_deg": step.degrees, "joints_percent": 100.0 * step.share},
             step.degrees,
         )
         for step in _remaining(search, body_steps(search.motion))
@@ -264,19 +264,19 @@ def _by_chain(search: KindSearch, kind: Kind, steps: Sequence[JointStep]) -> Fou
     found: dict[str, list[Interval]] = {}
     for step in steps:
         chain = owner[step.joint]
-        told = {
+        evidence = {
             "joint": skeleton.names[step.joint],
             "angle_deg": step.degrees,
             "times_usual": step.degrees / step.usual,
             "reach": reach(skeleton, step.joint),
         }
-        one = _interval(kind, chain, step.start, step.stop, told, step.degrees)
+        one = _interval(kind, chain, step.start, step.stop, evidence, step.degrees)
         found.setdefault(chain.name, []).append(one)
     return found
 
 
 def _interval(
-    kind: Kind, chain: Chain, start: int, stop: int, told: dict[str, Any], degrees: float
+    kind: Kind, chain: Chain, start: int, stop: int, evidence: dict[str, Any], degrees: float
 ) -> Interval:
     return Interval(
         chain.name,
@@ -285,9 +285,9 @@ def _interval(
         np.zeros(stop - start),
         open=True,
         residual=math.radians(degrees),
-        explain=partial(dict, told),
+        explain=partial(dict, evidence),
         kind=kind,
-        joint=told["joint"],
+        joint=evidence["joint"],
     )
 
 

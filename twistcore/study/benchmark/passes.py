@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import REPAIRED, ClipAnalysis
 from twistcore.analysis.correction import (
-    applied_unasked,
+    automatic_corrections,
     carried_by_limb,
     offsets_by_chain,
     remove_twist,
@@ -87,7 +87,7 @@ def apply_method(
     clip = ClipAnalysis(motion, chains if DETECTORS.info(method).limb_flips else bones)
     given = {c.name: tau[c.name] for c in clip.chains_and_limbs if c.name in tau}
     found_at = clip.detect(method, kinds=REPAIRED, tau_radians=given)
-    intervals, analysis = applied_unasked(found_at), clip.by(method)
+    intervals, analysis = automatic_corrections(found_at), clip.by(method)
     if removed := getattr(analysis, "removed", None):
         offsets = {c.name: removed(c.name, found_at.tau[c.name]) for c in bones}
     else:
