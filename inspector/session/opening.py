@@ -292,8 +292,9 @@ def of_later_kinds(state: ReviewState) -> str:
 def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     """Return the review with undecided intervals added for every kind that it lacks.
 
-    Adds limbs with their τ, flips and lone jumps if the review has no limbs, and noise bursts and
-    frozen frames if it has none of that kind. Returns the same object if there is nothing to add.
+    Adds limbs with their τ, flips and lone jumps if the review has no limbs, and faults of the
+    capture and carried rolls if it has none of that kind. Returns the same object if there is
+    nothing to add.
     """
     return _with_faults(_with_limbs(state, analysis), analysis)
 
@@ -310,7 +311,22 @@ def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
         for fault in own
         if chain in there
     ]
+    if Kind.CARRIED_ROLL not in known:
+        new += _carried_rolls(state, analysis, method)
     return _with_undecided(state, new) if new else state
+
+
+def _carried_rolls(state: ReviewState, analysis: ClipAnalysis, method: str) -> list[Interval]:
+    """Return the carried rolls that overlap no interval of a review, at the review's τ."""
+    detector = analysis.detector(method, {Kind.CARRIED_ROLL})
+    taken = [(j.interval.chain, j.interval.start, j.interval.stop) for j in state.intervals]
+    return [
+        roll
+        for chain in analysis.chains
+        if chain.name in state.tau
+        for roll in detector.intervals(chain.name, state.tau[chain.name])
+        if not any(c == chain.name and a < roll.stop and roll.start < b for c, a, b in taken)
+    ]
 
 
 def _with_undecided(state: ReviewState, new: Sequence[Interval]) -> ReviewState:

@@ -9,6 +9,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
+from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, analyse
 from twistcore.analysis.correction import automatic_corrections
 from twistcore.batch.gates import broken, parse_rule
@@ -16,7 +17,6 @@ from twistcore.batch.how_bad import severity
 from twistcore.cli import main
 from twistcore.detection import Kind
 from twistcore.detection.all_joints import finders
-from twistcore.detection.all_joints.body_steps import BodyStep
 from twistcore.detection.all_joints.joint_steps import StepLimits, jumps, spikes
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.formats.bvh import read_bvh, write_motion
@@ -146,19 +146,31 @@ def test_a_step_of_the_whole_body_is_one_find():
     assert alone == found
 
 
-def test_a_counter_twist_that_begins_in_a_body_step_is_left_to_a_person(monkeypatch):
-    error = InjectedError("LeftForeArm", 150, 170, np.full(20, np.radians(60.0)))
-    dirty = inject(WALK, [error])
-    (twist,) = analyse(dirty).detect(kinds="counter-twist")
-    assert not twist.open
-    module = "twistcore.detection.capture_faults.body_steps"
-    monkeypatch.setattr(module, lambda _: (BodyStep(150, 151, 0.5, 9.0),))
-    (left,) = analyse(dirty).detect(kinds="counter-twist")
-    assert left.open
-    assert left.evidence["doubts"][0] == BODY_STEP_DOUBT
-    monkeypatch.setattr(module, lambda _: (BodyStep(155, 156, 0.5, 9.0),))
-    (twist,) = analyse(dirty).detect(kinds="counter-twist")
-    assert not twist.open
+def test_a_counter_twist_that_begins_in_a_body_step_is_left_to_a_person():
+    def twist_of(motion, start):
+        error = InjectedError("LeftForeArm", start, start + 20, np.full(20, np.radians(30.0)))
+        found = analyse(inject(motion, [error])).detect(kinds="counter-twist")
+        near = (i for i in found if i.chain == "LeftForeArm" and abs(i.start - start) <= 1)
+        return next(near)
+
+    stepped = twist_of(stepping(150), 150)
+    assert stepped.open
+    assert stepped.evidence["doubts"][0] == BODY_STEP_DOUBT
+    assert not twist_of(WALK, 150).open
+    assert not twist_of(stepping(260), 150).open
+
+
+def test_twist_errors_in_many_chains_are_no_step_of_the_body():
+    chains = [c for c in analyse(WALK).chains if c.segment in ("Shoulder", "ForeArm", "Leg")]
+    errors = [
+        InjectedError(chain.name, 200, 220, np.full(20, np.radians(60.0 + 5.0 * k)))
+        for k, chain in enumerate(chains)
+    ]
+    found = analyse(inject(WALK, errors)).detect()
+    assert not [i for i in found if i.kind == Kind.BODY_STEP]
+    twists = {i.chain: i for i in found if i.kind == Kind.COUNTER_TWIST and i.start == 200}
+    assert twists.keys() == {chain.name for chain in chains}
+    assert not any(twist.open for twist in twists.values())
 
 
 def test_frames_that_are_held_are_looked_at_once():
@@ -166,6 +178,9 @@ def test_frames_that_are_held_are_looked_at_once():
     held = turned(slow, "Neck", 40, 41, 60.0).at(np.repeat(np.arange(slow.frames), 4))
     held = replace(held, frame_time=WALK.frame_time)
     assert finds(held) == [("spike", "Neck", 160, 164)]
+    held = turned(slow, "Neck", 40, slow.frames, 60.0).at(np.repeat(np.arange(slow.frames), 4))
+    held = replace(held, frame_time=WALK.frame_time)
+    assert finds(held) == [("joint jump", "Neck", 160, 161)]
 
 
 def test_joints_without_three_rotations_are_left_out():
@@ -283,3 +298,20 @@ def test_nearly_all_injected_spikes_are_found(name):
         for s in drawn
     ]
     assert sum(hit) >= len(drawn) - 1
+
+
+def test_each_person_has_joints_and_steps_of_their_own(tmp_path):
+    path = tmp_path / "two.bvh"
+    walk = ASSETS / "walk.bvh"
+    path.write_bytes(two_people(root=True, clips=(walk, walk)))
+    motion = read_bvh(path).motion
+    own = [name for name in motion.skeleton.names if name.endswith("_B") and "Hips" not in name]
+    spike = turned(motion, "Neck_B", 150, 151, 60.0)
+    stepping_b = motion
+    for joint in own[1::2]:
+        stepping_b = turned(stepping_b, joint, 200, motion.frames, 15.0)
+    for wrong, kind in ((spike, Kind.SPIKE), (stepping_b, Kind.BODY_STEP)):
+        (found,) = (i for i in analyse(wrong).detect() if i.kind == kind)
+        person = next(c.person for c in analyse(wrong).chains if c.name == found.chain)
+        assert person == analyse(wrong, people="B").chains[0].person
+        assert not [i for i in analyse(wrong, people="A").detect() if i.kind == kind]

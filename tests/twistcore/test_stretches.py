@@ -1,5 +1,7 @@
 """Stretches: a joint that jumps about its own bone and stays turned."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -56,3 +58,21 @@ def test_the_sound_clip_and_smaller_turns_have_none():
 
 def test_a_spike_is_no_stretch():
     assert not stretches(turned("LeftFoot", 170.0, 100, 102))
+
+
+def test_fast_motion_at_a_low_rate_is_no_stretch():
+    dance = tc.read_clip(ASSETS / "dance.bvh").motion
+    for step in (3, 4):
+        slow = replace(
+            dance,
+            rotations=dance.rotations[::step],
+            positions=dance.positions[::step],
+            frame_time=dance.frame_time * step,
+        )
+        assert not stretches(slow)
+
+
+def test_held_frames_are_counted_as_written():
+    held = turned("LeftFoot", 180.0, 200, FRAMES).at(np.repeat(np.arange(0, FRAMES, 4), 4))
+    (found,) = stretches(held)
+    assert (found.start, found.stop) == (200, held.frames)

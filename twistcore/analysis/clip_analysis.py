@@ -21,13 +21,13 @@ from twistcore.analysis.correction.protected_measures import (
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, refiner
 from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Detector, Interval, Kind
+from twistcore.detection.all_joints.body_steps import BodyStep, body_steps
 from twistcore.detection.capture_faults import at_body_step, frozen_sentence, outside_chains
 from twistcore.detection.carried_rolls import (
     CarriedRolls,
     RollsOfChains,
     analyse_carried_rolls,
 )
-from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.constant_offsets import constant_offsets
 from twistcore.detection.cuts import border_notes
 from twistcore.detection.finding import KindSearch, found_by
@@ -130,10 +130,11 @@ class ClipAnalysis:
         # By kind and method, '' for the clip as captured; shared results of the finders by method.
         self._shown: dict[tuple[Kind, str], Mapping[str, tuple[Interval, ...]]] = {}
         self._shared: dict[str, dict[Any, Any]] = {}
+        self._failed_kinds: dict[Kind, str] = {}  # of other packages, with the reason
         self._known: dict[str, tuple[Interval, ...]] = {}
         self._refiners: dict[str, Callable[[int, int], Motion] | None] = {}
         self._carried: dict[str, CarriedRolls] = {}  # by detector
-        self._untwisted: dict[str, Motion] = {}  # without any counter-twist, by detector
+        self._steps_left: dict[str, tuple[BodyStep, ...]] = {}  # without any counter-twist
         self._rolls = RollsOfChains(motion)
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._hinges: dict[tuple[str, bool], Hinges] = {}
@@ -303,7 +304,7 @@ class ClipAnalysis:
             self._known,
             self._refiners,
             self._carried,
-            self._untwisted,
+            self._steps_left,
         ):
             known.pop(method, None)
         for shared in (self._shared, self._sure):
@@ -390,8 +391,20 @@ class ClipAnalysis:
         """
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:
-            self._shown.setdefault((kind, by), found_by(kind, self._search(by)))
+            try:
+                found = found_by(kind, self._search(by))
+            except TwistError as error:
+                if kind.built_in:
+                    raise
+                found = {chain.name: () for chain in self._of_limbs}
+                self._failed_kinds.setdefault(kind, str(error))
+            self._shown.setdefault((kind, by), found)
         return self._shown[kind, by]
+
+    @property
+    def failed_kinds(self) -> tuple[str, ...]:
+        """The reasons why kinds of other packages could not be looked for, so far."""
+        return tuple(self._failed_kinds.values())
 
     def carried_along(self, twist: Interval) -> bool:
         """True if C rolled with P in an interval that a detector takes for a counter-twist."""
@@ -533,18 +546,19 @@ class ClipAnalysis:
 
         Counter-twists of many chains that begin in the same frame look like a step of the body.
         """
-        if not at_body_step(self.motion, interval):
+        person = self.chain(interval.chain).person
+        if not at_body_step(body_steps(self.motion), interval, person):
             return False
-        if method not in self._untwisted:
-            twists = self._twists_by(method)
-            self._untwisted[method] = refine(self.motion, self._of_limbs, twists)
-        return at_body_step(self._untwisted[method], interval)
+        if method not in self._steps_left:
+            untwisted = refine(self.motion, self._of_limbs, self._twists_by(method))
+            self._steps_left[method] = body_steps(untwisted)
+        return at_body_step(self._steps_left[method], interval, person)
 
     def _measures(self, interval: Interval, method: str) -> tuple[ProtectedMeasure, ...]:
         """Return what the correction of an interval changes in its limb and its neighbours."""
         if interval.kind != Kind.COUNTER_TWIST:  # no detector of chains is needed for other kinds
-            hinges = Hinges(self.motion)
-            return protected_measures(self.motion, self.chains_and_limbs, interval, hinges)
+            every = self.chains_and_limbs
+            return protected_measures(self.motion, every, interval, self._plain_hinges)
         others, kept = self._corrected_with(interval, method), _kept(self.by(method))
         if kept is None or kept.even:
             hinges = self._hinges_by(method, None)
@@ -558,6 +572,11 @@ class ClipAnalysis:
         chains = [c.at(kept.first) for c in self._of_limbs if c.name in needed]
         hinges = self._hinges_by(method, kept)
         return protected_measures(kept.motion, chains, own, hinges, others)
+
+    @cached_property
+    def _plain_hinges(self) -> Hinges:
+        """The hinges of the clip as captured."""
+        return Hinges(self.motion)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
         """Return the automatically corrected counter-twists in chains that share a joint.
@@ -751,7 +770,8 @@ def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[s
 
 def _kept(analysis: Analysis) -> DistinctFrames | None:
     """Return the frames by which a clip in coarse notation was examined; None for other clips."""
-    return analysis.kept if isinstance(analysis, NotatedAnalysis) else None
+    kept: DistinctFrames | None = getattr(analysis, "kept", None)
+    return kept
 
 
 def _made_worse(
@@ -844,6 +864,7 @@ class Detection:
         )
         looked_at = {name: spans for name, spans in left.items() if name in self.tau}
         notes = (*notes, *(Note(UNSEARCHED, said) for said in left_sentences(looked_at)))
+        notes = (*notes, *(Note(UNSEARCHED, f"{why}.") for why in self.analysis.failed_kinds))
         return (*notes, *(Note(RESTLESS_CLIP, said) for said in self._restless_sentences()))
 
     def _restless_sentences(self) -> Iterator[str]:

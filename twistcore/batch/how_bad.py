@@ -22,7 +22,8 @@ def severity(found: Detection) -> float:
     """Return how bad a clip is, in degrees: the root mean square of all visible errors.
 
     The mean is over the clip's frames. Every interval counts by its angle, its joint and its
-    confidence, as if it were 0.1 s longer; a lone jump counts as 0.1 s, a capture fault not at all.
+    confidence, as if it were 0.1 s longer; jumps, spikes and steps count as 0.1 s, noise and frozen
+    frames not at all.
     Because of the squares, a knee that bends backward for a moment outweighs a small uncertain
     error that lasts.
     """
@@ -37,7 +38,8 @@ def root_mean_square(finds: Iterable[tuple[Interval, Chain]], frames: int, fps: 
         if not (weight := _shows(interval, chain)):
             continue
         shown = _degrees(interval) * weight
-        lasts = interval.frames * interval.repairable + _SEEN * fps
+        counts = interval.repairable or interval.kind.info.lasting
+        lasts = interval.frames * counts + _SEEN * fps
         sure = 1.0 if interval.confidence is None else interval.confidence
         total += sure * shown**2 * lasts
     return math.sqrt(total / max(frames, 1))

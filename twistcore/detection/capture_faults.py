@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.detection.all_joints.body_steps import body_steps
+from twistcore.detection.all_joints.body_steps import BodyStep
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.frozen_frames import frozen_spans, limb_of
 from twistcore.detection.interval import Interval, Kind
@@ -90,16 +90,17 @@ def frozen_intervals(
     return {name: tuple(own) for name, own in found.items()}
 
 
-def at_body_step(motion: Motion, interval: Interval) -> bool:
-    """True if an interval begins or ends where many joints step at once by a similar angle.
+def at_body_step(steps: Iterable[BodyStep], interval: Interval, person: str) -> bool:
+    """True if an interval begins or ends where many joints of its person step at once.
 
     A counter-twist that is many times as large as the step is not a part of it.
     """
     edges, largest = {interval.start, interval.stop}, abs(math.degrees(interval.largest))
     return any(
-        largest < _PART_OF_STEP * step.degrees
+        step.person == person
+        and largest < _PART_OF_STEP * step.degrees
         and not edges.isdisjoint(range(step.start, step.stop))
-        for step in body_steps(motion)
+        for step in steps
     )
 
 

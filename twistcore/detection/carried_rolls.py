@@ -46,17 +46,22 @@ class CarriedRolls:
 
     known: Mapping[str, ConsistencyAnalysis | NotatedAnalysis]
     signals: Mapping[str, Witnesses]
+    _rolls: dict[Interval, Interval | None] = field(default_factory=dict)  # by what was found
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
         """Return the carried rolls of a chain at threshold τ, radians, by start."""
         if chain not in self.known:
             return ()
-        found = self.known[chain].intervals(chain, tau)
-        return tuple(
-            replace(i, kind=Kind.CARRIED_ROLL, carried=True)
-            for i in found
-            if is_carried(self.signals[chain], i)
-        )
+        found = map(self._roll, self.known[chain].intervals(chain, tau))
+        return tuple(roll for roll in found if roll is not None)
+
+    def _roll(self, found: Interval) -> Interval | None:
+        """Return the carried roll that is taken for a counter-twist, always the same object."""
+        if found not in self._rolls:
+            carried = is_carried(self.signals[found.chain], found)
+            roll = replace(found, kind=Kind.CARRIED_ROLL, carried=True) if carried else None
+            self._rolls[found] = roll
+        return self._rolls[found]
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,6 +40,8 @@ class KindInfo:
         The field of `detect --json` that holds the size of an error.
     weight : float or None
         The weight of the kind in the severity; None for the weight of the segment.
+    lasting : bool
+        True if an interval that cannot be corrected counts in the severity for its whole length.
     find : str
         The finder of a kind that is reported but not corrected, 'package.module:function'. It
         takes a `twistcore.detection.finding.KindSearch`, returns intervals by chain name, and is
@@ -66,6 +68,7 @@ class KindInfo:
     sign: str = "+"
     size: str = "delta_deg"
     weight: float | None = None
+    lasting: bool = False
     find: str = ""
     corrected: bool = False
     colour: str = ""
@@ -164,6 +167,11 @@ class Kind(str, metaclass=_Kinds):
     def repairable(self) -> bool:
         """True if intervals of the kind can be corrected; other kinds are only reported."""
         return bool(self.info.repair)
+
+    @property
+    def built_in(self) -> bool:
+        """True if the kind is one of this program's own, not of another package."""
+        return self.info.find.startswith("twistcore.") or not self.info.find
 
     @property
     def of_capture(self) -> bool:

@@ -18,13 +18,14 @@ import numpy as np
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.lone_jumps import chain_of_joint, own_axis, turns_about
+from twistcore.detection.lone_jumps import chain_of_joint, limit, own_axis, turns_about
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.notation import without_held
 from twistcore.skeleton.rotation import Array, twist_angle, twist_reliability, wrap
 from twistcore.work.frozen import dataclass
 
-JUMP = math.radians(60.0)  # a frame: where a stretch may begin or end
+JUMP = math.radians(60.0)  # per frame, of a fast capture: where a stretch may begin or end
 OFF = math.radians(75.0)  # from the usual roll: a smaller difference may be motion
 ALIKE = math.radians(45.0)  # rolls that count as the same
 TURNED = math.radians(120.0)  # from the rest pose: no joint rolls so far about its bone
@@ -60,6 +61,8 @@ def find_stretches(search: KindSearch) -> Found:
 def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
     frames = search.corrected()
     motion = search.motion if frames is None else frames(0, search.motion.frames)
+    if (held := without_held(motion)) is not None:
+        motion = held.motion
     owner = chain_of_joint(search.chains)
     found: dict[str, list[Interval]] = {}
     for joint, chain in owner.items():
@@ -74,6 +77,8 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
         if usual is None:
             continue
         for level in _wrong(levels, usual, max(SHORTEST * motion.fps, FEWEST)):
+            if held is not None:
+                level = _Level(held.begin(level.start), held.end(level.stop), level.roll)
             one = _interval(motion, chain, joint, level, usual, by_rest=by_rest)
             found.setdefault(chain.name, []).append(one)
     return found
@@ -85,7 +90,7 @@ def _levels(motion: Motion, joint: int) -> list[_Level]:
     if axis is None:
         return []
     rotations = motion.rotations[:, joint]
-    jumps = np.abs(turns_about(rotations, axis)) > JUMP
+    jumps = np.abs(turns_about(rotations, axis)) > max(JUMP, limit(motion.fps))
     jumps &= ~find_cuts(motion) if jumps.any() else True
     borders = [0, *np.flatnonzero(jumps).tolist(), motion.frames]
     roll, defined = twist_angle(rotations, axis), twist_reliability(rotations, axis) > _DEFINED

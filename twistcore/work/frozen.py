@@ -43,6 +43,8 @@ _FACTORY = _Factory()
 
 
 def _made(cls: type, *, eq: bool, shown: bool, kw_only: bool) -> type:
+    if hasattr(cls, "__post_init__"):
+        raise TypeError(f"{cls.__name__}: expected no __post_init__; use dataclasses.dataclass")
     own = frozenset(vars(cls))  # what the class itself defines stays
     dataclasses.dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
     added: dict[str, Any] = {"__setattr__": _refuse_to_set, "__delattr__": _refuse_to_delete}
@@ -76,9 +78,13 @@ def _init(cls: type) -> Callable[..., None]:
             word += "=_made"
             value = f"_of_{f.name}() if {f.name} is _made else {f.name}"
             scope[f"_of_{f.name}"] = f.default_factory
-        (keywords if f.kw_only else places).append(word)
+        if f.init:
+            (keywords if f.kw_only else places).append(word)
+        else:
+            value = f"_of_{f.name}()" if value != f.name else f"_of_{f.name}"
         lines.append(f" _set(self, {f.name!r}, {value})")
-        annotations[f.name] = f.type
+        if f.init:
+            annotations[f.name] = f.type
     words = ", ".join([*places, *(["*", *keywords] if keywords else [])])
     exec("\n".join([f"def __init__({words}):", *lines, " return"]), scope)
     init: Callable[..., None] = scope["__init__"]

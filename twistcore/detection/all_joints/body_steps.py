@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,10 @@ from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.detection.runs import runs
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import Motion, once_a_motion
-from twistcore.skeleton.notation import without_held
+from twistcore.skeleton.notation import linear_keys, without_held
+from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
@@ -42,6 +45,7 @@ class BodyStep:
     stop: int
     share: float
     degrees: float
+    person: str = ""
 
 
 @dataclass(frozen=True)
@@ -65,29 +69,47 @@ def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
     usual nearby. Steps at the ends of a clip are left out, because a clip may begin in another pose
     or blend into one.
     """
-    if (held := without_held(motion)) is not None:
-        found = body_steps(held.motion)
+    kept = without_held(motion)
+    if kept is None and (keys := linear_keys(motion)) is not None:
+        kept = keys.alone(motion)  # at a key every joint changes its pace
+    if kept is not None:
         return tuple(
-            BodyStep(held.begin(b.start), held.end(b.stop - 1) + 1, b.share, b.degrees)
-            for b in found
+            replace(b, start=kept.begin(b.start), stop=kept.end(b.stop - 1) + 1)
+            for b in body_steps(kept.motion)
         )
     first = leading_frames(motion) + _EDGE
     last = motion.frames - trailing_frames(motion) - _EDGE
     if last - first < _EDGE:
         return ()
-    step = _steps(motion.rotations)
+    every = _steps(motion.rotations)
+    found = (
+        one
+        for person in find_people(motion.skeleton)
+        for one in _of_person(motion, every[:, person.joints], person.name, first, last)
+    )
+    return tuple(sorted(found, key=lambda one: one.start))
+
+
+def _of_person(
+    motion: Motion, step: Array, person: str, first: int, last: int
+) -> Iterator[BodyStep]:
+    """Yield the steps of one person's body.
+
+    step: the turns of the person's joints, degrees, (frames, joints); first, last: the frames that
+    count, [first, last).
+    """
     off = np.zeros_like(step)
     off[1:-1] = np.abs(step[1:-1] - 0.5 * (step[:-2] + step[2:]))
     moves = np.median(step, axis=0) > _MOVES
     if moves.sum() < FEWEST:
-        return ()
+        return
     least = max(_LEAST_SLOW if motion.fps < _SLOW else _LEAST, 2.0 * np.degrees(motion.angle_step))
     wanted = max(FEWEST, int(np.ceil(SHARE * moves.sum())))
     off, step = off[:, moves], step[:, moves]
     suspected = np.flatnonzero((off > least).sum(axis=1) >= wanted)
     suspected = suspected[(suspected >= first) & (suspected < last)]
     if not len(suspected):
-        return ()
+        return
     usual = _usual_around(off, suspected, max(8, 2 * round(_AROUND * motion.fps)))
     over = off[suspected] > np.maximum(_TIMES * np.maximum(usual, _FLOOR), least)
     # The frames next to a step are off the mean as well: the step is the largest.
@@ -98,14 +120,12 @@ def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
     stepping = np.zeros(motion.frames, dtype=bool)
     stepping[suspected[many]] = True
     by_frame = dict(zip(suspected.tolist(), range(len(suspected)), strict=True))
-    out = []
     for start, stop in runs(stepping):
         rows = [by_frame[t] for t in range(start, stop)]
         share = max(float(over[k].mean()) for k in rows)
         turns = max(float(np.median(step[suspected[k]][over[k]])) for k in rows)
         if turns >= _SHOWS:
-            out.append(BodyStep(start, stop, share, turns))
-    return tuple(out)
+            yield BodyStep(start, stop, share, turns, person)
 
 
 def _bends(motion: Motion, frame: int, least: float) -> int:

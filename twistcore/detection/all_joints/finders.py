@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection import lone_jumps
-from twistcore.detection.all_joints.body_steps import BodyStep, body_steps, place_steps
+from twistcore.detection.all_joints.body_steps import body_steps, place_steps
 from twistcore.detection.all_joints.joint_steps import (
     JointStep,
     StepLimits,
@@ -32,6 +32,7 @@ from twistcore.detection.noise_bursts import noise_bursts
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.notation import DistinctFrames, without_held
+from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array
 
 Mask = NDArray[np.bool_]
@@ -71,34 +72,21 @@ def find_place_jumps(search: KindSearch) -> Found:
 
 
 def find_body_steps(search: KindSearch) -> Found:
-    """Return the steps of the whole body as intervals of the first chosen chain, by chain name."""
-    if not search.chosen:
-        return {}
-    chain, skeleton = search.chosen[0], search.motion.skeleton
-    evidence = {"joint": skeleton.names[_top(skeleton, chain.parent)]}
-    rows = [
-        _interval(
-            Kind.BODY_STEP,
-            chain,
-            step.start,
-            step.stop,
-            {**evidence, "angle_deg": step.degrees, "joints_percent": 100.0 * step.share},
-            step.degrees,
-        )
-        for step in _remaining(search, body_steps(search.motion))
-    ]
-    return {chain.name: rows}
-
-
-def _remaining(search: KindSearch, steps: Sequence[BodyStep]) -> list[BodyStep]:
-    """Return the steps that remain without the automatic corrections.
-
-    Twist errors of many chains that begin in the same frame look like a step of the body.
-    """
-    if not steps or (frames := search.corrected()) is None:
-        return list(steps)
-    left = body_steps(frames(0, search.motion.frames))
-    return [s for s in steps if any(s.start <= o.stop and o.start <= s.stop for o in left)]
+    """Return the steps of the whole body, each in the first chosen chain of its person."""
+    skeleton = search.motion.skeleton
+    first = {chain.person: chain for chain in reversed(search.chosen)}
+    found: dict[str, list[Interval]] = {}
+    for step in body_steps(search.motion):
+        if (chain := first.get(step.person)) is None:
+            continue
+        evidence = {
+            "joint": skeleton.names[_top(skeleton, chain.parent)],
+            "angle_deg": step.degrees,
+            "joints_percent": 100.0 * step.share,
+        }
+        one = _interval(Kind.BODY_STEP, chain, step.start, step.stop, evidence, step.degrees)
+        found.setdefault(chain.name, []).append(one)
+    return found
 
 
 @dataclass(frozen=True)
@@ -126,7 +114,7 @@ def _joint_steps(search: KindSearch) -> _JointSteps:
             written
             for step in steps
             if step.joint in own
-            and not others.explain(written := _as_written(step, held), jump=jump)
+            and not others.explain(written := _as_written(step, held, jump=jump), jump=jump)
         )
         for steps, jump in ((spiking, False), (alone, True))
     )
@@ -171,14 +159,14 @@ class _Others:
     """The other errors of a clip, which may explain a step of a joint.
 
     errors: the errors that can be corrected, by each joint that they turn; of_joints: masks of the
-    frames with lone jumps or noise, by joint; of_body: the size of body steps in degrees, 0 in all
-    other frames, (frames,).
+    frames with lone jumps or noise, by joint; of_body: the size of a person's body steps in
+    degrees, 0 in all other frames, (frames,), by each joint of a person who steps.
     """
 
     search: KindSearch
     errors: dict[int, list[Interval]]
     of_joints: dict[int, Mask]
-    of_body: Array
+    of_body: dict[int, Array]
 
     @staticmethod
     def of(search: KindSearch) -> _Others:
@@ -197,9 +185,13 @@ class _Others:
         of_joints: dict[int, Mask] = {}
         for joint, start, stop in spans:
             of_joints.setdefault(joint, np.zeros(frames, dtype=bool))[start:stop] = True
-        of_body = np.zeros(frames)
-        for step in body_steps(motion):
-            of_body[max(step.start - 1, 0) : step.stop + 1] = step.degrees
+        of_body: dict[int, Array] = {}
+        for person in find_people(motion.skeleton):
+            steps = [step for step in body_steps(motion) if step.person == person.name]
+            size = np.zeros(frames if steps else 0)
+            for step in steps:
+                size[max(step.start - 1, 0) : step.stop + 1] = step.degrees
+            of_body |= dict.fromkeys(person.joints, size) if steps else {}
         return _Others(search, errors, of_joints, of_body)
 
     def explain(self, step: JointStep, *, jump: bool) -> bool:
@@ -207,7 +199,10 @@ class _Others:
         step.
         """
         at, own = slice(step.start, step.stop + 1), self.of_joints.get(step.joint)
-        if step.degrees < _MORE * self.of_body[at].max() or (own is not None and own[at].any()):
+        body = self.of_body.get(step.joint)
+        if body is not None and step.degrees < _MORE * body[at].max():
+            return True
+        if own is not None and own[at].any():
             return True
         near = self._near(step.joint, step)
         groups = [[error] for error in near]
@@ -291,8 +286,11 @@ def _interval(
     )
 
 
-def _as_written(step: JointStep, held: DistinctFrames | None) -> JointStep:
+def _as_written(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> JointStep:
+    """Return a step in the clip's own frames; a jump is one frame, as a lone jump is."""
     start, stop = _written(step.start, step.stop, held)
+    if jump and held is not None:
+        stop = held.end(step.stop - 1) + 1
     return replace(step, start=start, stop=stop)
 
 
@@ -308,10 +306,21 @@ def _owners(search: KindSearch) -> dict[int, Chain]:
 
 
 def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain with which each joint is listed: its own, or the nearest one in the body.
+    """Return the chain with which each joint is listed: its own, or the nearest one of its person.
 
     A joint that is not connected to any chain is left out.
     """
+    people = find_people(skeleton)
+    owner: dict[int, Chain] = {}
+    for person in people:
+        own = [chain for chain in chains if chain.person == person.name]
+        nearest = _nearest(skeleton, own)
+        joints = nearest if len(people) == 1 else person.joints
+        owner |= {joint: nearest[joint] for joint in joints if joint in nearest}
+    return owner
+
+
+def _nearest(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
     owner = lone_jumps.chain_of_joint(chains)
     below: dict[int, tuple[int, Chain]] = {}  # the nearest chain that hangs on a joint
     for chain in chains:

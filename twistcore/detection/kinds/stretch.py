@@ -8,6 +8,7 @@ KIND = KindInfo(
     short="stretch",
     place=41,
     of_capture=True,
+    lasting=True,
     find="twistcore.detection.stretches:find_stretches",
     corrected=True,
     colour="warning",
