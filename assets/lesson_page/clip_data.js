@@ -1,4 +1,4 @@
-// Unpacks the embedded clip data, little-endian arrays in base64.
+// Unpacks the embedded clip data: little-endian arrays in base64.
 var ClipData = (function () {
   "use strict";
 
@@ -14,18 +14,18 @@ var ClipData = (function () {
   const part = (values, at, count) => Array.from(values.subarray(at * count, (at + 1) * count));
 
   class Span { // the frames of a clip around those of some pages
-    constructor(told, figure) {
+    constructor(data, figure) {
       this.figure = figure;
-      this.first = told.first;
-      this.fps = told.fps;
-      this.moving = told.moving; // the joints that position channels move
-      this.offsets = told.offsets;
+      this.first = data.first;
+      this.fps = data.fps;
+      this.moving = data.moving; // the joints that position channels move
+      this.offsets = data.offsets;
       this.joints = figure.parents.length;
-      this._rotations = unpacked(told.rotations);
-      this._positions = unpacked(told.positions);
+      this._rotations = unpacked(data.rotations);
+      this._positions = unpacked(data.positions);
     }
 
-    rotations(frame, after) { // local, one a joint; after: as corrected, where that is known
+    rotations(frame, after) { // local, one per joint; after: as corrected, if known
       const at = frame - this.first;
       const out = [];
       for (let j = 0; j < this.joints; j++) {
@@ -39,7 +39,7 @@ var ClipData = (function () {
       return out;
     }
 
-    translations(frame) { // from the parent, one a joint
+    translations(frame) { // from the parent, one per joint
       const out = this.offsets.slice(), count = this.moving.length;
       this.moving.forEach((j, k) => {
         out[j] = part(this._positions, (frame - this.first) * count + k, 3);
@@ -47,28 +47,28 @@ var ClipData = (function () {
       return out;
     }
 
-    pose(frame, rotations) { // in the world
+    pose(frame, rotations) { // in world space
       return SwingTwist.forwardKinematics(
         this.figure.parents, rotations, this.translations(frame));
     }
   }
 
   class Chain { // one chain over the frames of a span
-    constructor(told, span) {
-      Object.assign(this, told);
+    constructor(data, span) {
+      Object.assign(this, data);
       this.span = span;
       ["axes", "arms", "theta_p", "theta_c", "strength", "running"]
-        .forEach((name) => { this[name] = unpacked(told[name]); });
+        .forEach((name) => { this[name] = unpacked(data[name]); });
     }
 
-    at(frame) { // as SwingTwist takes it
+    at(frame) { // in the form that SwingTwist expects
       const k = frame - this.span.first;
       const { parent, child, children, free } = this;
       return { parent, child, children, free, axis: row(this.axes, k), arm: row(this.arms, k) };
     }
   }
 
-  function row(vectors, k) { // a frame's, where they vary
+  function row(vectors, k) { // for each frame, if they vary
     return unit(part(vectors, vectors.length > 3 ? k : 0, 3));
   }
 
@@ -76,12 +76,12 @@ var ClipData = (function () {
     lesson.figures.forEach((figure) => {
       ["vertices", "joint", "bone", "part", "faces", "edges", "ground", "strength"]
         .forEach((name) => { figure[name] = unpacked(figure[name]); });
-      if (!figure.skin) return; // no page shows it
+      if (!figure.skin) return; // not shown on any page
       ["bone", "part", "faces", "edges"]
         .forEach((name) => { figure.skin[name] = unpacked(figure.skin[name]); });
     });
-    lesson.spans = lesson.spans.map((told) => new Span(told, lesson.figures[told.figure]));
-    lesson.chains = lesson.chains.map((told) => new Chain(told, lesson.spans[told.span]));
+    lesson.spans = lesson.spans.map((data) => new Span(data, lesson.figures[data.figure]));
+    lesson.chains = lesson.chains.map((data) => new Chain(data, lesson.spans[data.span]));
     lesson.pages.forEach((page) => {
       page.span = lesson.spans[page.span];
       page.chain = page.chain === null ? null : lesson.chains[page.chain];

@@ -1,13 +1,13 @@
-// Curves of θp, θc and m(t) around the page's frame, with τ, the playhead and the what-if's values.
+// Curves of θp, θc and m(t) around the page's frame, with τ, the playhead and a what-if.
 var Curves = (function () {
   "use strict";
 
   const { wrap } = SwingTwist;
   const { inDegrees, signed, plain } = Labels;
   const LEFT = 44, RIGHT = 10, TOP = 16, BETWEEN = 20, BOTTOM = 18; // pixels
-  const STEP = 45; // degrees by which a plot grows until a dot is in it
-  const TICKS = 17; // pixels, at least, between two of them
-  const TWIST_SHARE = 0.56; // of the height for θ, the rest for m
+  const STEP = 45; // degrees; a plot grows in such steps until a dot fits into it
+  const TICKS = 17; // the least distance between two of them, pixels
+  const TWIST_SHARE = 0.56; // of the height is for θ, the rest for m
 
   class Plot {
     constructor(canvas, scrubbed) {
@@ -42,7 +42,7 @@ var Curves = (function () {
       this.top = Math.max(1.25 * inDegrees(chain.tau), 1.1 * Math.max(...this.m), 1);
     }
 
-    // state: { frame, theta_p, theta_c, m } – the what-if's, null as captured; lit: symbols; look:
+    // state: { frame, theta_p, theta_c, m } of the what-if, or null; lit: symbols; look:
     // { roles, colourOf, paper }
     draw(state, lit, look) {
       const context = this.canvas.getContext("2d"), wide = this.canvas.clientWidth;
@@ -60,7 +60,7 @@ var Curves = (function () {
         { top: TOP, bottom: split, low: this.range[0], high: this.range[1] },
         { top: split + BETWEEN, bottom: high - BOTTOM, low: 0, high: this.top },
       ];
-      dots.forEach((dot) => { // in steps, so that a plot stands still while a slider moves
+      dots.forEach((dot) => { // in steps, so that a plot does not move with every step of a slider
         const pane = panes[dot.pane];
         while (dot.angle > pane.high) pane.high += STEP;
         while (dot.angle < pane.low) pane.low -= STEP;
@@ -68,7 +68,7 @@ var Curves = (function () {
       const faint = (...symbols) => (lit.size && !symbols.some((s) => lit.has(s)) ? 0.25 : 1);
       const { first, last } = this.page;
       this.x = (frame) => LEFT + ((frame - first) / (last - first)) * (wide - LEFT - RIGHT);
-      const y = (pane, v) => { // m by its root, as the program does: τ and a half turn are both seen
+      const y = (pane, v) => { // √m, as in the program: both τ and a half turn are visible
         const share = (v - pane.low) / (pane.high - pane.low);
         const up = pane.low === 0 ? Math.sqrt(Math.max(share, 0)) : share;
         return pane.bottom - up * (pane.bottom - pane.top);
@@ -183,7 +183,7 @@ var Curves = (function () {
     return [low - more, high + more];
   }
 
-  function ticksOf(pane) { // from the lowest up
+  function ticksOf(pane) { // from low to high
     if (pane.low === 0) return [0, 0.5, 1, 2, 5, 10, 20, 45, 90, 180].filter((v) => v <= pane.high);
     const step = stepOf(pane.high - pane.low, (pane.bottom - pane.top) / TICKS), out = [];
     for (let v = Math.ceil(pane.low / step) * step; v <= pane.high; v += step) out.push(v);

@@ -1,18 +1,18 @@
-// Draws the figure: flat bones with a stripe, and the captured pose as a ghost of a what-if.
+// Draws the figure: flat bones with a stripe, and in a what-if the captured pose as a ghost.
 // Without WebGL, bones are lines in the upper canvas, which also has the gizmo.
 var FigureView = (function () {
   "use strict";
 
   const { rotate, plus, dot, minus, scaled } = SwingTwist;
-  const FAINT = 0.62; // of the background's colour in bones that are not taught
-  const GROWN = 1.09; // the ghost lies around a solid body of the same pose, not in its faces
+  const FAINT = 0.62; // share of the background's colour in bones that the page is not about
+  const GROWN = 1.09; // the ghost is slightly larger than a solid body of the same pose
   const PLAIN = 0, CHOSEN = 1, AFTER = 3; // roles, as in bone_colours.Role
-  const JOINT = 4; // the part of spheres at joints
+  const JOINT = 4; // the spheres at joints
 
   const mixed = (colour, other, share) => colour.map((c, k) => (1 - share) * c + share * other[k]);
   const fromHex = (text) => [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16));
 
-  function makeRenderer(canvas) { // null where there is no WebGL
+  function makeRenderer(canvas) { // null without WebGL
     const options = { antialias: true, alpha: false, powerPreference: "low-power" };
     const context = canvas.getContext("webgl2", options) || canvas.getContext("webgl", options);
     if (!context) return null;
@@ -25,7 +25,7 @@ var FigureView = (function () {
 
   // The parts of bodies: { bone, part } of every vertex, faces, edges, and place(pose, points,
   // normals), which fills three numbers a vertex.
-  function wedgesOf(figure, covered, grown) { // flat bones; none where a skin covers them
+  function wedgesOf(figure, covered, grown) { // flat bones, unless a skin covers them
     const { joint, bone, part, edges } = figure, vertices = thicker(figure, grown);
     const kept = (cells, corners) => {
       const out = [];
@@ -47,7 +47,7 @@ var FigureView = (function () {
     return { bone, part, faces: kept(figure.faces, 3), edges: kept(edges, 2), place };
   }
 
-  function thicker(figure, grown) { // vertices across their bones so many times as far out
+  function thicker(figure, grown) { // vertices are this many times as far from the bone
     const { vertices, bone, bones } = figure, out = Float32Array.from(vertices);
     for (let k = 0; grown !== 1 && k < bone.length; k++) {
       if (bone[k] < 0) continue;
@@ -97,7 +97,7 @@ var FigureView = (function () {
       return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: colour }));
     }
 
-    place(pose, shown) { // shown: bone → whether it is; what is not falls into one point
+    place(pose, shown) { // shown: bone → true if visible; a hidden bone is drawn as one point
       const { bone } = this.shape, points = this.points;
       this.shape.place(pose, points, this.normals);
       for (let k = 0; shown && k < bone.length; k++) {
@@ -119,7 +119,7 @@ var FigureView = (function () {
     }
   }
 
-  function columns(q) { // of the rotation's matrix, one after the other
+  function columns(q) { // columns of the rotation matrix, one after the other
     return [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis) => rotate(q, axis)).flat();
   }
 
@@ -168,8 +168,8 @@ var FigureView = (function () {
       this.lens = new THREE.PerspectiveCamera(1, 1, 1, 10);
     }
 
-    // look: { solid, ghost } poses; strong: bone → taught; differs: bone → painted as "after"; left:
-    // bone → leaves a ghost behind. drawSigns(context, project): what stands above the figure.
+    // look: { solid, ghost } poses; strong: bone → the page is about it; differs: bone →
+    // coloured as "after"; left: bone → leaves a ghost. drawSigns(context, project): draws symbols on top of the figure.
     draw(camera, look, drawSigns) {
       const [width, height] = this.size;
       const context = this.signs.getContext("2d"), ratio = this.signs.width / Math.max(width, 1);
@@ -248,7 +248,7 @@ var FigureView = (function () {
     }
   }
 
-  function groundOf(figure, colours) { // lines that take the background's colour at the rim
+  function groundOf(figure, colours) { // lines that fade into the background at the rim
     const surface = fromHex(colours.roles.surface), line = fromHex(colours.roles.line);
     const geometry = new THREE.BufferGeometry();
     const painted = Array.from(figure.strength).map((s) => mixed(surface, line, 0.85 * s)).flat();
@@ -275,7 +275,7 @@ var FigureView = (function () {
     return mesh;
   }
 
-  // The bones that differ between two poses.
+  // Returns the bones that differ between two poses.
   function differing(figure, solid, ghost) {
     const angle = (p, q) => {
       const d = Math.abs(dot(p, q));

@@ -1,25 +1,25 @@
-// Draws the symbols of a frame in space, above the figure, so that no limb hides them.
+// Draws the symbols of a frame in 3D, on top of the figure, so that no limb hides them.
 var Gizmo = (function () {
   "use strict";
 
   const S = SwingTwist;
   const { cross, length, plus, minus, scaled, rotate } = S;
   const ARC = 32; // steps of an arc
-  const SEEN = Math.PI / 180; // a smaller difference is not drawn apart
+  const SEEN = Math.PI / 180; // smaller differences are not drawn
   const BOLD = 3, THIN = 1.6; // pixels
-  const DIMMED = 0.22; // of what is not lit, beside what is
-  const HEAD = [0.105, 0.034]; // length and radius of an arrow's head, of the bone's length
-  const GAP = 15; // pixels from what a label names to its middle
-  const MEMBERS = 8; // of the family at a swing of 180°
-  const OUT = 0.62, DIAL = 0.13; // how far from P their dials are, and their radius, of the bone
-  const AXES = ["#e14840", "#4aa854", "#4076eb"], AXIS = 0.16; // x, y, z; as long, of the bone
+  const DIMMED = 0.22; // opacity of symbols that are not highlighted
+  const HEAD = [0.105, 0.034]; // length and radius of an arrowhead, in bone lengths
+  const GAP = 15; // pixels from a symbol to the middle of its label
+  const MEMBERS = 8; // of the dials at a swing of 180°
+  const OUT = 0.62, DIAL = 0.13; // the dials' distance from P and radius, as a fraction of the bone
+  const AXES = ["#e14840", "#4aa854", "#4076eb"], AXIS = 0.16; // x, y, z; in bone lengths
 
   // -- shapes: lists of { symbol, kind, points, … } and of labels, in the world -----------------
 
   const turned = (v, axis, angle) =>
     plus(scaled(v, Math.cos(angle)), scaled(cross(axis, v), Math.sin(angle)));
 
-  function fan(start, axis, angle) { // unit vectors on the way of `start` about an axis
+  function fan(start, axis, angle) { // unit vectors on the path of `start` about an axis
     return Array.from({ length: ARC + 1 }, (_, k) => turned(start, axis, (angle * k) / ARC));
   }
 
@@ -41,7 +41,7 @@ var Gizmo = (function () {
       this.parts.push({ symbol, kind: "ball", points: [centre], radius, hollow: !!hollow });
     }
 
-    arrow(symbol, start, way) { // one too short for its head shrinks it
+    arrow(symbol, start, way) { // an arrow that is too short gets a smaller head
       const far = length(way);
       if (far < 1e-9) return;
       const head = Math.min(HEAD[0] * this.size, 0.6 * far);
@@ -75,7 +75,7 @@ var Gizmo = (function () {
     return out;
   }
 
-  function defined(d, staged) { // no angle where there is none: it fills no dial, has no label
+  function defined(d, staged) { // an undefined angle has no dial and no label
     const out = Object.assign({}, d);
     if (!d.swing_is_one) out.theta_p = 0;
     if (staged || !d.dtheta_p_is_defined) {
@@ -91,7 +91,7 @@ var Gizmo = (function () {
   // (n, θp). A normal turned by φ about a has a θp larger by 2φ; all hands point the same way.
   function drawFamily(out, d, parent, at) {
     if (d.swing_reliability >= Labels.NEAR_SWING) return;
-    const above = S.multiply(parent, S.conjugate(d.q)), mark = S.beside(d.a);
+    const above = S.multiply(parent, S.conjugate(d.q)), mark = S.perpendicular(d.a);
     const axis = rotate(above, scaled(d.a, -1)), first = length(d.n) > 0 ? d.n : mark;
     for (let k = 0; k < MEMBERS; k++) {
       const turn = (2 * Math.PI * k) / MEMBERS, n = turned(first, d.a, turn);
@@ -110,7 +110,7 @@ var Gizmo = (function () {
   }
 
   function drawSwing(out, d, parent, along, at) {
-    const above = S.multiply(parent, S.conjugate(d.q)); // what P's rotation is given in
+    const above = S.multiply(parent, S.conjugate(d.q)); // the coordinates of P's rotation
     const bone = rotate(above, d.a), normal = rotate(above, d.n), size = out.size;
     const arc = fan(bone, normal, d.alpha).map((v) => plus(at, scaled(v, 0.46 * size)));
     out.sector("alpha", at, arc, 0.24);
@@ -122,14 +122,14 @@ var Gizmo = (function () {
     out.mark("a", tip(bone, 0.92), at);
     out.arrow("w", at, scaled(along, 0.92 * size));
     out.mark("w", tip(along, 0.8), tip(bone, 0.8));
-    if (d.n_is_defined) out.arrow("n", at, scaled(normal, 0.5 * size)); // else none is the best
+    if (d.n_is_defined) out.arrow("n", at, scaled(normal, 0.5 * size)); // an undefined normal is not drawn
     out.mark("n", tip(normal, 0.5), at, d.n_is_defined);
   }
 
   function drawTwist(out, d, parent, along, at) {
-    // The dial: its zero is the mark after the swing alone, its hand the actual mark.
+    // The dial: its zero is the mark after the swing alone, its hand is the actual mark.
     const centre = plus(at, scaled(along, 0.6 * out.size)), radius = 0.25 * out.size;
-    const hand = rotate(parent, S.beside(d.a)), zero = turned(hand, along, -d.theta_p);
+    const hand = rotate(parent, S.perpendicular(d.a)), zero = turned(hand, along, -d.theta_p);
     const before = turned(zero, along, d.theta_p_before);
     const rim = (vectors, by) => vectors.map((v) => plus(centre, scaled(v, by * radius)));
     out.sector("theta_p", centre, rim(fan(zero, along, d.theta_p), 1), 0.4);
@@ -170,7 +170,7 @@ var Gizmo = (function () {
     out.mark("ideal", at(ideal, reach), child);
   }
 
-  // The axes of the coordinates of P, C and G, in the colours of every program for x, y and z.
+  // The coordinate axes of P, C and G, in the usual colours of x, y and z.
   function drawTriads(out, { parent, child, grandchild }, pose) {
     [parent, child, grandchild].filter((joint) => joint >= 0).forEach((joint) => {
       const at = pose.positions[joint], size = AXIS * out.size;
@@ -181,7 +181,7 @@ var Gizmo = (function () {
     });
   }
 
-  // A name at every joint; a visible G real replaces G.
+  // A name at every joint; if the real G is visible, it replaces G.
   function nameJoints(out, { parent, child, grandchild }, positions) {
     const [p, c, g] = [positions[parent], positions[child], positions[grandchild]];
     out.mark("P", p, c);
@@ -214,7 +214,7 @@ var Gizmo = (function () {
       const depth = seen.reduce((sum, p) => sum + p[2], 0) / seen.length;
       return { part, seen, depth: part.kind === "face" ? depth + 1e3 * shapes.size : depth };
     });
-    parts.sort((x, y) => y.depth - x.depth); // clear faces first, then from afar to near
+    parts.sort((x, y) => y.depth - x.depth); // transparent faces first, then from far to near
     context.save();
     context.lineJoin = context.lineCap = "round";
     parts.forEach(({ part, seen }) => {
@@ -231,7 +231,7 @@ var Gizmo = (function () {
     seen.forEach((p, k) => (k ? context.lineTo(p[0], p[1]) : context.moveTo(p[0], p[1])));
   }
 
-  function pixels(radius, seen, project, part) { // how large a length is where a part is
+  function pixels(radius, seen, project, part) { // the scale at the depth of a part
     const at = part.points[part.points.length - 1], end = seen[seen.length - 1];
     const sides = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis) => {
       const p = project(plus(at, scaled(axis, radius)));
@@ -255,7 +255,7 @@ var Gizmo = (function () {
     head(context, part, seen, project) {
       const [neck, end] = seen, wide = pixels(part.radius, seen, project, part);
       const far = Math.hypot(end[0] - neck[0], end[1] - neck[1]);
-      if (far < 0.5 * wide) { // it points at us, or away: a disc
+      if (far < 0.5 * wide) { // it points at the viewer or away: a disc
         context.beginPath();
         context.arc(end[0], end[1], wide, 0, 2 * Math.PI);
         context.fill();
@@ -309,12 +309,12 @@ var Gizmo = (function () {
     });
   }
 
-  function makeRoom(box, placed) { // up or down, past the labels that are there
+  function makeRoom(box, placed) { // up or down, past existing labels
     const apart = 4;
     placed.forEach((other) => {
-      const beside = box.x > other.x + other.wide + apart || other.x > box.x + box.wide + apart;
+      const aside = box.x > other.x + other.wide + apart || other.x > box.x + box.wide + apart;
       const over = box.y > other.y + other.high + apart || other.y > box.y + box.high + apart;
-      if (beside || over) return;
+      if (aside || over) return;
       const down = box.y + box.high / 2 > other.y + other.high / 2;
       box.y = down ? other.y + other.high + apart : other.y - box.high - apart;
     });

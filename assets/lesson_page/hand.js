@@ -2,8 +2,8 @@
 var Hand = (function () {
   "use strict";
 
-  const TURN = 0.008; // radians a pixel
-  const STEP = Math.PI / 24; // radians a key
+  const TURN = 0.008; // radians per pixel
+  const STEP = Math.PI / 24; // radians per key press
   const KEYS = {
     ArrowLeft: (camera) => camera.orbit(-STEP, 0),
     ArrowRight: (camera) => camera.orbit(STEP, 0),
@@ -15,7 +15,7 @@ var Hand = (function () {
   };
 
   function orbits(element, cameraNow, redraw, home) {
-    const down = new Map(); // pointer → where it is
+    const down = new Map(); // pointer → its position
 
     element.addEventListener("pointerdown", (event) => {
       if (event.target.closest("button")) return;

@@ -25,9 +25,9 @@ var Labels = (function () {
   // -- rows of the equations ----------------------------------------------------------------------
   // of: the result of SwingTwist.numbersOf.
 
-  const NEAR_SWING = 0.1; // reliability of θp below which it is told
+  const NEAR_SWING = 0.1; // reliability of θp below which a warning is shown
   const NEAR_STRAIGHT = 0.17; // of the azimuth
-  const LEAST = 0.005 / inDegrees(1); // an m that is more than the rounding of a file's numbers
+  const LEAST = 0.005 / inDegrees(1); // a larger m is more than rounding in the file
   const NOT_YET = "–";
   const STAGED = ["a", "q", "w", "n", "alpha", "swing", "twist", "theta_p"];
   const nothing = () => tr("undefined");
@@ -37,7 +37,7 @@ var Labels = (function () {
   const unsure = (share, near) => (share < near ? ` (${reliable(share)})` : "");
   const ofOneSwing = (tell) => (of) => (of.frame.swing_is_one ? tell(of.frame) : nothing());
 
-  function opposed(of) { // yes or no to "below zero?", with the number
+  function opposed(of) { // the answer to "below zero?", with the number
     if (!of.frame.strength_is_defined) return nothing();
     const product = inDegrees(inDegrees(of.frame.product)), wide = Math.abs(product);
     const number = wide.toFixed(wide >= 0.01 ? 2 : 4);
@@ -47,7 +47,7 @@ var Labels = (function () {
     return `${answer}: ${sign}${number} (°)²`;
   }
 
-  function strength(of) { // m beside τ
+  function strength(of) { // m compared with τ
     if (!of.frame.strength_is_defined) return nothing();
     const m = of.frame.strength, tau = of.correction.tau;
     return `${size(m)} ${m >= tau ? "≥" : "<"} τ ${plain(inDegrees(tau), 1)}°`;

@@ -14,7 +14,7 @@ var Language = (function () {
     return values ? found.replace(/\{(\w+)\}/g, (_, name) => values[name]) : found;
   }
 
-  const tr_as = (meaning, text) => tr(text); // no text of a page has two meanings
+  const tr_as = (meaning, text) => tr(text); // no text of the page has two translations
 
   return { use: use, tr: tr, tr_as: tr_as };
 })();

@@ -42,7 +42,7 @@
     };
   }
 
-  function compute() { // the frame, captured and as it is shown
+  function compute() { // the frame, as captured and as shown
     const { span, chain } = page, frame = state.frame, before = Math.max(frame - 1, span.first);
     const captured = span.rotations(frame, null);
     const ghost = span.pose(frame, captured);
@@ -68,7 +68,7 @@
     const shape = d ? gizmoOf(d, solid) : circleOf(solid, ghost);
     if (camera === null) camera = firstCamera(solid, shape);
     const strong = figure.bones.map((_, k) => page.strong.includes(k));
-    // In a what-if only bones that keep their place show a ghost of the captured pose; with a
+    // In a what-if, only bones that keep their position show a ghost of the captured pose; with a
     // ghost of every moved bone the figure would appear twice.
     const stays = (bone) => S.length(S.minus(
       solid.positions[bone.parent], ghost.positions[bone.parent])) < 1e-4 * figure.room.height;
@@ -90,7 +90,7 @@
     check(d);
   }
 
-  function redraw() { // once a picture of the screen
+  function redraw() { // once per screen refresh
     if (waiting) return;
     waiting = true;
     requestAnimationFrame(draw);
@@ -107,12 +107,12 @@
     return out;
   }
 
-  function circleOf(solid, ghost) { // of a limb; a chain in a review has none
+  function circleOf(solid, ghost) { // of a limb; a chain in a review has no line
     return page.limb && page.limb.end >= 0
       ? Gizmo.limbSketch(solid, ghost, page.limb, page.span.figure.room.height) : null;
   }
 
-  function firstCamera(solid, shape) { // as the page says, else from where the limb shows best
+  function firstCamera(solid, shape) { // as the page sets it, or from where the limb is seen best
     const out = new OrbitCamera.Camera(page.span.figure.room.up, page.ahead);
     const bones = page.span.figure.bones.filter((_, k) => page.strong.includes(k));
     let points = bones.flatMap((bone) => [
@@ -202,11 +202,11 @@
       && d !== null && d.alpha >= radians(c.amount - 0.05),
     twist: (c) => Math.abs(state.whatIf.twist) >= radians(c.amount - 0.05),
     along: () => !state.whatIf.counter,
-    counter: (c, d) => state.whatIf.counter && d !== null // before anything is taken off
+    counter: (c, d) => state.whatIf.counter && d !== null // before any offset is removed
       && shown.of.correction.before.strength >= page.chain.tau,
     nudged: (c) => c.words.every((word) => state.met.has(word)),
     applied: (c) => state.whatIf.applied >= c.amount - 1e-9,
-    accepted: () => false, // nothing is decided in the page
+    accepted: () => false, // a page records no decisions
   };
 
   function check(d) {
@@ -296,7 +296,7 @@
     one("#play").textContent = tr("Play");
   }
 
-  function play() { // round and round the frames of the page, a fourth as fast as they were
+  function play() { // loops over the frames of the page at a quarter of their speed
     if (state.playing) return stop();
     one("#play").textContent = tr_as("button", "Stop");
     const from = state.frame, began = performance.now(), count = page.last - page.first + 1;
@@ -346,7 +346,7 @@
     (button) => button.addEventListener("click", () => lookAt(button.value)));
   all("#equations button").forEach((button) => button.addEventListener(
     "click", () => light(button.closest(".row").dataset.symbol)));
-  const KEYS = { // as in the program; sliders, the figure and buttons have keys of their own
+  const KEYS = { // as in the program; sliders, the figure and buttons have their own keys
     Escape: () => state.lit && light(state.lit),
     ArrowLeft: () => goTo(state.frame - 1),
     ArrowRight: () => goTo(state.frame + 1),
@@ -368,7 +368,7 @@
   window.addEventListener("resize", () => dress());
   dark.addEventListener("change", dress);
 
-  const asked = () => { // the page that the address names, else the first
+  const asked = () => { // the page in the address, or the first
     const at = Number(location.hash.slice(1));
     return lesson.pages[at - 1] ? at - 1 : 0;
   };

@@ -36,7 +36,7 @@ var OrbitCamera = (function () {
 
     zoom(factor) { this.distance /= factor; }
 
-    pan(right, up, height) { // by pixels, in a view so high
+    pan(right, up, height) { // by pixels, in a view of this height
       const pixel = (2 * this.distance * Math.tan(VIEW_ANGLE / 2)) / height, axes = this.axes;
       this.target = minus(
         this.target, plus(scaled(axes[0], right * pixel), scaled(axes[1], up * pixel)));
@@ -48,7 +48,7 @@ var OrbitCamera = (function () {
       this.orbit(0, 0);
     }
 
-    frame(points, aspect, margin) { // all of them just in view
+    frame(points, aspect, margin) { // so that all of them are just in view
       const axes = this.axes, low = [], high = [];
       axes.forEach((axis, k) => {
         const along = points.map((p) => dot(p, axis));
@@ -76,7 +76,7 @@ var OrbitCamera = (function () {
     }
   }
 
-  // The best of many directions: it shows the swing flat and the dial at an angle.
+  // The best of many directions: the swing is seen flat, the dial at an angle.
   function bestDirection(camera, along, normal, outward) {
     const way = length(outward) > 1e-9 ? unit(outward) : outward;
     let best = camera.ahead, most = -Infinity;

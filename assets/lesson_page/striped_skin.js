@@ -1,12 +1,12 @@
 // A striped skin along the limbs, the same as in inspector/viewport/striped_skin.py. Its roll changes
-// evenly along a bone from the joint above to the joint below, so a wrong twist wrings it.
+// evenly along a bone from the joint above to the joint below, so a wrong twist is visible in its stripes.
 // A plain script like swing_twist.js.
 var StripedSkin = (function () {
   "use strict";
 
   const S = SwingTwist;
   const { plus, minus, scaled, length } = S;
-  const BEND = 0.2; // of a bone: so near to a joint the skin begins to bend with the next one
+  const BEND = 0.2; // as a fraction of a bone: closer to a joint the skin bends with the next bone
 
   const towards = (from, to, share) => plus(from, scaled(minus(to, from), share));
   const rolled = (sides, angle) => [
@@ -14,7 +14,7 @@ var StripedSkin = (function () {
     minus(scaled(sides[1], Math.cos(angle)), scaled(sides[0], Math.sin(angle))),
   ];
 
-  function boneOf(skin, pose, k) { // where a bone lies, and how its skin stands at both ends
+  function boneOf(skin, pose, k) { // the position of a bone, and the roll of its skin at both ends
     const p = skin.parent[k], c = skin.child[k];
     const local = S.multiply(S.conjugate(pose.rotations[p]), pose.rotations[c]);
     const sides = skin.across[k].map((v) => S.rotate(pose.rotations[p], v));
@@ -26,7 +26,7 @@ var StripedSkin = (function () {
     };
   }
 
-  // Near a joint a ring belongs to both bones, at the joint itself in equal shares.
+  // Near a joint a ring belongs to both bones, at the joint itself in equal parts.
   function ringOf(skin, bones, k, at) {
     const own = bones[k];
     let centre = plus(own.start, scaled(own.way, at));
@@ -46,7 +46,7 @@ var StripedSkin = (function () {
   }
 
   // Fills points and normals, three numbers a vertex: bones, rings, vertices, in this order; grown:
-  // how many times as thick as it is.
+  // thickness as a multiple.
   function drape(skin, pose, points, normals, grown) {
     const bones = skin.axis.map((_, k) => boneOf(skin, pose, k));
     let i = 0;

@@ -4,8 +4,8 @@
 var SwingTwist = (function () {
   "use strict";
 
-  const NO_TURN = 1e-9; // length of a vector that has no direction any more
-  const UNDEFINED = 1e-6; // reliability up to which an angle is nothing but rounding
+  const NO_TURN = 1e-9; // a shorter vector has no direction
+  const UNDEFINED = 1e-6; // at a lower reliability, an angle is only rounding
   const NONE = [0, 0, 0];
 
   // -- vectors ----------------------------------------------------------------------------------
@@ -25,8 +25,8 @@ var SwingTwist = (function () {
   const direction = (v) => (hasDirection(v) ? unit(v) : NONE.slice());
   const angleBetween = (u, v) => Math.atan2(length(cross(u, v)), dot(u, v));
 
-  function beside(axis) {
-    // A unit vector perpendicular to another, always the same one.
+  function perpendicular(axis) {
+    // Returns a unit vector perpendicular to another, always the same one.
     const sizes = axis.map(Math.abs);
     const least = sizes.indexOf(Math.min(sizes[0], sizes[1], sizes[2]));
     return unit(cross(axis, [0, 1, 2].map((k) => (k === least ? 1 : 0))));
@@ -66,7 +66,7 @@ var SwingTwist = (function () {
     return { swing: multiply(q, conjugate(twist)), twist: twist };
   }
 
-  // -- a frame altered ----------------------------------------------------------------------------
+  // -- an edited frame ----------------------------------------------------------------------------
   // what if: { twist, counter, toward, swing, bend, nudge, applied }; null: as captured.
 
   const AS_CAPTURED = {
@@ -94,7 +94,7 @@ var SwingTwist = (function () {
       angle = angleBetween(axis, w);
       if (hasDirection(across)) normal = direction(across);
     }
-    if (!hasDirection(normal)) normal = beside(axis);
+    if (!hasDirection(normal)) normal = perpendicular(axis);
     if (whatIf.swing !== null) angle = whatIf.swing;
     if (whatIf.swing !== null || whatIf.toward !== null) {
       q = multiply(turnAbout(normal, angle), parts.twist);
@@ -105,7 +105,7 @@ var SwingTwist = (function () {
   function bent(q, axis, arm, whatIf) {
     const v = rotate(q, arm);
     let normal = direction(cross(axis, v));
-    if (!hasDirection(normal)) normal = beside(axis);
+    if (!hasDirection(normal)) normal = perpendicular(axis);
     if (whatIf.bend !== null) {
       q = multiply(turnAbout(normal, whatIf.bend - angleBetween(axis, v)), q);
     }
@@ -121,7 +121,7 @@ var SwingTwist = (function () {
     return unit(multiply(part, turnAbout(axis, rolled)));
   }
 
-  // rotations: local, one a joint; chain: { parent, child, children, axis, arm, free } at the
+  // rotations: local, one per joint; chain: { parent, child, children, axis, arm, free } at the
   // frame; offset: the angle to remove in part; stage: null, or a stage of P's rotation.
   function altered(rotations, chain, whatIf, offset, stage) {
     const out = rotations.slice(), p = chain.parent, c = chain.child;
@@ -222,7 +222,7 @@ var SwingTwist = (function () {
 
   return {
     AS_CAPTURED: AS_CAPTURED, dot: dot, cross: cross, length: length, unit: unit, plus: plus,
-    minus: minus, scaled: scaled, beside: beside, direction: direction, wrap: wrap,
+    minus: minus, scaled: scaled, perpendicular: perpendicular, direction: direction, wrap: wrap,
     multiply: multiply, conjugate: conjugate, rotate: rotate, turnAbout: turnAbout,
     twistAngle: twistAngle, swingTwist: swingTwist, changes: changes, altered: altered,
     decompose: decompose, numbersOf: numbersOf, UNDEFINED: UNDEFINED, forwardKinematics: forwardKinematics,

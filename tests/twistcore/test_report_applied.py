@@ -111,7 +111,7 @@ def test_what_is_left_of_a_limb_is_told_by_the_limb_and_with_what_became_of_it(t
     names = {(i["chain"], i.get("limb"), i["start"]) for i in left}
     assert ("RightUpLeg", "RightUpLeg-RightFoot", 100) in names
     page = clip_page(report_to_json(report), report)
-    after = page[page.index("looked at again") :]
+    after = page[page.index("examined again") :]
     row = r'<th scope="row">RightUpLeg-RightFoot</th><td>limb flip.*?>100–108<.*>undecided</td>'
     assert re.search(row, after)
 

@@ -324,9 +324,9 @@ def test_the_report_says_that_the_tracked_place_moves_every_joint(tmp_path):
     rewritten = (refined.positions != CLIP.motion.positions).any(axis=(1, 2)).sum()
     assert changed["frames"] == rewritten > 300
     page = (tmp_path / "walk_injected.report.html").read_text(encoding="utf-8")
-    assert "written anew: the position of Hips. Hips and what hangs on it move with the" in page
+    assert "Changed: the position of Hips. Hips and everything attached to it move with the" in page
     assert page.count(" of the height in ") == 1
-    assert "after the correction: the figure&#39;s place, both ways. What" in page
+    assert "after the correction: the position of the figure, both ways. The" in page
     assert "κP" not in page
 
 
@@ -336,8 +336,8 @@ def test_the_report_lists_what_turns_besides_apart_from_what_the_place_carries(t
     refined = accepted_motion(CLIP, CHAINS, review.state)
     write_clip_report(tmp_path, Report(CLIP, CHAINS, review.state, refined))
     page = (tmp_path / "walk_injected.report.html").read_text(encoding="utf-8")
-    told = re.search(r"<p>Joints written anew: LeftArm, the position of Hips\. (.*?)</p>", page)[1]
-    assert set(re.findall(r"(\w+) (?:moves|and what)", told)) >= {"Hips", "LeftHand"}
+    told = re.search(r"<p>Changed: LeftArm, the position of Hips\. (.*?)</p>", page)[1]
+    assert set(re.findall(r"(\w+) (?:moves|and everything)", told)) >= {"Hips", "LeftHand"}
     assert "RightHand" not in told
 
 
