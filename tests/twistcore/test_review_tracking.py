@@ -292,7 +292,7 @@ def test_the_demonstration_says_what_the_table_of_the_docs_says():
     ("tracking", "said"),
     [
         (HAND, "causal, gains of hands κP 700, κD 20, κA 0"),
-        (BOTH, "the figure&#39;s place, both ways, gains of hands κP 700, κD 20, κA 0"),
+        (BOTH, "the position of the figure, both ways, gains of hands κP 700, κD 20, κA 0"),
         (LEARNED, f"causal, learned gains (networks {weights_mark()})"),
     ],
 )
