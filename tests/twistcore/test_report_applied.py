@@ -80,7 +80,7 @@ def test_there_is_no_picture_after_a_correction_that_there_is_not(foot):
         assert page.count("<figcaption>Before<") == 2
         assert page.count("<figcaption>After<") == 1
         assert "If accepted<" not in page
-        assert page.count("rfoot without three rotation channels.") == 1
+        assert page.count("because rfoot has fewer than three rotation channels.") == 1
 
 
 def find_panels(report):
