@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from twistcore.analysis.clip_analysis import Detection
-from twistcore.detection import Interval, Kind
+from twistcore.detection import Interval
 from twistcore.skeleton.body import Unexamined
 from twistcore.skeleton.chain import Chain
 
@@ -46,7 +46,7 @@ def root_mean_square(finds: Iterable[tuple[Interval, Chain]], frames: int, fps: 
 
 
 def _degrees(interval: Interval) -> float:
-    if interval.kind == Kind.PLACE_JUMP:
+    if interval.kind.info.size == "way_percent":  # a distance
         way = (interval.evidence or {}).get("way_percent", 0.0) / 100.0
         return math.degrees(math.atan(way / _REACH))
     return abs(math.degrees(interval.shown))
