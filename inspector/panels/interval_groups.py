@@ -6,7 +6,8 @@ from collections.abc import Collection, Iterator, Sequence
 
 from inspector.panels.interval_rows import GroupRow, IntervalRow, ListRow
 from inspector.session.document import Document
-from twistcore.analysis.error_groups import error_groups
+from twistcore.analysis.error_groups import ErrorGroup, error_groups
+from twistcore.detection import Interval
 from twistcore.review import Judged
 from twistcore.review.model import overlapping_ids
 
@@ -24,12 +25,15 @@ class IntervalGroups:
         self.whole = False
         self._unfolded: set[int] = set()  # ids of the intervals in unfolded groups
         self._by_id: dict[int, GroupRow] = {}
+        self._grouped_last: tuple[object, list[Interval]] | None = None
+        self._found: tuple[ErrorGroup, ...] = ()
 
     def forget(self) -> None:
         """Fold all groups, because another clip is open."""
         self.whole = False
         self._unfolded.clear()
         self._by_id.clear()
+        self._grouped_last = None
 
     @property
     def count(self) -> int:
@@ -88,8 +92,11 @@ class IntervalGroups:
         if data is None or not self.on:
             return
         listed = [judged for judged in listed if not judged.by_hand]
-        intervals = [judged.interval for judged in listed]
-        for group in error_groups(intervals, data.chains_and_limbs, data.motion.skeleton):
+        new = data.analysis, [judged.interval for judged in listed]
+        if new != self._grouped_last:  # decisions change nothing
+            self._grouped_last = new
+            self._found = error_groups(new[1], data.chains_and_limbs, data.motion.skeleton)
+        for group in self._found:
             members = tuple(listed[k] for k in group.members)
             ids = {judged.id for judged in members}
             if now in ids and not self.whole:

@@ -74,7 +74,7 @@ class IntervalsPanel(QWidget):
         self.table.selectionModel().selectionChanged.connect(self._report_number)
         self.table.doubleClicked.connect(self.activated)
         self.table.viewport().installEventFilter(self)
-        self._proxy.layoutChanged.connect(self._span_names)
+        self._proxy.layoutChanged.connect(lambda: None if self._refreshing else self._span_names())
         self.columns = IntervalColumns(self.table, settings or Settings())
         self.filters = FilterLine()
         self.filter, self.search = self.filters.choice, self.filters.search
@@ -152,7 +152,8 @@ class IntervalsPanel(QWidget):
         return thing if isinstance(thing, GroupRow) else None
 
     def _unfold(self, group: GroupRow, on: bool) -> None:
-        if group is self._groups.entered and not on:
+        entered = self._groups.entered
+        if entered is not None and entered.id == group.id and not on:
             self._groups.whole = True  # the row of the selected interval goes
         self._groups.unfold(group, on)
         self._refresh()
@@ -325,6 +326,7 @@ class IntervalsPanel(QWidget):
         self._hint.setText(text)
         self._stack.setCurrentIndex(1 if self._proxy.rowCount() else 0)
         self._select_row()
+        self._report_number()
 
     def _span_names(self) -> None:
         """Let the names of groups take the columns that a group has no number for."""
@@ -403,4 +405,5 @@ class IntervalsPanel(QWidget):
         self._clicked = False
 
     def _report_number(self) -> None:
-        self.number_changed.emit(len(self.selected_ids()))
+        if not self._refreshing:
+            self.number_changed.emit(len(self.selected_ids()))

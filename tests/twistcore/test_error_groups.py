@@ -53,10 +53,17 @@ def test_a_stretch_goes_with_its_jumps(walk):
     ]
 
 
-@pytest.mark.parametrize("gap", [0, 1, 2, 3])
+@pytest.mark.parametrize("gap", [-2, -1, 0, 1, 2])
 def test_edges_touch_if_they_are_at_most_one_frame_apart(walk, gap):
-    found = groups_of(walk, made(KNEE, 20, 30), made(FOOT, 30 + gap, 44))
-    assert bool(found) == (gap <= 1)
+    assert bool(groups_of(walk, flip(20, 30), jump(30 + gap))) == (abs(gap) <= 1)
+    assert bool(groups_of(walk, made(KNEE, 20, 30), made(FOOT, 20 + gap, 60))) == (abs(gap) <= 1)
+
+
+def test_an_error_that_ends_where_another_begins_is_another(walk):
+    two = made(KNEE, 20, 30), made(FOOT, 30, 44)
+    assert groups_of(walk, *two) == []
+    assert [members for members, _ in groups_of(walk, *two, jump(30))] == [{0, 1, 2}]
+    assert [members for members, _ in groups_of(walk, jump(30), *two)] == [{0, 1, 2}]
 
 
 def test_two_flips_of_which_each_has_its_jumps_stay_apart(walk):
@@ -94,10 +101,10 @@ def test_three_of_a_kind_are_a_series_with_the_jumps_of_each(walk):
 @pytest.mark.parametrize(
     ("sizes", "count"),
     [
-        ((30.0, 40.0, 44.0), 1),
-        ((30.0, 40.0, 50.0), 0),  # more than one and a half times as large
+        ((30.0, 34.0, 38.0), 1),
+        ((30.0, 34.0, 40.0), 0),  # more than 1.3 times as large
         ((30.0, -30.0, 30.0), 0),  # in another direction
-        ((-44.0, -30.0, -36.0), 1),
+        ((-38.0, -30.0, -34.0), 1),
         ((170.0, 180.0, -170.0), 1),  # half turns
         ((0.0, 0.0, 0.0), 1),
     ],

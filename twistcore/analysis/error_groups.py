@@ -2,8 +2,9 @@
 
 Three rules make the groups; none of them depends on decisions:
 
-1. *Edges*: on one limb, intervals whose edges are at most one frame apart belong together. A jump
-   has a single edge, its first frame. This joins a flip with the jumps at its edges.
+1. *Edges*: on one limb, intervals whose edges are at most one frame apart belong together, if one
+   of them is a jump or if they share a frame. A jump has a single edge, its first frame. This joins
+   a flip with the jumps at its edges.
 2. *Overlap*: on one limb, intervals that share at least 80 % of the longer one's frames belong
    together. This joins a leg with its foot.
 3. *Series*: if at least three of these groups have the same kind of error in the same chain, in the
@@ -30,7 +31,7 @@ from twistcore.work.frozen import dataclass
 _NEAR = 1  # frames between edges
 _SHARED = 0.8  # of the longer interval's frames
 _SERIES = 3  # groups in a series, at least
-_SIMILAR = 1.5  # times the smallest size in a series
+_SIMILAR = 1.3  # times the smallest size in a series
 _JUMP = 4  # frames of a jump, at most
 
 
@@ -120,8 +121,29 @@ def _touching(intervals: Sequence[Interval], members: Iterable[int]) -> Iterator
     edges = [(intervals[k].start, k) for k in members]
     edges += [(intervals[k].stop, k) for k in members if not _is_jump(intervals[k])]
     edges.sort()
-    for (edge, one), (following, other) in pairwise(edges):
-        if following - edge <= _NEAR:
+    meeting: list[int] = []  # intervals with neighbouring edges
+    for place, (edge, k) in enumerate(edges):
+        if place and edge - edges[place - 1][0] > _NEAR:
+            yield from _met(intervals, meeting)
+            meeting = []
+        meeting.append(k)
+    yield from _met(intervals, meeting)
+
+
+def _met(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[int, int]]:
+    """Yield pairs that connect intervals with neighbouring edges.
+
+    Without a jump, intervals that share no frame stay apart: one error only ends where another one
+    begins.
+    """
+    if len(meeting) < 2:
+        return
+    jumps = any(_is_jump(intervals[k]) for k in meeting)
+    reach = -1
+    meeting.sort(key=lambda k: intervals[k].start)
+    for one, other in pairwise(meeting):
+        reach = max(reach, intervals[one].stop)
+        if jumps or intervals[other].start < reach:
             yield one, other
 
 
