@@ -15,8 +15,8 @@ from twistcore.review.model import overlapping_ids
 class IntervalGroups:
     """Arranges the intervals of a document in rows.
 
-    on: True to group errors that belong together; whole: True if the group of the selected interval
-    is selected as a whole, False for the interval alone.
+    on: True to group errors that belong together, but never in an exercise; whole: True if the
+    group of the selected interval is selected as a whole, False for the interval alone.
     """
 
     def __init__(self, document: Document) -> None:
@@ -89,7 +89,7 @@ class IntervalGroups:
 
     def _grouped(self, listed: Sequence[Judged]) -> Iterator[GroupRow]:
         data, now = self._document.data, self._document.interval_id
-        if data is None or not self.on:
+        if data is None or data.blind or not self.on:
             return
         listed = [judged for judged in listed if not judged.by_hand]
         new = data.analysis, [judged.interval for judged in listed]
