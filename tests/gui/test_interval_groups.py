@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
@@ -10,8 +11,10 @@ from PySide6.QtTest import QTest
 from inspector.language import use_language
 from inspector.panels.interval_columns import PLACE
 from inspector.panels.interval_rows import GroupRow
+from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.session.session_files import journals, session_path
 from inspector.session.settings import Settings, load_settings
+from inspector.widgets.theme import LIGHT, Colours
 from tests.conftest import ASSETS
 from tests.gui.windows import act, close_window, decisions, open_clip, press
 from twistcore.detection import Kind
@@ -241,6 +244,15 @@ def test_an_interval_made_by_hand_is_in_no_group(kick):
     made = next(j for j in document.intervals if j.by_hand)
     assert [thing.id for thing in things(kick) if thing.id == made.id] == [made.id]
     assert kick.intervals.count.text().endswith("2 groups")
+
+
+def test_an_exercise_has_no_groups(open_document, qtbot):
+    """Each of its intervals is decided: a group would tell which are alike."""
+    document = open_document(ASSETS / "kick.bvh")
+    document.data = replace(document.data, blind=True)
+    panel = IntervalsPanel(document, Colours(LIGHT), Settings())
+    qtbot.addWidget(panel)
+    assert panel.table.model().rowCount() == FOUND
 
 
 def test_a_group_is_named_in_the_language_of_the_window(qtbot, show_window):

@@ -1,5 +1,6 @@
 """Errors that belong together: edges, overlap and series make groups; decisions do not."""
 
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
@@ -123,6 +124,12 @@ def test_a_series_is_of_one_joint_and_one_kind(walk):
     assert groups_of(walk, *spikes, third) == [
         ({0, 1, 2}, "3 times the same: RightFoot leaves its path")
     ]
+
+
+def test_flips_that_turn_the_foot_are_another_series(walk):
+    turned = [replace(flip(50 * k, 50 * k + 9), carried=k == 1) for k in range(3)]
+    assert groups_of(walk, *turned) == []
+    assert len(groups_of(walk, *turned, flip(150, 159))) == 1
 
 
 def test_the_order_of_the_intervals_changes_nothing(walk):
