@@ -34,6 +34,8 @@ LABELS = (
         for segment in ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg", "arm", "leg")
     ),
     *(f"{side} {end}" for side in ("Left", "Right") for end in ("Hand", "Foot", "Toe")),
+    *(f"{side} {middle}" for side in ("Left", "Right") for middle in ("elbow", "knee")),
+    *(f"{side} {middle}" for side in ("left", "right") for middle in ("elbow", "knee")),
     *(f"{side} {bone}" for side in ("left", "right") for bone in ("arm", "leg", "forearm", "shin")),
     *("elbow", "knee", "hand", "foot", "shoulder", "wrist", "ankle", "joint"),
 )

@@ -26,6 +26,7 @@ _CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "tex
 _ROOMS_OF_CORE = (
     *("detection", "review", "tuning", "errors", "quamo/response", "quamo/track_clip"),
     *("analysis/clip_analysis", "analysis/examination", "analysis/why_not", "analysis/quality"),
+    "analysis/error_groups",
     *("analysis/correction/corrected", "analysis/correction/protected_measures"),
     "analysis/correction/twist_removal",
     *("skeleton/body", "skeleton/chain", "skeleton/limb", "skeleton/motion", "skeleton/notation"),
@@ -44,7 +45,7 @@ _INFOS = {
         ("label", "short", "measures", "strength", "tau", "action"), CORE
     ),
     "KindInfo": {
-        **dict.fromkeys(("name", "here", "named", "legend", "tip", "why"), CORE),
+        **dict.fromkeys(("name", "here", "named", "legend", "tip", "why", "happens"), CORE),
         **{"short": "kind of error", "label": ""},
     },
 }

@@ -116,6 +116,7 @@ class DetailCard(QWidget):
         form.addRow(tr("Notes"), hbox((self.reason, 2), (self.note, 3)))
         buttons = QHBoxLayout()
         self.buttons: dict[Decision, QPushButton] = {}
+        self._words: dict[Decision, str] = {}
         for decision, text, key in (
             (Decision.ACCEPTED, tr_as("the interval", "Accept"), "A"),
             (Decision.REJECTED, tr_as("the interval", "Reject"), "R"),
@@ -123,6 +124,7 @@ class DetailCard(QWidget):
         ):
             button = QPushButton(text)
             button.setToolTip(f"{text} ({key})")
+            self._words[decision] = text
             button.clicked.connect(lambda _=False, d=decision: self.judged.emit(d))
             buttons.addWidget(button)
             self.buttons[decision] = button
@@ -162,6 +164,12 @@ class DetailCard(QWidget):
         self._text.setDirection(directions[0 if low else 1])
         line = self.fontMetrics().height() + 4 if low else _UNBOUND
         self.to_quality.setMaximumHeight(line)
+
+    def show_number(self, number: int) -> None:
+        """Show on the buttons on how many intervals they decide, if there are several."""
+        for decision, button in self.buttons.items():
+            many = f" ({number})" if number > 1 else ""
+            button.setText(f"{self._words[decision]}{many}")
 
     def _take_clip(self) -> None:
         """Show the new clip; the note that was typed for the previous clip is already stored."""

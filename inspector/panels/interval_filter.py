@@ -7,13 +7,12 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from PySide6.QtCore import QEvent, QSortFilterProxyModel, Qt, Signal
+from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit, QWidget
 
 from inspector.language import announced, tr, tr_as
 from inspector.widgets.building import hbox
-from inspector.widgets.tables import SORT_ROLE, Index, RowModel
 from twistcore.detection import Kind
 from twistcore.review import Judged
 
@@ -165,20 +164,3 @@ class _SearchLine(QLineEdit):
 
 
 _ENDS = (Qt.Key.Key_Escape, Qt.Key.Key_Return, Qt.Key.Key_Enter)
-
-
-class FilteredRows(QSortFilterProxyModel):
-    """The rows for which `kept` is True, sorted by the model's values or in the model's order."""
-
-    def __init__(
-        self, model: RowModel[tuple[Judged, bool]], kept: Callable[[Judged], bool]
-    ) -> None:
-        super().__init__()
-        self._model, self._kept = model, kept
-        self.setSortRole(SORT_ROLE)
-        self.setSourceModel(model)
-
-    def filterAcceptsRow(self, row: int, parent: Index) -> bool:
-        """True if the row passes the filter."""
-        del parent
-        return self._kept(self._model.things[row][0])

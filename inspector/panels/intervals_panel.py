@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
-import numpy as np
-from PySide6.QtCore import QItemSelectionModel, QModelIndex, Qt, QTimer, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QObject, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QMouseEvent, QResizeEvent, QShortcutEvent
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
-from inspector.language import of_core, tr, tr_as
+from inspector.language import of_core, plural, tr
 from inspector.panels.interval_columns import COLUMNS, PLACE, IntervalColumns
-from inspector.panels.interval_filter import (
-    OF_CHAIN,
-    FilteredRows,
-    FilterLine,
-    IntervalFilter,
-    short_word,
+from inspector.panels.interval_filter import OF_CHAIN, FilterLine, IntervalFilter, short_word
+from inspector.panels.interval_groups import IntervalGroups
+from inspector.panels.interval_rows import (
+    ENDS,
+    INDENT,
+    MARKS,
+    NAME,
+    SHARED,
+    UNSUPPORTED,
+    GroupRow,
+    IntervalModel,
+    ListRow,
+    SortedRows,
+    end_of,
 )
 from inspector.panels.reject_reasons import shown_reason
 from inspector.panels.rig_names import joints_of
@@ -25,133 +33,22 @@ from inspector.session.examined import reason_unexamined, unexamined_sentences
 from inspector.session.settings import Settings
 from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.signed_numbers import angle_of, plain, signed
-from inspector.widgets.tables import RowDelegate, RowModel, RowTable, TableRow
+from inspector.widgets.tables import RowDelegate, RowTable
 from inspector.widgets.theme import Colours
 from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
-from twistcore.review.model import APPLIED, overlapping_ids
-from twistcore.skeleton.helper import Helper
 
 _ROOM, _ROOM_LOW = 8, 3  # pixels of a row in addition to its text
-_NOTED = 500  # letters of a note that its cell shows
 _WITH_COUNT = 430  # pixels: in a narrower list only the status bar shows the count
-MARKS = {
-    Decision.UNDECIDED: tr("· undecided"),
-    Decision.ACCEPTED: tr("✓ accepted"),
-    Decision.REJECTED: tr("✗ rejected"),
-}
-_KEPT, _TURNED = tr_as("the limb's end is", "kept"), tr_as("the limb's end is", "turned")
-_SHARED, _UNSUPPORTED = " +", " <τ"
 _EVERYTHING = IntervalFilter()
-
-
-class _IntervalModel(RowModel[tuple[Judged, bool]]):
-    """The rows of the table, each a pair: an interval, and whether it overlaps another one."""
-
-    heads = tuple(column.head for column in COLUMNS)
-    head_tips = tuple(column.tip or column.name for column in COLUMNS)
-    right = tuple(k for k, column in enumerate(COLUMNS) if column.figures)
-    middle = (PLACE["chain"],)
-
-    def __init__(self, document: Document, colours: Colours) -> None:
-        super().__init__(colours)
-        self._document = document
-
-    def key(self, thing: tuple[Judged, bool]) -> int:
-        return thing[0].id
-
-    def describe(self, thing: tuple[Judged, bool]) -> TableRow:
-        judged, shared = thing
-        document = self._document
-        interval, own = document.displayed(judged).interval, judged.interval.confidence
-        assert document.data is not None
-        delta, first = float(np.degrees(interval.shown)), document.first_frame
-        seconds = interval.start * document.data.motion.frame_time
-        seen = not interval.repairable and judged.decision == Decision.ACCEPTED
-        decision = tr("✓ seen") if seen else MARKS[judged.decision]
-        if judged.verdict == APPLIED:
-            decision = tr("✓ automatic")
-        decision += (_SHARED if shared else "") + ("" if judged.supported else _UNSUPPORTED)
-        sure = -1.0 if interval.confidence is None else interval.confidence
-        chain = document.find_chain(interval.chain)
-        joints = joints_of(chain, document.data.motion.skeleton)
-        end = _end(judged)
-        label = of_core(chain.label if isinstance(chain, Helper) else chain.list_label)
-        note = " · ".join(filter(None, (shown_reason(judged.reason), judged.note)))[:_NOTED]
-        cells: dict[str, tuple[str, object]] = {  # the text, and the value to sort by
-            "chain": (label, interval.chain),
-            "decision": (decision, judged.decision.value),
-            "start": (str(interval.start + first), interval.start),
-            "stop": (str(interval.stop + first), interval.stop),
-            "frames": (str(interval.frames), interval.frames),
-            "time": (f"{seconds:.2f} s", interval.start),
-            "delta": (angle_of(interval.kind, interval.shown), abs(delta)),
-            "confidence": ("–" if interval.confidence is None else f"{sure:.2f}", sure),
-            "end": (end, end),
-            "kind": (short_word(interval.kind), interval.kind.value),
-            "joints": (joints, joints),
-            "note": (note, note),
-        }
-        return TableRow(
-            texts=tuple(cells[column.id][0] for column in COLUMNS),
-            sort=tuple(cells[column.id][1] for column in COLUMNS),
-            colours={
-                PLACE["decision"]: getattr(self.theme, str(judged.decision)),
-                PLACE["joints"]: self.theme.soft,
-                PLACE["kind"]: getattr(self.theme, interval.kind.info.colour, self.theme.text),
-            },
-            tips=(_tip(document.displayed(judged), shared, f"{label} ({joints})", own),),
-            spoken={PLACE["decision"]: decision.partition(" ")[2]},
-        )
-
-
-def _end(judged: Judged) -> str:
-    """Return whether the foot or hand of a flip is kept or turned, or '' for other kinds."""
-    if judged.interval.kind != Kind.LIMB_FLIP:
-        return ""
-    return _TURNED if judged.interval.carried else _KEPT
-
-
-def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
-    interval = judged.interval
-    kind, joint = of_core(interval.kind), interval.joint
-    parts = [tr("{chain}, {kind}, {n} frames", chain=chain, kind=kind, n=interval.frames)]
-    if tip := interval.kind.info.tip:
-        size = f"{plain(np.degrees(interval.residual))}°"
-        parts.append(of_core(tip.format(joint=joint, size=size)))
-    elif not interval.kind.known:
-        parts.append(tr("found by a newer version of the program; not corrected"))
-    elif abs(interval.residual) > 1e-9:
-        left = signed(np.degrees(interval.residual), 2)
-        parts.append(tr("{angle}° remain after the end", angle=left))
-    if own != interval.confidence and own is not None:
-        line = tr(
-            "confidence as learned from your decisions (the detector's own is {own:.2f})", own=own
-        )
-        parts.append(line)
-    if shared:
-        parts.append(tr("overlaps another interval of its chain; their offsets are added"))
-    if judged.reason:
-        parts.append(tr("reason: {reason}", reason=shown_reason(judged.reason)))
-    if judged.edited:
-        parts.append(tr("edited by hand"))
-    if judged.by_hand:
-        parts.append(tr("made by hand"))
-    if not judged.supported:
-        parts.append(tr("no longer found at this τ"))
-    if judged.verdict == APPLIED:
-        parts.append(tr("corrected automatically; not yet reviewed by anyone"))
-    if judged.reviewer or judged.decided_at:
-        by, at = judged.reviewer, judged.decided_at
-        parts.append(tr("decided {at} {reviewer}", at=at, reviewer=by).strip())
-    return "\n".join(parts)
+_FOLDING = {"Right": True, "Left": False}
 
 
 class IntervalsPanel(QWidget):
     """The interval table with its filter; the current row is the document's selected interval."""
 
     activated = Signal()  # a double click on a row
+    number_changed = Signal(int)  # of selected intervals, including all of a selected group
 
     def __init__(
         self, document: Document, colours: Colours, settings: Settings | None = None
@@ -159,20 +56,25 @@ class IntervalsPanel(QWidget):
         """Build the panel. settings: store which columns are shown and how rows are sorted."""
         super().__init__()
         self._document = document
+        self._groups = IntervalGroups(document)
         self._refreshing = self._clicked = False
+        self._stepping: tuple[int, ...] | None = None  # the ids among which to go alone
         self._with_text = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
         self._marks: set[str] = set()
         self._names: dict[str, tuple[str, str]] = {}  # by chain
         self._measured: dict[int, Judged] = {}  # intervals that the columns fit already, by id()
         self._later = QTimer(self, singleShot=True, interval=0)
-        self._later.timeout.connect(self._filter_again)
-        self._model = _IntervalModel(document, colours)
-        self._proxy = FilteredRows(self._model, self._is_listed)
+        self._later.timeout.connect(self._refresh)
+        self._model = IntervalModel(document, colours)
+        self._proxy = SortedRows(self._model)
         self.table = RowTable(self._proxy, several=True)
         self.table.setAccessibleName(tr("Intervals"))
         self.table.setItemDelegate(RowDelegate(self._model, self.table, self._proxy))
         self.table.selectionModel().currentRowChanged.connect(self._row_selected)
+        self.table.selectionModel().selectionChanged.connect(self._report_number)
         self.table.doubleClicked.connect(self.activated)
+        self.table.viewport().installEventFilter(self)
+        self._proxy.layoutChanged.connect(lambda: None if self._refreshing else self._span_names())
         self.columns = IntervalColumns(self.table, settings or Settings())
         self.filters = FilterLine()
         self.filter, self.search = self.filters.choice, self.filters.search
@@ -190,9 +92,9 @@ class IntervalsPanel(QWidget):
         document.intervals_changed.connect(self._refresh)
         document.chains_changed.connect(self._forget_names)
         document.numbering_changed.connect(self._model.redraw)
-        for other in (self._model.redraw, self._filter_again):
+        for other in (self._model.redraw, self._refresh):
             document.confidence_changed.connect(other)
-        document.hidden_changed.connect(self._filter_again)
+        document.hidden_changed.connect(self._refresh)
         document.interval_changed.connect(self._interval_changed)
         document.chain_changed.connect(self._chain_changed)
         self._refresh()
@@ -219,12 +121,50 @@ class IntervalsPanel(QWidget):
         """Clear the filter; return a function that restores it."""
         return self.filters.list_all()
 
+    def group_errors(self, on: bool) -> None:
+        """List errors that belong together as a group, or list all intervals singly."""
+        self._groups.on, self._groups.whole = on, False
+        self._refresh()
+
+    def unfold_with(self, *actions: QAction) -> None:
+        """Let the keys Right and Left of these actions first unfold and fold a selected group."""
+        for action in actions:
+            action.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Unfold or fold a group with Right and Left, or with a click on its arrow."""
+        if isinstance(event, QShortcutEvent):
+            on, group = _FOLDING.get(event.key().toString()), self._groups.selected
+            if on is not None and group is not None and group.unfolded != on:
+                self._unfold(group, on)
+                return True
+        elif isinstance(event, QMouseEvent) and event.type() == QEvent.Type.MouseButtonPress:
+            index = self.table.indexAt(event.position().toPoint())
+            from_left = event.position().x() - self.table.columnViewportPosition(0)
+            group = self._group_at(index) if index.column() == 0 else None
+            arrow = self.table.fontMetrics().horizontalAdvance(INDENT)
+            if group and event.button() == Qt.MouseButton.LeftButton and from_left <= arrow:
+                self._unfold(group, not group.unfolded)
+        return super().eventFilter(watched, event)
+
+    def _group_at(self, index: QModelIndex) -> GroupRow | None:
+        thing = self._thing(index.row()) if index.isValid() else None
+        return thing if isinstance(thing, GroupRow) else None
+
+    def _unfold(self, group: GroupRow, on: bool) -> None:
+        entered = self._groups.entered
+        if entered is not None and entered.id == group.id and not on:
+            self._groups.whole = True  # the row of the selected interval goes
+        self._groups.unfold(group, on)
+        self._refresh()
+
     def _forget_names(self) -> None:
         self._names.clear()
         self._measured.clear()
 
     def _take_clip(self) -> None:
         self._forget_names()
+        self._groups.forget()
         self._marks.clear()
         self._with_text -= {"confidence", "kind", "end", "note"}
         self._refresh()
@@ -240,9 +180,11 @@ class IntervalsPanel(QWidget):
         fresh = [j for j in document.intervals if id(j) not in known]  # must be quick: drags of τ
         self._measured = {id(j): j for j in document.intervals}
         if shared:
-            self._marks.add(_SHARED)
+            self._marks.add(SHARED)
+        if self._groups.count:
+            self._marks.add(INDENT)
         if not all(j.supported for j in fresh):
-            self._marks.add(_UNSUPPORTED)
+            self._marks.add(UNSUPPORTED)
         for name, has_text in (
             ("confidence", lambda j: j.interval.confidence is not None),
             ("kind", lambda j: j.interval.kind != Kind.COUNTER_TWIST),
@@ -258,10 +200,10 @@ class IntervalsPanel(QWidget):
         last = str(document.frames + document.first_frame)
         kinds = {*Kind, *(j.interval.kind for j in document.intervals)}
         widest = max(MARKS.values(), key=advance)
-        marks = "".join(m for m in (_SHARED, _UNSUPPORTED) if m in self._marks)
+        marks = "".join(m for m in (SHARED, UNSUPPORTED) if m in self._marks)
         self.columns.take(
             {
-                "chain": max(labels, key=advance),
+                "chain": INDENT * (INDENT in self._marks) + max(labels, key=advance),
                 "decision": widest + marks,
                 "start": last,
                 "stop": last,
@@ -269,7 +211,7 @@ class IntervalsPanel(QWidget):
                 "time": f"{document.frames * data.motion.frame_time:.2f} s",
                 "delta": "−180.0°",
                 "confidence": "0.00",
-                "end": max(_KEPT, _TURNED, key=advance),
+                "end": max(ENDS, key=advance),
                 "kind": max(map(short_word, kinds), key=advance),
                 "joints": max(joints, key=advance),
             },
@@ -301,7 +243,7 @@ class IntervalsPanel(QWidget):
         kind = short_word(judged.interval.kind)
         verdict, reason = judged.verdict, judged.reason
         parts = label, name, joints, kind, verdict, of_core(verdict), judged.decision.value
-        words = of_core(judged.decision), _end(judged), reason, shown_reason(reason), judged.note
+        words = of_core(judged.decision), end_of(judged), reason, shown_reason(reason), judged.note
         return " ".join((*parts, *words))
 
     def order_by(self, order: str) -> None:
@@ -310,27 +252,66 @@ class IntervalsPanel(QWidget):
         self.table.sortByColumn(column, Qt.SortOrder.AscendingOrder)
 
     def selected_ids(self) -> tuple[int, ...]:
-        """Return the ids of the selected rows from top to bottom."""
-        rows = sorted(i.row() for i in self.table.selectionModel().selectedRows())
-        return tuple(self._judged(row).id for row in rows)
+        """Return the ids of the selected intervals from top to bottom, all of a selected group."""
+        things = map(self._thing, self._selected_rows())
+        return tuple(dict.fromkeys(k for thing in things for k in thing.ids))
+
+    def _selected_rows(self) -> list[int]:
+        return sorted(i.row() for i in self.table.selectionModel().selectedRows())
+
+    @property
+    def has_several_selected(self) -> bool:
+        """True if several rows are selected."""
+        return len(self._selected_rows()) > 1
 
     def shown_ids(self) -> tuple[int, ...]:
-        """Return the ids of the listed rows from top to bottom."""
-        return tuple(self._judged(row).id for row in range(self._proxy.rowCount()))
+        """Return the ids of the listed intervals from top to bottom, all of a folded group."""
+        return tuple(
+            k
+            for thing in self._listed_things()
+            if not (isinstance(thing, GroupRow) and thing.unfolded)
+            for k in thing.ids
+        )
 
-    def _judged(self, proxy_row: int) -> Judged:
+    @contextmanager
+    def going_about(self) -> Iterator[tuple[int, ...]]:
+        """Yield the ids to go through, from top to bottom: one for each group, or each interval.
+
+        In the meantime, an interval in a group is selected with the whole group. In a group of
+        which a single interval is selected, the intervals are gone through one by one.
+        """
+        entered, now = self._groups.entered, self._document.interval_id
+        stops = []
+        for thing in self._listed_things():
+            if isinstance(thing, GroupRow):
+                if entered is None or thing.id != entered.id:
+                    stops.append(now if now in thing.ids else thing.undecided.id)
+            elif thing.group is None or (entered is not None and thing.group.id == entered.id):
+                stops.append(thing.id)
+        self._stepping = entered.ids if entered else ()
+        try:
+            yield tuple(k for k in stops if k is not None)
+        finally:
+            self._stepping = None
+
+    def _listed_things(self) -> Iterator[ListRow]:
+        return map(self._thing, range(self._proxy.rowCount()))
+
+    def _thing(self, proxy_row: int) -> ListRow:
         source = self._proxy.mapToSource(self._proxy.index(proxy_row, 0))
-        return self._model.things[source.row()][0]
+        return self._model.things[source.row()]
 
     def _refresh(self) -> None:
         intervals = self._document.intervals
-        shared = overlapping_ids(intervals)
+        listed = [judged for judged in intervals if self._is_listed(judged)]
+        rows = self._groups.rows(listed)
         self._refreshing = True  # a row that vanishes must not select another
-        self._model.show([(j, j.id in shared) for j in intervals])
+        self._model.show(rows)
+        self._span_names()
         self.table.doItemsLayout()  # now: a later layout would repaint the panel twice
         self._refreshing = False
-        self._fit_columns(bool(shared))
-        self.count.setText(self._count_text())
+        self._fit_columns(any(not isinstance(row, GroupRow) and row.shared for row in rows))
+        self.count.setText(self._count_text(len(listed)))
         if not self._document.data:
             text = tr("Open a clip to list its suspicious intervals here.")
         elif not intervals and (blind := reason_unexamined(self._document.data)):
@@ -345,29 +326,35 @@ class IntervalsPanel(QWidget):
         self._hint.setText(text)
         self._stack.setCurrentIndex(1 if self._proxy.rowCount() else 0)
         self._select_row()
+        self._report_number()
 
-    def _count_text(self) -> str:
-        intervals, listed = self._document.intervals, self._proxy.rowCount()
+    def _span_names(self) -> None:
+        """Let the names of groups take the columns that a group has no number for."""
+        self.table.clearSpans()
+        if self._groups.count:
+            for row, thing in enumerate(self._listed_things()):
+                if isinstance(thing, GroupRow):
+                    self.table.setSpan(row, NAME, 1, len(COLUMNS) - NAME)
+
+    def _count_text(self, listed: int) -> str:
+        intervals = self._document.intervals
         if not intervals:
             return ""
-        if listed < len(intervals):
-            return tr("{listed} of {total} listed", listed=listed, total=len(intervals))
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
-        return tr("{done} of {total} decided", done=decided, total=len(intervals))
+        text = tr("{done} of {total} decided", done=decided, total=len(intervals))
+        if listed < len(intervals):
+            text = tr("{listed} of {total} listed", listed=listed, total=len(intervals))
+        groups = self._groups.count
+        return f"{text} · {plural('{n} group', '{n} groups', groups)}" if groups else text
 
     def _filter_changed(self) -> None:
         if (judged := self._document.interval) and not self._passes(judged):
             self._document.select_interval(None)  # A and R must not judge a hidden interval
-        self._filter_again()
+        self._refresh()
 
     def _chain_changed(self) -> None:
         if self.filters.current.chosen == OF_CHAIN:
-            self._filter_again()
-
-    def _filter_again(self) -> None:
-        self._refreshing = True
-        self._proxy.invalidate()
-        self._refresh()
+            self._refresh()
 
     @property
     def _is_filtered(self) -> bool:
@@ -377,18 +364,23 @@ class IntervalsPanel(QWidget):
         return self.filters.current != _EVERYTHING or bool(self._document.hidden)
 
     def _interval_changed(self) -> None:
-        """Select the row; if there is a filter, refresh the list, where the
+        """Select the row. If there is a filter, or a group must unfold, refresh the list, where the
         selected row always appears.
         """
-        if not self._is_filtered:
+        groups, now = self._groups, self._document.interval_id
+        if not self._clicked:
+            groups.whole = self._stepping is not None and now not in self._stepping
+        unfolds = groups.entered is not None and not groups.entered.unfolded
+        if not self._is_filtered and not unfolds:
             self._select_row()
         elif self._clicked:
             self._later.start()  # the table must finish the click before rows go
         else:
-            self._filter_again()
+            self._refresh()
 
     def _select_row(self) -> None:
-        at = self._model.row_of(self._document.interval_id)
+        group = self._groups.selected
+        at = self._model.row_of(group.id if group else self._document.interval_id)
         index = self._proxy.mapFromSource(self._model.index(-1 if at is None else at, 0))
         if not index.isValid():
             self.table.clearSelection()
@@ -401,7 +393,17 @@ class IntervalsPanel(QWidget):
         self.table.scrollTo(index)
 
     def _row_selected(self, current: QModelIndex) -> None:
-        if current.isValid() and not self._refreshing:
-            self._clicked = True
-            self._document.select_interval(self._judged(current.row()).id, jump=True)
-            self._clicked = False
+        if not current.isValid() or self._refreshing:
+            return
+        thing, document = self._thing(current.row()), self._document
+        self._groups.whole = isinstance(thing, GroupRow)
+        judged = thing.undecided if isinstance(thing, GroupRow) else thing.judged
+        if self._groups.whole and document.interval_id in thing.ids:
+            return  # selected already, with the group
+        self._clicked = True
+        document.select_interval(judged.id, jump=True)
+        self._clicked = False
+
+    def _report_number(self) -> None:
+        if not self._refreshing:
+            self.number_changed.emit(len(self.selected_ids()))

@@ -51,6 +51,7 @@ class Settings:
     - autosave: True if sessions are saved automatically
     - columns: the columns of the list of intervals, empty for as many as fit
     - interval_sort: the column to sort by, with '-' in front for descending order, '' for none
+    - group_errors: True to list errors that belong together as a group
     - skin: True to draw limbs with the striped skin instead of wedges
     - side_by_side: True to draw the poses before and after in two pictures
     - language: 'system' or a language code such as 'de'; an unknown code means 'system'
@@ -73,6 +74,7 @@ class Settings:
     autosave: bool = True
     columns: list[str] = field(default_factory=list)
     interval_sort: str = ""
+    group_errors: bool = True
     skin: bool = True
     side_by_side: bool = True
     language: str = "system"
@@ -152,6 +154,7 @@ CHECKS: dict[str, Check] = {
     "autosave": checks.truth,
     "columns": checks.first_of(checks.text_up_to(20), 20),
     "interval_sort": checks.text_up_to(21),
+    "group_errors": checks.truth,
     "skin": checks.truth,
     "side_by_side": checks.truth,
     "language": checks.text_up_to(20),

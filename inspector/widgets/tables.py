@@ -55,7 +55,8 @@ class TableRow:
     texts; colours: '#rrggbb' by column; tips: one tool tip for all columns, or one per column;
     tick: state of the check box in the first column, or None for no box; beside: secondary text
     after the text of the first column, drawn by a BesideDelegate; spoken: texts for screen readers
-    by column, for symbols, bars and empty cells.
+    by column, for symbols, bars and empty cells; left: columns aligned to the left in this row,
+    although the model aligns them to the right.
     """
 
     texts: tuple[str, ...]
@@ -65,6 +66,7 @@ class TableRow:
     tick: bool | None = None
     beside: str = ""
     spoken: Mapping[int, str] = field(default_factory=dict)
+    left: tuple[int, ...] = ()
 
 
 class RowModel(QAbstractTableModel, Generic[_Thing]):
@@ -175,9 +177,13 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 
     def row(self, row: int) -> TableRow:
         """Return the description of a row."""
-        key = self._keys[row]
+        return self.row_for(self.things[row])
+
+    def row_for(self, thing: _Thing) -> TableRow:
+        """Return the description of a thing that the table contains."""
+        key = self.key(thing)
         if key not in self._rows:
-            self._rows[key] = self.describe(self.things[row])
+            self._rows[key] = self.describe(thing)
         return self._rows[key]
 
     def row_of(self, key: Hashable) -> int | None:
@@ -332,7 +338,7 @@ class RowDelegate(QStyledItemDelegate):
         row, column = self.described(index), index.column()
         assert isinstance(index, QModelIndex)
         option.index = index
-        option.displayAlignment = self._model.alignment(column)
+        option.displayAlignment = _LEFT if column in row.left else self._model.alignment(column)
         option.text = row.texts[column]
         if column in self._model.middle:
             option.textElideMode = Qt.TextElideMode.ElideMiddle

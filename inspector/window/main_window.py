@@ -163,6 +163,7 @@ class MainWindow(Parts):
         for chosen in (f"theme_{self.settings.theme}", f"order_{self.settings.order}"):
             self.actions_by_id[chosen].setChecked(True)
         self.actions_by_id["zoom_each"].setChecked(self.settings.zoom_to_interval)
+        self.actions_by_id["group_errors"].setChecked(self.settings.group_errors)
         for look in ("skin", "side_by_side"):
             action = self.actions_by_id[look]
             action.setChecked(self.settings.value(look))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -77,8 +78,8 @@ class ReviewActions:
     def judge(self, decision: Decision) -> None:
         """Set the decision of the selected intervals without moving the camera."""
         if self.document.data is not None:
-            order = self.intervals.shown_ids()
-            self.document.decide(decision, self.intervals.selected_ids(), order)
+            with self.intervals.going_about() as order:
+                self.document.decide(decision, self.intervals.selected_ids(), order)
             if decision != Decision.UNDECIDED and self.document.interval is not None:
                 self._report_end()
 
@@ -121,12 +122,14 @@ class ReviewActions:
         changed = [j.id for j in after.intervals if old.get(j.id) is not j]
         if not changed or document.interval_id in changed:
             return
-        document.select_interval(changed[0], jump=True)
+        with self.intervals.going_about() if len(changed) > 1 else nullcontext(()) as order:
+            first = next((k for k in order if k in changed), changed[0])
+            document.select_interval(first, jump=True)
         self._arrive(zoom=True)
 
     def _out_of_view(self) -> bool:
         judged = self.document.interval
-        if judged is None or self.player.playing or len(self.intervals.selected_ids()) > 1:
+        if judged is None or self.player.playing or self.intervals.has_several_selected:
             return False
         first, last = self.visible.ends
         if judged.interval.start <= last and judged.interval.stop >= first:
@@ -143,19 +146,18 @@ class ReviewActions:
 
         If no interval is undecided in that direction, go to the neighbouring interval.
         """
-        order = self.intervals.shown_ids()
         if self._report_unexamined():
             return
-        if direction < 0 and not self._undecided_before(order):
-            self.step_any(direction)
-            return
-        if not self.document.step_interval(direction, undecided=True, order=order):
-            judged = self.document.interval
-            if judged is None or judged.decision != Decision.UNDECIDED:
-                self._report_end()
+        with self.intervals.going_about() as order:
+            if direction < 0 and not self._undecided_before(order):
                 self.document.step_interval(direction, order=order)
-            else:
-                self.bar.show_message(tr("This is the last undecided interval."), False)
+            elif not self.document.step_interval(direction, undecided=True, order=order):
+                judged = self.document.interval
+                if judged is None or judged.decision != Decision.UNDECIDED:
+                    self._report_end()
+                    self.document.step_interval(direction, order=order)
+                else:
+                    self.bar.show_message(tr("This is the last undecided interval."), False)
         self._arrive(zoom=True)
 
     def _report_unexamined(self) -> bool:
@@ -168,9 +170,9 @@ class ReviewActions:
     def begin(self) -> None:
         """Go to the first undecided interval of a clip that has just been opened."""
         fresh = self.document.interval is None and self.document.frame == 0
-        order = self.intervals.shown_ids()
-        if fresh and self.document.step_interval(+1, undecided=True, order=order):
-            self._arrive(zoom=True)
+        with self.intervals.going_about() as order:
+            if fresh and self.document.step_interval(+1, undecided=True, order=order):
+                self._arrive(zoom=True)
 
     def _undecided_before(self, order: Sequence[int]) -> bool:
         now = self.document.interval_id
@@ -180,7 +182,8 @@ class ReviewActions:
 
     def step_any(self, direction: int) -> None:
         """Go to the next interval (+1) or the previous one (−1), decided or not."""
-        self.document.step_interval(direction, order=self.intervals.shown_ids())
+        with self.intervals.going_about() as order:
+            self.document.step_interval(direction, order=order)
         self._arrive(zoom=True)
 
     def _arrive(self, *, zoom: bool) -> None:
@@ -218,6 +221,11 @@ class ReviewActions:
                 )
         rest = in_a_line(unexamined_sentences(self.document.data))
         self.bar.show_message(f"{text} {rest}".strip(), False)
+
+    def group_errors(self, on: bool) -> None:
+        """Group errors that belong together in the list or not, and remember it."""
+        self.settings.group_errors = on
+        self.intervals.group_errors(on)
 
     def set_order(self, order: str) -> None:
         """Go through the intervals in the order of 'time' or 'chain', and remember this order."""

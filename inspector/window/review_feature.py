@@ -47,6 +47,8 @@ class Reviewing(FeatureParts):
             lambda text: window.statusBar().showMessage(text, _STATUS_MS), window,
         )  # fmt: skip
         self.intervals.activated.connect(visible.zoom_to_interval)
+        self.intervals.unfold_with(actions["next_frame"], actions["previous_frame"])
+        self.intervals.number_changed.connect(self.detail.show_number)
         self.detail.judged.connect(self.review_actions.judge)
         self.detail.end_turned.connect(self.review_actions.turn_end)
 

@@ -5,6 +5,7 @@ from PySide6.QtCore import Qt
 
 from inspector.panels.interval_filter import FILTERS
 from inspector.session.session_files import session_path
+from inspector.session.settings import Settings
 from tests.gui.windows import act, open_clip, press, wait_until_active
 from tests.messages import names_in_one_line
 from tests.twistcore.test_capture_faults import FAULTS, faulty_clip
@@ -23,7 +24,7 @@ def path(tmp_path):
 
 @pytest.fixture
 def opened(qtbot, show_window, path):
-    window = show_window(size=(1280, 800))
+    window = show_window(Settings(turn_ms=0, group_errors=False), size=(1280, 800))
     open_clip(qtbot, window, path)
     return window
 

@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
-from tests.gui.windows import wait_until_active
+from tests.gui.windows import act, wait_until_active
 from twistcore.cli import main as twistcore
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import rewritten
@@ -48,6 +48,7 @@ def dialogs_of_qt(qapp):
 def test_three_clips_by_keyboard_alone(qtbot, window, tmp_path, capsys):
     total = 0
     window.settings.reviewer_asked = True
+    act(window, "group_errors")  # off: one key for each interval
 
     def key(which, modifier=Qt.KeyboardModifier.NoModifier):
         qtbot.waitUntil(window.viewport.has_painted_interval)

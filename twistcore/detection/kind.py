@@ -56,6 +56,9 @@ class KindInfo:
         Texts about one interval: for a frame inside it, for a frame next to it, for the 3D view,
         for the list, and a sentence about the error. {frames}, {span}, {size}, {joint} and {angle}
         are replaced in them; in `why` only {joint} and {size}.
+    happens : str
+        What happens to a part of the body, for the name of a group of errors: "{part} jumps";
+        the part and the kind's name if not given.
     """
 
     name: str
@@ -78,6 +81,7 @@ class KindInfo:
     legend: str = ""
     tip: str = ""
     why: str = ""
+    happens: str = ""
 
 
 def plural_name(word: str) -> str:

@@ -14,6 +14,7 @@ KIND = KindInfo(
     find="twistcore.detection.all_joints.finders:find_body_steps",
     colour="warning",
     here="body step {frames} ({size})",
+    happens="The whole body steps",
     named="the body step in {span} ({size})",
     legend="the whole body steps by {size}",
     tip="many joints jump at once, by a median of {size}; this is not corrected",

@@ -13,6 +13,7 @@ KIND = KindInfo(
     repair="carried roll",
     automatic=True,
     here="carried roll {frames} ({size})",
+    happens="{part} rolls",
     named="the carried roll in {span} ({size})",
     tip="The bone and the next one roll together; the limb's shape does not change",
 )

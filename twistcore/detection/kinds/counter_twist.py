@@ -10,4 +10,5 @@ KIND = KindInfo(
     repair="twist",
     automatic=True,
     here="counter-twist {frames} ({size})",
+    happens="{part} twists",
 )

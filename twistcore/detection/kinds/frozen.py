@@ -12,6 +12,7 @@ KIND = KindInfo(
     sign="",
     counted="frozen span",
     here="frozen frames {frames} of {joint}",
+    happens="{part} is frozen",
     named="the frozen span of {joint} in {span}",
     legend="does not move",
     tip="the limb does not move at all; this is not corrected",

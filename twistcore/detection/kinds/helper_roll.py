@@ -9,4 +9,5 @@ KIND = KindInfo(
     place=30,
     repair="roll",  # never automatically: its confidence was not measured
     here="helper roll {frames} of {joint} ({size})",
+    happens="{part} rolls",
 )

@@ -14,6 +14,7 @@ KIND = KindInfo(
     corrected=True,
     colour="warning",
     here="joint jump {frames} of {joint} ({size})",
+    happens="{part} jumps",
     named="the joint jump of {joint} in {span} ({size})",
     legend="jumps by {size}",
     tip="{joint} jumps by {size} in one frame; this is not corrected",

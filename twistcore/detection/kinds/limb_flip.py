@@ -14,4 +14,5 @@ KIND = KindInfo(
     automatic=True,
     weight=1.5,  # a knee on the wrong side is more visible
     here="limb flip {frames} ({size})",
+    happens="{part} flips",
 )

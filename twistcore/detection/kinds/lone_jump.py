@@ -12,6 +12,7 @@ KIND = KindInfo(
     place=40,
     size="turn_deg",
     here="lone jump {frames} of {joint} ({size})",
+    happens="{part} jumps",
     named="the lone jump of {joint} in {span} ({size})",
     legend="jumps by {angle}",
     tip="{joint} jumps about its own axis; this is not corrected",

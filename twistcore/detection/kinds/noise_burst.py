@@ -12,6 +12,7 @@ KIND = KindInfo(
     sign="±",
     size="sigma_deg",
     here="noise burst {frames} of {joint}",
+    happens="{part} jitters",
     named="the noise burst of {joint} in {span}",
     legend="noise of {size}",
     tip="{joint} has noise of {size}; this is not corrected",

@@ -14,6 +14,7 @@ KIND = KindInfo(
     find="twistcore.detection.all_joints.finders:find_place_jumps",
     colour="warning",
     here="place jump {frames} of {joint}",
+    happens="{part} changes its place",
     named="the place jump of {joint} in {span}",
     legend="the place jumps",
     tip="the position of {joint} jumps; this is not corrected",

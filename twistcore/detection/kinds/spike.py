@@ -14,6 +14,7 @@ KIND = KindInfo(
     corrected=True,
     colour="warning",
     here="spike {frames} of {joint} ({size})",
+    happens="{part} leaves its path",
     named="the spike of {joint} in {span} ({size})",
     legend="spike of {size}",
     tip="{joint} is off by {size} and comes back; this is not corrected",

@@ -14,6 +14,7 @@ KIND = KindInfo(
     colour="warning",
     size="turn_deg",
     here="stretch {frames} in which {joint} stays turned ({size})",
+    happens="{part} stays turned",
     named="the stretch of {joint} in {span} ({size})",
     legend="stays turned by {angle}",
     tip="{joint} jumps about its own bone and stays turned; the jump is shown but not corrected",

@@ -1,0 +1,104 @@
+"""Groups in the interval table: which there are, and which are unfolded."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+
+from inspector.panels.interval_rows import GroupRow, IntervalRow, ListRow
+from inspector.session.document import Document
+from twistcore.analysis.error_groups import ErrorGroup, error_groups
+from twistcore.detection import Interval
+from twistcore.review import Judged
+from twistcore.review.model import overlapping_ids
+
+
+class IntervalGroups:
+    """Arranges the intervals of a document in rows.
+
+    on: True to group errors that belong together, but never in an exercise; whole: True if the
+    group of the selected interval is selected as a whole, False for the interval alone.
+    """
+
+    def __init__(self, document: Document) -> None:
+        self._document = document
+        self.on = True
+        self.whole = False
+        self._unfolded: set[int] = set()  # ids of the intervals in unfolded groups
+        self._by_id: dict[int, GroupRow] = {}
+        self._grouped_last: tuple[object, list[Interval]] | None = None
+        self._found: tuple[ErrorGroup, ...] = ()
+
+    def forget(self) -> None:
+        """Fold all groups, because another clip is open."""
+        self.whole = False
+        self._unfolded.clear()
+        self._by_id.clear()
+        self._grouped_last = None
+
+    @property
+    def count(self) -> int:
+        """The number of groups."""
+        return len({group.id for group in self._by_id.values()})
+
+    def find(self, interval_id: int | None) -> GroupRow | None:
+        """Return the row of the group with an interval, or None if it is in no group."""
+        return self._by_id.get(interval_id) if interval_id is not None else None
+
+    @property
+    def selected(self) -> GroupRow | None:
+        """The row of the group that is selected as a whole, or None."""
+        return self.find(self._document.interval_id) if self.whole else None
+
+    @property
+    def entered(self) -> GroupRow | None:
+        """The row of the group in which a single interval is selected, or None."""
+        return None if self.whole else self.find(self._document.interval_id)
+
+    def unfold(self, group: GroupRow, on: bool = True) -> None:
+        """Unfold a group, or fold it."""
+        if on:
+            self._unfolded.update(group.ids)
+        else:
+            self._unfolded.difference_update(group.ids)
+
+    def rows(self, listed: Sequence[Judged]) -> list[ListRow]:
+        """Return the rows of all intervals, in which only some intervals are listed.
+
+        The row of a group is followed by the rows of its intervals, which are listed if the group
+        is unfolded. A group consists of listed intervals only, and of none that were made by hand.
+        """
+        intervals = self._document.intervals
+        shared, shown = overlapping_ids(intervals), {judged.id for judged in listed}
+        self._by_id = {k: group for group in self._grouped(listed) for k in group.ids}
+        return list(self._arranged(intervals, shared, shown))
+
+    def _arranged(
+        self, intervals: Sequence[Judged], shared: Collection[int], shown: Collection[int]
+    ) -> Iterator[ListRow]:
+        inside: dict[int, list[Judged]] = {}  # the intervals of each group in the list's order
+        for judged in intervals:
+            if (group := self._by_id.get(judged.id)) is not None:
+                inside.setdefault(group.id, []).append(judged)
+        for judged in intervals:
+            if (group := self._by_id.get(judged.id)) is None:
+                yield IntervalRow(judged, judged.id in shared, judged.id in shown)
+            elif group.id in inside:
+                yield group
+                for member in inside.pop(group.id):
+                    yield IntervalRow(member, member.id in shared, group.unfolded, group)
+
+    def _grouped(self, listed: Sequence[Judged]) -> Iterator[GroupRow]:
+        data, now = self._document.data, self._document.interval_id
+        if data is None or data.blind or not self.on:
+            return
+        listed = [judged for judged in listed if not judged.by_hand]
+        new = data.analysis, [judged.interval for judged in listed]
+        if new != self._grouped_last:  # decisions change nothing
+            self._grouped_last = new
+            self._found = error_groups(new[1], data.chains_and_limbs, data.motion.skeleton)
+        for group in self._found:
+            members = tuple(listed[k] for k in group.members)
+            ids = {judged.id for judged in members}
+            if now in ids and not self.whole:
+                self._unfolded |= ids
+            yield GroupRow(group.name, members, unfolded=not ids.isdisjoint(self._unfolded))

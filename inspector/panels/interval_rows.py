@@ -1,0 +1,260 @@
+"""The rows of the interval table: single intervals, and groups of intervals that unfold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import QSortFilterProxyModel, Qt
+
+from inspector.language import of_core, tr, tr_as
+from inspector.panels.interval_columns import COLUMNS, PLACE
+from inspector.panels.interval_filter import short_word
+from inspector.panels.reject_reasons import shown_reason
+from inspector.panels.rig_names import joints_of
+from inspector.session.document import Document
+from inspector.widgets.signed_numbers import angle_of, plain, signed
+from inspector.widgets.tables import SORT_ROLE, Index, RowModel, TableRow
+from inspector.widgets.theme import Colours
+from twistcore.detection import Kind
+from twistcore.review import Decision, Judged
+from twistcore.review.model import APPLIED
+from twistcore.skeleton.helper import Helper
+
+INDENT = 4 * "\N{NO-BREAK SPACE}"  # before an interval of an unfolded group
+NAME = PLACE["stop"]  # the first of the columns that the name of a group takes
+_FOLDED, _UNFOLDED = "▸ ", "▾ "
+_NOTED = 500  # letters of a note that its cell shows
+_LISTED = 12  # intervals in the tool tip of a group
+MARKS = {
+    Decision.UNDECIDED: tr("· undecided"),
+    Decision.ACCEPTED: tr("✓ accepted"),
+    Decision.REJECTED: tr("✗ rejected"),
+}
+ENDS = tr_as("the limb's end is", "kept"), tr_as("the limb's end is", "turned")
+SHARED, UNSUPPORTED = " +", " <τ"
+
+
+@dataclass(frozen=True)
+class GroupRow:
+    """The row of a group. members: its intervals, the one that represents the group first."""
+
+    name: str
+    members: tuple[Judged, ...]
+    unfolded: bool
+    listed: bool = True
+
+    @property
+    def id(self) -> int:
+        """The key of the row, unlike any id of an interval."""
+        return -self.members[0].id
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """The ids of all intervals of the group."""
+        return tuple(judged.id for judged in self.members)
+
+    @property
+    def undecided(self) -> Judged:
+        """The first undecided interval of the group, or its first one if all are decided."""
+        left = (j for j in self.members if j.decision == Decision.UNDECIDED)
+        return next(left, self.members[0])
+
+
+@dataclass(frozen=True)
+class IntervalRow:
+    """The row of an interval.
+
+    shared: True if it overlaps another interval of its chain; listed: True if the row is shown;
+    group: the row of its group, or None.
+    """
+
+    judged: Judged
+    shared: bool
+    listed: bool = True
+    group: GroupRow | None = None
+
+    @property
+    def id(self) -> int:
+        """The id of the interval."""
+        return self.judged.id
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """The interval's id, as of a group with one member."""
+        return (self.judged.id,)
+
+
+ListRow = IntervalRow | GroupRow
+
+
+class IntervalModel(RowModel[ListRow]):
+    """The rows of the table; the intervals of a group follow the row of the group."""
+
+    heads = tuple(column.head for column in COLUMNS)
+    head_tips = tuple(column.tip or column.name for column in COLUMNS)
+    right = tuple(k for k, column in enumerate(COLUMNS) if column.figures)
+    middle = (PLACE["chain"],)
+
+    def __init__(self, document: Document, colours: Colours) -> None:
+        super().__init__(colours)
+        self._document = document
+
+    def key(self, thing: ListRow) -> int:
+        """Return the key that identifies a row."""
+        return thing.id
+
+    def describe(self, thing: ListRow) -> TableRow:
+        """Return the texts of a row."""
+        if isinstance(thing, GroupRow):
+            return self._describe_group(thing)
+        judged, shared = thing.judged, thing.shared
+        document = self._document
+        interval, own = document.displayed(judged).interval, judged.interval.confidence
+        assert document.data is not None
+        delta, first = float(np.degrees(interval.shown)), document.first_frame
+        seconds = interval.start * document.data.motion.frame_time
+        seen = not interval.repairable and judged.decision == Decision.ACCEPTED
+        decision = tr("✓ seen") if seen else MARKS[judged.decision]
+        if judged.verdict == APPLIED:
+            decision = tr("✓ automatic")
+        decision += (SHARED if shared else "") + ("" if judged.supported else UNSUPPORTED)
+        sure = -1.0 if interval.confidence is None else interval.confidence
+        chain = document.find_chain(interval.chain)
+        joints = joints_of(chain, document.data.motion.skeleton)
+        end = end_of(judged)
+        label = of_core(chain.label if isinstance(chain, Helper) else chain.list_label)
+        note = " · ".join(filter(None, (shown_reason(judged.reason), judged.note)))[:_NOTED]
+        cells: dict[str, tuple[str, object]] = {  # the text, and the value to sort by
+            "chain": (label, interval.chain),
+            "decision": (decision, judged.decision.value),
+            "start": (str(interval.start + first), interval.start),
+            "stop": (str(interval.stop + first), interval.stop),
+            "frames": (str(interval.frames), interval.frames),
+            "time": (f"{seconds:.2f} s", interval.start),
+            "delta": (angle_of(interval.kind, interval.shown), abs(delta)),
+            "confidence": ("–" if interval.confidence is None else f"{sure:.2f}", sure),
+            "end": (end, end),
+            "kind": (short_word(interval.kind), interval.kind.value),
+            "joints": (joints, joints),
+            "note": (note, note),
+        }
+        inside = INDENT * (thing.group is not None)
+        return TableRow(
+            texts=(inside + label, *(cells[column.id][0] for column in COLUMNS[1:])),
+            sort=tuple(cells[column.id][1] for column in COLUMNS),
+            colours={
+                PLACE["decision"]: getattr(self.theme, str(judged.decision)),
+                PLACE["joints"]: self.theme.soft,
+                PLACE["kind"]: getattr(self.theme, interval.kind.info.colour, self.theme.text),
+            },
+            tips=(_tip(document.displayed(judged), shared, f"{label} ({joints})", own),),
+            spoken={PLACE["decision"]: decision.partition(" ")[2], 0: label},
+        )
+
+    def _describe_group(self, group: GroupRow) -> TableRow:
+        lead, every = group.members[0], [j.decision for j in group.members]
+        document, count = self._document, len(every)
+        chain, first = document.find_chain(lead.interval.chain), document.first_frame
+        decided = count - every.count(Decision.UNDECIDED)
+        one = every[0] if len(set(every)) == 1 else None
+        decision = MARKS[one] if one else tr("{done} of {count}", done=decided, count=count)
+        start = min(j.interval.start for j in group.members)
+        name = of_core(group.name)
+        label = f"{of_core(chain.label)} ({count})"
+        texts, sort = [""] * len(COLUMNS), list(self.describe(IntervalRow(lead, False)).sort)
+        texts[PLACE["chain"]] = (_UNFOLDED if group.unfolded else _FOLDED) + label
+        texts[PLACE["decision"]] = decision
+        texts[PLACE["start"]] = str(start + first)
+        texts[NAME] = name
+        sort[PLACE["start"]] = sort[PLACE["time"]] = start
+        state = tr("unfolded") if group.unfolded else tr("folded")
+        lines = [
+            f"{j.interval.start + first}–{j.interval.stop + first}  "
+            f"{of_core(document.find_chain(j.interval.chain).list_label)}  "
+            f"{short_word(j.interval.kind)}"
+            for j in group.members[:_LISTED]
+        ]
+        return TableRow(
+            texts=tuple(texts),
+            sort=tuple(sort),
+            colours={PLACE["decision"]: getattr(self.theme, str(one or Decision.UNDECIDED))},
+            tips=("\n".join((name, *lines, *["…"] * (count > _LISTED))),),
+            spoken={
+                0: tr("group of {count}, {state}: {name}", count=count, state=state, name=name),
+                PLACE["decision"]: decision.removeprefix(MARKS[one][:2]) if one else decision,
+            },
+            left=(NAME,),
+        )
+
+
+class SortedRows(QSortFilterProxyModel):
+    """The listed rows, sorted by the model's values or in the model's order.
+
+    The intervals of a group follow the row of the group in every order. Rows with equal values keep
+    the model's order.
+    """
+
+    def __init__(self, model: IntervalModel) -> None:
+        super().__init__()
+        self._model = model
+        self.setSortRole(SORT_ROLE)
+        self.setSourceModel(model)
+
+    def filterAcceptsRow(self, row: int, parent: Index) -> bool:
+        """True if the row is listed."""
+        del parent
+        return self._model.things[row].listed
+
+    def lessThan(self, left: Index, right: Index) -> bool:
+        """True if a row precedes another one in ascending order."""
+        one, other = (self._model.things[index.row()] for index in (left, right))
+        tops = [getattr(thing, "group", None) or thing for thing in (one, other)]
+        if tops[0].id == tops[1].id and GroupRow not in (type(one), type(other)):
+            tops = [one, other]
+        values = [self._model.row_for(thing).sort[left.column()] for thing in tops]
+        if values[0] != values[1]:
+            return bool(values[0] < values[1])
+        return (left.row() < right.row()) == (self.sortOrder() == Qt.SortOrder.AscendingOrder)
+
+
+def end_of(judged: Judged) -> str:
+    """Return whether the foot or hand of a flip is kept or turned, or '' for other kinds."""
+    if judged.interval.kind != Kind.LIMB_FLIP:
+        return ""
+    return ENDS[judged.interval.carried]
+
+
+def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
+    interval = judged.interval
+    kind, joint = of_core(interval.kind), interval.joint
+    parts = [tr("{chain}, {kind}, {n} frames", chain=chain, kind=kind, n=interval.frames)]
+    if tip := interval.kind.info.tip:
+        size = f"{plain(np.degrees(interval.residual))}°"
+        parts.append(of_core(tip.format(joint=joint, size=size)))
+    elif not interval.kind.known:
+        parts.append(tr("found by a newer version of the program; not corrected"))
+    elif abs(interval.residual) > 1e-9:
+        left = signed(np.degrees(interval.residual), 2)
+        parts.append(tr("{angle}° remain after the end", angle=left))
+    if own != interval.confidence and own is not None:
+        line = tr(
+            "confidence as learned from your decisions (the detector's own is {own:.2f})", own=own
+        )
+        parts.append(line)
+    if shared:
+        parts.append(tr("overlaps another interval of its chain; their offsets are added"))
+    if judged.reason:
+        parts.append(tr("reason: {reason}", reason=shown_reason(judged.reason)))
+    if judged.edited:
+        parts.append(tr("edited by hand"))
+    if judged.by_hand:
+        parts.append(tr("made by hand"))
+    if not judged.supported:
+        parts.append(tr("no longer found at this τ"))
+    if judged.verdict == APPLIED:
+        parts.append(tr("corrected automatically; not yet reviewed by anyone"))
+    if judged.reviewer or judged.decided_at:
+        by, at = judged.reviewer, judged.decided_at
+        parts.append(tr("decided {at} {reviewer}", at=at, reviewer=by).strip())
+    return "\n".join(parts)

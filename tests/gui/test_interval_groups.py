@@ -1,0 +1,268 @@
+"""Errors that belong together are one row of the list, which unfolds, and one decision."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+from inspector.language import use_language
+from inspector.panels.interval_columns import PLACE
+from inspector.panels.interval_rows import GroupRow
+from inspector.panels.intervals_panel import IntervalsPanel
+from inspector.session.session_files import journals, session_path
+from inspector.session.settings import Settings, load_settings
+from inspector.widgets.theme import LIGHT, Colours
+from tests.conftest import ASSETS
+from tests.gui.windows import act, close_window, decisions, open_clip, press
+from twistcore.detection import Kind
+from twistcore.review import Decision
+
+KEY, CTRL = Qt.Key, Qt.KeyboardModifier.ControlModifier
+FOUND = 15  # intervals of the clip: a spike, two groups
+SERIES, PAIR = 12, 2  # intervals in the groups
+SERIES_NAME = "5 times the same: right knee flips, and 7 more errors"
+
+
+@pytest.fixture
+def kick(qtbot, window, tmp_path):
+    """A dancer whose knee flips six times, with jumps of the foot at the edges, in the window."""
+    open_clip(qtbot, window, shutil.copy(ASSETS / "kick.bvh", tmp_path / "kick.bvh"))
+    return window
+
+
+def things(window):
+    panel = window.intervals
+    return [panel._thing(row) for row in range(panel.table.model().rowCount())]
+
+
+def texts(window, column):
+    model = window.intervals.table.model()
+    return [model.index(row, PLACE[column]).data() for row in range(model.rowCount())]
+
+
+def current(window):
+    """What the selected row is: a group or an interval."""
+    return window.intervals._thing(window.intervals.table.currentIndex().row())
+
+
+def go_to_series(qtbot, window):
+    for _ in range(2):
+        press(qtbot, window, KEY.Key_N)
+    assert current(window).name == SERIES_NAME
+
+
+def press_in(qtbot, window, widget, key):
+    """Press a key in a widget of the window once the selected interval is painted."""
+    qtbot.waitUntil(window.viewport.has_painted_interval)
+    QTest.keyClick(widget, key)
+    qtbot.wait(5)
+
+
+def decided(window):
+    return [d for d in decisions(window) if d != Decision.UNDECIDED]
+
+
+def test_a_group_is_one_row_that_counts_its_intervals(kick):
+    assert texts(kick, "chain") == ["Left Arm", "▸ Right leg (12)", "▸ Right leg (2)"]
+    assert texts(kick, "stop")[1:] == [SERIES_NAME, "Right knee flips and the jump at its edge"]
+    assert texts(kick, "start") == ["39", "14", "174"]
+    assert kick.intervals.count.text() == "0 of 15 decided · 2 groups"
+    assert len(kick.intervals.shown_ids()) == FOUND
+    table = kick.intervals.table
+    assert [table.columnSpan(row, PLACE["stop"]) > 1 for row in range(3)] == [False, True, True]
+
+
+def test_a_and_r_decide_a_group_and_one_undo_takes_it_back(qtbot, kick):
+    document = kick.document
+    go_to_series(qtbot, kick)
+    assert document.interval.interval.kind == Kind.LIMB_FLIP  # what the picture shows
+    assert kick.detail.buttons[Decision.ACCEPTED].text() == "Accept (12)"
+    press(qtbot, kick, KEY.Key_A)
+    assert decided(kick) == [Decision.ACCEPTED] * SERIES
+    assert (
+        current(kick).ids
+        == tuple(j.id for j in document.intervals if j.interval.start == 174)[::-1]
+    )  # the next group
+    press(qtbot, kick, KEY.Key_R)
+    assert decided(kick).count(Decision.REJECTED) == PAIR
+    (journal,) = journals(session_path(document.data.clip.path))
+    steps = [json.loads(line) for line in journal.read_text("utf-8").splitlines()]
+    assert [len(s["ids"]) for s in steps if s.get("do") == "Decide"] == [SERIES, PAIR]
+    press(qtbot, kick, KEY.Key_Z, CTRL)
+    assert current(kick).ids == kick.intervals.selected_ids()
+    assert len(current(kick).ids) == PAIR
+    press(qtbot, kick, KEY.Key_Z, CTRL)
+    assert decided(kick) == []
+    assert current(kick).name == SERIES_NAME
+
+
+def test_a_key_before_the_picture_decides_no_group(qtbot, kick):
+    press(qtbot, kick, KEY.Key_N)
+    qtbot.waitUntil(kick.viewport.has_painted_interval)
+    QTest.keyClick(kick, KEY.Key_N)
+    QTest.keyClick(kick, KEY.Key_A)
+    assert isinstance(current(kick), GroupRow)
+    assert decided(kick) == []
+    press(qtbot, kick, KEY.Key_A)
+    assert len(decided(kick)) == SERIES
+
+
+def test_right_unfolds_and_left_folds_wherever_the_focus_is(qtbot, kick):
+    document = kick.document
+    go_to_series(qtbot, kick)
+    for focus in (kick.intervals.table, kick.viewport.view):
+        focus.setFocus()
+        frame = document.frame
+        press_in(qtbot, kick, focus, KEY.Key_Right)
+        assert (len(things(kick)), document.frame) == (3 + SERIES, frame)
+        assert current(kick).unfolded
+        press_in(qtbot, kick, focus, KEY.Key_Right)  # nothing left to unfold
+        assert (len(things(kick)), document.frame) == (3 + SERIES, frame + 1)
+        press_in(qtbot, kick, focus, KEY.Key_Left)
+        assert (len(things(kick)), document.frame) == (3, frame + 1)
+        press_in(qtbot, kick, focus, KEY.Key_Left)
+        press_in(qtbot, kick, focus, KEY.Key_Period)  # only moves
+        assert (len(things(kick)), document.frame) == (3, frame + 1)
+        document.go_to(frame)
+    assert decided(kick) == []
+
+
+def test_an_arrow_is_clicked(qtbot, kick):
+    table = kick.intervals.table
+    model = table.model()
+    place = table.visualRect(model.index(1, 0)).topLeft() + QPoint(6, 6)
+    for count in (3 + SERIES, 3):
+        qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=place)
+        assert len(things(kick)) == count
+        assert len(kick.intervals.selected_ids()) == SERIES
+    beyond = place + QPoint(60, 0)
+    qtbot.mouseClick(table.viewport(), Qt.MouseButton.LeftButton, pos=beyond)
+    assert len(things(kick)) == 3
+
+
+def test_an_interval_of_an_unfolded_group_is_decided_alone(qtbot, kick):
+    table = kick.intervals.table
+    go_to_series(qtbot, kick)
+    table.setFocus()
+    press_in(qtbot, kick, table, KEY.Key_Right)
+    press_in(qtbot, kick, table, KEY.Key_Down)
+    first = kick.document.interval_id
+    assert kick.intervals.selected_ids() == (first,)
+    assert kick.detail.buttons[Decision.ACCEPTED].text() == "Accept"
+    press_in(qtbot, kick, table, KEY.Key_R)
+    assert decided(kick) == [Decision.REJECTED]
+    assert texts(kick, "decision")[1] == "1 of 12"
+    assert current(kick).group.name == SERIES_NAME  # the next one of the group
+    for _ in range(SERIES - 1):
+        press_in(qtbot, kick, table, KEY.Key_A)
+    assert len(decided(kick)) == SERIES
+    assert isinstance(current(kick), GroupRow)  # and then the next group
+    assert len(kick.intervals.selected_ids()) == PAIR
+
+
+def test_what_is_selected_elsewhere_is_one_interval(qtbot, kick):
+    """A click in the plots or in 3D means an interval, not its group."""
+    document = kick.document
+    jump = next(j for j in document.intervals if j.interval.start == 52)
+    document.select_interval(jump.id, jump=True)
+    assert kick.intervals.selected_ids() == (jump.id,)
+    assert len(things(kick)) == 3 + SERIES
+    press(qtbot, kick, KEY.Key_A)
+    assert decided(kick) == [Decision.ACCEPTED]
+    assert document.review.state.find(jump.id).decision == Decision.ACCEPTED
+
+
+def test_a_group_that_is_in_part_decided_is_gone_to_once(qtbot, kick):
+    document = kick.document
+    go_to_series(qtbot, kick)
+    series = current(kick)
+    document.decide(Decision.ACCEPTED, series.ids[:1])
+    document.select_interval(None)
+    document.go_to(0)
+    press(qtbot, kick, KEY.Key_N)
+    seen = []
+    for _ in range(3):
+        seen.append(kick.intervals.selected_ids())
+        press(qtbot, kick, KEY.Key_N)
+    assert sorted(map(len, seen)) == [1, PAIR, SERIES]
+    assert document.interval_id in seen[0]
+
+
+def test_groups_are_turned_off_and_this_is_remembered(qtbot, show_window, tmp_path, kick):
+    go_to_series(qtbot, kick)
+    act(kick, "group_errors")
+    assert len(things(kick)) == FOUND
+    assert kick.intervals.count.text() == "0 of 15 decided"
+    press(qtbot, kick, KEY.Key_A)
+    assert len(decided(kick)) == 1
+    act(kick, "group_errors")
+    assert len([thing for thing in things(kick) if isinstance(thing, GroupRow)]) == 2
+    file = tmp_path / "grouping.json"
+    first = show_window(Settings(turn_ms=0), file)
+    act(first, "group_errors")
+    close_window(qtbot, first)
+    again = show_window(load_settings(file)[0], file)
+    assert not again.actions_by_id["group_errors"].isChecked()
+    open_clip(qtbot, again, ASSETS / "kick.bvh")
+    assert len(things(again)) == FOUND
+
+
+def test_a_filter_decides_what_is_in_a_group(qtbot, kick):
+    kick.intervals.search.setText("flip")
+    assert texts(kick, "stop")[0] == "5 times the same: right knee flips"
+    press(qtbot, kick, KEY.Key_N)
+    press(qtbot, kick, KEY.Key_A)
+    assert len(decided(kick)) == 5  # A and R never judge what is not listed
+    kick.intervals.search.clear()
+    assert texts(kick, "decision")[1] == "5 of 12"
+
+
+@pytest.mark.parametrize("order", [Qt.SortOrder.AscendingOrder, Qt.SortOrder.DescendingOrder])
+@pytest.mark.parametrize("column", ["chain", "start", "delta", "kind"])
+def test_intervals_follow_their_group_in_every_order(qtbot, kick, column, order):
+    go_to_series(qtbot, kick)
+    press(qtbot, kick, KEY.Key_Right)
+    table = kick.intervals.table
+    table.sortByColumn(PLACE[column], order)
+    rows = things(kick)
+    at = next(k for k, thing in enumerate(rows) if getattr(thing, "unfolded", False))
+    members = rows[at + 1 : at + 1 + SERIES]
+    assert {thing.id for thing in members} == set(rows[at].ids)
+    values = [kick.intervals._model.row_for(thing).sort[PLACE[column]] for thing in members]
+    assert values == sorted(values, reverse=order == Qt.SortOrder.DescendingOrder)
+    spans = [table.columnSpan(row, PLACE["stop"]) > 1 for row in range(len(rows))]
+    assert spans == [isinstance(thing, GroupRow) for thing in rows]
+
+
+def test_an_interval_made_by_hand_is_in_no_group(kick):
+    document = kick.document
+    flip = next(j for j in document.intervals if j.interval.kind == Kind.LIMB_FLIP)
+    document.insert_interval(0, document.data.proposed(flip.interval.chain, 33))
+    made = next(j for j in document.intervals if j.by_hand)
+    assert [thing.id for thing in things(kick) if thing.id == made.id] == [made.id]
+    assert kick.intervals.count.text().endswith("2 groups")
+
+
+def test_an_exercise_has_no_groups(open_document, qtbot):
+    """Each of its intervals is decided: a group would tell which are alike."""
+    document = open_document(ASSETS / "kick.bvh")
+    document.data = replace(document.data, blind=True)
+    panel = IntervalsPanel(document, Colours(LIGHT), Settings())
+    qtbot.addWidget(panel)
+    assert panel.table.model().rowCount() == FOUND
+
+
+def test_a_group_is_named_in_the_language_of_the_window(qtbot, show_window):
+    use_language("de")
+    try:
+        window = show_window()
+        open_clip(qtbot, window, ASSETS / "kick.bvh")
+        assert texts(window, "stop")[1:] == [
+            "5-mal dasselbe: rechtes Knie klappt um, und 7 weitere Fehler",
+            "Rechtes Knie klappt um, mit dem Sprung an der Kante",
+        ]
+    finally:
+        use_language("en")
