@@ -6,7 +6,8 @@ The first line for a folder shows how many backward bends a minute are found in 
 and in how many knees and elbows the clip shows the hinge. Then, for every size from 5° to 60°, each
 knee and elbow is bent backward once, for 0.3-1.2 s with borders of a quarter of that time, in a
 place where the limb is nearly straight. A bend counts as found if a backward bend of that joint
-overlaps it. --list: also print the finds in the original clips.
+overlaps it. Counter-twists and flips, which would explain some bends, are not searched for.
+--list: also print the finds in the original clips.
 """
 
 from __future__ import annotations
@@ -19,9 +20,10 @@ import numpy as np
 
 from benchmarks.real_corrections import clips_of
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
-from twistcore.detection import Kind
-from twistcore.detection.backward_bends import Hinge, hinge_of
+from twistcore.detection import Interval
+from twistcore.detection.backward_bends import Hinge, find_backward_bends, hinge_of
 from twistcore.detection.evidence import Witnesses
+from twistcore.detection.finding import KindSearch
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.chain import Chain
@@ -39,6 +41,12 @@ def hinges_of(clip: ClipAnalysis) -> list[tuple[Chain, Hinge | None]]:
     middle = {limb.child for limb in clip.limbs}
     chains = [c for c in clip.chains if c.child in middle and c.ends]
     return [(c, hinge_of(Witnesses.of(clip.motion, c))) for c in chains]
+
+
+def finds(clip: ClipAnalysis, motion: Motion) -> list[Interval]:
+    """Return the backward bends of a motion; clip: the analysis of a clip with the same chains."""
+    search = KindSearch(motion, clip.chains, clip.chains, named=clip.chains_and_limbs)
+    return [one for own in find_backward_bends(search).values() for one in own]
 
 
 def bent_backward(
@@ -73,7 +81,7 @@ def measure(folder: Path, given: argparse.Namespace) -> None:
     for path in clips_of(folder):
         try:
             clip = analyse(read_clip(path))
-            own = list(clip.detect(kinds="backward bend"))
+            own = finds(clip, clip.motion)
         except TwistError:
             continue
         sound, minutes = sound + len(own), minutes + clip.motion.duration / 60.0
@@ -91,8 +99,7 @@ def measure(folder: Path, given: argparse.Namespace) -> None:
                     continue
                 bent, start, stop = made
                 joint = bent.skeleton.names[chain.child]
-                every = list(analyse(bent).detect())
-                bends = [i for i in every if i.kind == Kind.BACKWARD_BEND]
+                bends = finds(clip, bent)
                 hits = [i for i in bends if i.joint == joint and i.start < stop and start < i.stop]
                 (found if hits else missed)[degrees] += 1
                 others[degrees] += sum(
