@@ -1,13 +1,22 @@
-"""A bone that is turned against its child throughout shows next to the other side."""
+"""A bone that is turned against its child throughout shows next to the other side or a take."""
+
+import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line
+from tests.twistcore.test_bvh import small
+from tests.twistcore.test_registry import run
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import remove_twist
-from twistcore.detection.constant_offsets import constant_offsets
+from twistcore.detection.constant_offsets import constant_offsets, offsets_from
+from twistcore.errors import ClipMismatchError
 from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
+from twistcore.formats.reading import read_clip
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import wrap
 
@@ -83,3 +92,132 @@ def test_it_is_a_note_of_the_analysis_and_no_interval():
     found = analyse(offset_by("LeftUpLeg", 60.0)).detect()
     assert [n.kind for n in found.analysis.notes if n.kind == "constant offset"]
     assert not [i for i in found if i.chain == "LeftUpLeg"]
+
+
+# Compared with the rest pose
+
+
+def test_legs_that_are_off_alike_on_both_sides_are_off_from_their_rest_pose():
+    both = {"LeftUpLeg": -45.0, "RightUpLeg": 45.0}
+    motion = remove_twist(
+        WALK,
+        [CHAINS[name] for name in both],
+        {name: np.full(WALK.frames, np.radians(degrees)) for name, degrees in both.items()},
+    )
+    found = constant_offsets(motion, tuple(CHAINS.values()))
+    assert {one.chain.name: round(one.degrees / 45.0) for one in found} == {
+        "LeftUpLeg": 1,
+        "RightUpLeg": -1,
+    }
+    assert all("rest pose" in str(one) for one in found)
+
+
+def test_a_bone_that_the_other_side_shows_is_named_once():
+    assert len(constant_offsets(offset_by("LeftUpLeg", 60.0), tuple(CHAINS.values()))) == 1
+
+
+# Compared with another take
+
+OTHER = read_bvh(ASSETS / "walk_injected.bvh").motion
+
+
+@pytest.mark.parametrize("name", sorted(CHAINS))
+@pytest.mark.parametrize("degrees", [45.0, -90.0, 170.0])
+def test_another_take_shows_the_bone_and_the_angle(name, degrees):
+    (found,) = offsets_from(offset_by(name, degrees), tuple(CHAINS.values()), OTHER, "take")
+    assert (found.chain.name, found.reference) == (name, "take")
+    assert abs(wrap(np.radians(found.degrees - degrees))) < np.radians(1.0)
+    assert str(found).endswith("compared with take.")
+
+
+def test_a_take_shows_the_same_error_of_both_sides():
+    """Which no comparison of the sides can show."""
+    motion = WALK
+    for name, degrees in (("LeftArm", 80.0), ("RightArm", -80.0)):
+        offset = {name: np.full(WALK.frames, np.radians(-degrees))}
+        motion = remove_twist(motion, [CHAINS[name]], offset)
+    chains = tuple(CHAINS.values())
+    assert constant_offsets(motion, chains) == ()
+    found = offsets_from(motion, chains, OTHER, "take")
+    assert {one.chain.name: round(one.degrees) for one in found} == {
+        "LeftArm": 80,
+        "RightArm": -80,
+    }
+
+
+@pytest.mark.parametrize("other", ["dance", "kick", "basketball"])
+def test_other_sound_takes_show_nothing(other):
+    other = read_bvh(ASSETS / f"{other}.bvh").motion
+    assert offsets_from(WALK, tuple(CHAINS.values()), other, "take") == ()
+    assert offsets_from(offset_by("LeftUpLeg", 20.0), tuple(CHAINS.values()), other, "take") == ()
+
+
+def _renamed(skeleton):
+    names = ("Pelvis", *skeleton.names[1:])
+    return replace(skeleton, names=names)
+
+
+def _hung_elsewhere(skeleton):
+    parents = skeleton.parents.copy()
+    parents[skeleton.index("LeftHand")] = 0
+    return replace(skeleton, parents=parents)
+
+
+def _turned(skeleton):
+    offsets = skeleton.offsets.copy()
+    offsets[skeleton.index("LeftLeg")] = np.linalg.norm(offsets[skeleton.index("LeftLeg")]), 0, 0
+    return replace(skeleton, offsets=offsets)
+
+
+@pytest.mark.parametrize(
+    ("changed", "named"),
+    [(_renamed, "Pelvis"), (_hung_elsewhere, "LeftHand"), (_turned, "LeftLeg")],
+)
+def test_a_take_of_another_skeleton_is_refused(changed, named):
+    other = replace(WALK, skeleton=changed(WALK.skeleton))
+    with pytest.raises(ClipMismatchError) as error:
+        offsets_from(WALK, tuple(CHAINS.values()), other, "take.bvh")
+    assert names_in_one_line(str(error.value) + "\n", "take.bvh", named)
+
+
+def test_bones_of_other_lengths_are_the_same_skeleton():
+    other = replace(WALK, skeleton=replace(WALK.skeleton, offsets=1.2 * WALK.skeleton.offsets))
+    assert offsets_from(WALK, tuple(CHAINS.values()), other, "take") == ()
+
+
+# At the command line
+
+
+@pytest.fixture
+def turned(tmp_path):
+    clip = read_clip(ASSETS / "walk.bvh")
+    write_clip(clip, offset_by("LeftUpLeg", 60.0), path := tmp_path / "turned.bvh")
+    return path
+
+
+def test_the_commands_print_the_bone_the_degrees_and_the_reference(turned):
+    code, _, err = run("detect", turned, "--reference", ASSETS / "dance.bvh")
+    lines = [line for line in err.splitlines() if "dance.bvh" in line]
+    assert code == 0
+    assert len(lines) == 1
+    assert "Left UpLeg" in lines[0]
+    assert "60°" in lines[0]
+    _, out, _ = run("detect", turned, "--reference", ASSETS / "dance.bvh", "--json")
+    notes = [n for n in json.loads(out)["notes"] if "dance.bvh" in n["text"]]
+    assert [n["kind"] for n in notes] == ["constant offset"]
+    _, out, _ = run("info", turned, "--reference", ASSETS / "dance.bvh")
+    assert lines[0].partition("note: ")[2] in out
+    _, _, err = run("detect", turned)
+    assert "dance.bvh" not in err
+
+
+def test_a_bad_reference_is_one_sentence(turned, tmp_path):
+    (tmp_path / "empty.bvh").write_text("")
+    for reference in (tmp_path / "none.bvh", tmp_path / "empty.bvh", ASSETS / "no.txt"):
+        code, _, err = run("detect", turned, "--reference", reference)
+        assert code == 2
+        assert names_in_one_line(err, str(reference))
+    (tmp_path / "small.bvh").write_bytes(small(np.arange(27).reshape(3, 9)))
+    code, _, err = run("detect", turned, "--reference", tmp_path / "small.bvh")
+    assert code == 2
+    assert names_in_one_line(err, "small.bvh", "2 joints", "31")

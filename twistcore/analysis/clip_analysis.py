@@ -28,7 +28,7 @@ from twistcore.detection.carried_rolls import (
     RollsOfChains,
     analyse_carried_rolls,
 )
-from twistcore.detection.constant_offsets import constant_offsets
+from twistcore.detection.constant_offsets import constant_offsets, offsets_from
 from twistcore.detection.cuts import border_notes
 from twistcore.detection.finding import KindSearch, found_by
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
@@ -46,6 +46,7 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import HasMotion, Motion, forward_kinematics, motion_of
 from twistcore.skeleton.notation import DistinctFrames, notation_notes
 from twistcore.skeleton.notes import (
+    CONSTANT_OFFSET,
     FROZEN,
     NOISE,
     NOT_EXAMINED,
@@ -247,10 +248,24 @@ class ClipAnalysis:
             if left_out := frames_note(self.motion):
                 notes.append(Note(UNEXAMINED, left_out))
             offsets = constant_offsets(self.motion, self._of_limbs)
-            notes += (Note("constant offset", str(offset)) for offset in offsets)
+            notes += (Note(CONSTANT_OFFSET, str(offset)) for offset in offsets)
             notes += self._fault_notes()
         borders = (Note("border", text) for text in border_notes(self.motion))
         return (*notes, *notation_notes(self.motion), *borders)
+
+    def compared_with(
+        self, reference: Clip | Motion | HasMotion, name: str = ""
+    ) -> tuple[Note, ...]:
+        """Return a note about each bone that is turned in every frame, compared with another take.
+
+        reference: another take of the same skeleton; name: its name in the notes; the clip's own
+        name if not given. Raises ClipMismatchError if the skeletons differ.
+        """
+        name = name or (reference.name if isinstance(reference, Clip) else "the reference")
+        offsets = offsets_from(self.motion, self._of_limbs, motion_of(reference), name)
+        if self.not_examined:
+            return ()
+        return tuple(Note(CONSTANT_OFFSET, str(offset)) for offset in offsets)
 
     def by(self, method: str = DEFAULT_METHOD, tell: Tell | None = None) -> Analysis:
         """Return the analysis of the chains by a detector, computed on first use.

@@ -19,8 +19,8 @@ A rule states what must not happen: "severity>5" fails if a clip's severity is a
   [total.]WHAT[FILTER,…] OP NUMBER      in quotes, since > has a meaning in a shell
 
 WHAT      severity        how bad a clip is, degrees: root mean square over its frames
-          count           intervals; noise, frozen frames, spikes, joint and place jumps and body
-                          steps only where [ ] asks for them
+          count           intervals; noise, frozen frames, stretches, spikes, backward bends, joint
+                          and place jumps and body steps only where [ ] asks for them
           degrees         the largest delta_deg of an interval; of a lone jump, its turn in a frame;
                           of a noise burst, where [noise-burst] asks for it, σ of the noise
           affected        frames with an error that can be taken out, in percent: affected>2%;
@@ -30,8 +30,9 @@ WHAT      severity        how bad a clip is, degrees: root mean square over its 
           failed          clips that could not be processed, of the whole run: failed>0
           unchecked       clips in which nothing could be looked at: no chain, too few frames
 FILTER    of count, degrees and affected, in [ ], joined by commas, all of which must hold:
-          a kind (counter-twist, limb-flip, helper-roll, lone-jump, spike, joint-jump, place-jump,
-          body-step, noise-burst, frozen-frames; of several, any),
+          a kind (counter-twist, carried-roll, limb-flip, helper-roll, lone-jump, stretch, spike,
+          backward-bend, joint-jump, place-jump, body-step, noise-burst, frozen-frames; of several,
+          any),
           confidence OP NUMBER
 OP        >  >=  <  <=  ==
 

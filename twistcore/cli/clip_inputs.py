@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -16,6 +17,8 @@ from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.joint_names import read_words
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.notes import Note
 from twistcore.skeleton.own_words import with_own_words
 from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
 
@@ -94,6 +97,17 @@ def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
         raise TwistError(f"{arguments.rig}: {error}, in the clip {clip.path}") from None
     chains, people = (getattr(arguments, name, None) for name in ("chain", "person"))
     return analyse(clip, chains, rig, people)
+
+
+def reference_notes(arguments: argparse.Namespace, analysis: ClipAnalysis) -> tuple[Note, ...]:
+    """Return the notes from comparing a clip with the take given with --reference, if any."""
+    path = arguments.reference
+    return analysis.compared_with(_reference(path), path.name) if path else ()
+
+
+@lru_cache(1)
+def _reference(path: Path) -> Motion:
+    return open_clip(path).motion
 
 
 def chosen_rig(arguments: argparse.Namespace) -> Rig:

@@ -19,6 +19,7 @@ from twistcore.cli.clip_inputs import (
     failed_to_json,
     look_at,
     open_clip,
+    reference_notes,
     searched,
 )
 from twistcore.cli.interval_words import (
@@ -95,6 +96,7 @@ class _Info:
 def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
     clip = open_clip(path, fps=arguments.fps)
     analysis = analysed(arguments, clip)
+    compared = reference_notes(arguments, analysis)
     motion, chains = clip.motion, analysis.chains
     document: Document = {
         "schema": "twistcore.info/1",
@@ -119,7 +121,7 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
         "trailing_frames": trailing_frames(motion),
         "warnings": [
             *map(str, clip.warnings),
-            *map(str, analysis.notes),
+            *map(str, (*analysis.notes, *compared)),
             *chain_notes(chains),
         ],
     }
@@ -243,12 +245,14 @@ def _detect_in(
     with step(f"  {clip.path}: analysed and searched"):
         analysis = analysed(arguments, clip)
         del clip  # its text takes more memory than its motion
+        compared = reference_notes(arguments, analysis)
         found = searched(arguments, analysis)
     for sentence in notes:
         note(sentence)
     blind = not_examined(name, found)
     if arguments.json:
         document = _detection_to_json(name, missing, warnings, found, explain=arguments.explain)
+        document["notes"] += [note.to_json() for note in compared]
     else:
         if several:
             say(name, head=True)
@@ -257,7 +261,7 @@ def _detect_in(
     for sentence in blind:
         problem(sentence)
     if not arguments.json:
-        for sentence in note_sentences(name, found):
+        for sentence in note_sentences(name, found, compared):
             note(sentence)
         if several:
             say()

@@ -12,7 +12,7 @@ from twistcore.detection import Interval, Kind
 from twistcore.detection.kind import plural_name
 from twistcore.formats.clip import ChannelJump
 from twistcore.skeleton.body import Unexamined
-from twistcore.skeleton.notes import NOT_EXAMINED
+from twistcore.skeleton.notes import NOT_EXAMINED, Note
 
 
 def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
@@ -31,12 +31,15 @@ def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
         note(sentence)
 
 
-def note_sentences(clip: object, analysis: ClipAnalysis | Detection) -> list[str]:
-    """Return the notes about an analysis, each beginning with the clip's name.
+def note_sentences(
+    clip: object, analysis: ClipAnalysis | Detection, more: Iterable[Note] = ()
+) -> list[str]:
+    """Return the notes about an analysis, and more notes, each beginning with the clip's name.
 
     A clip that could not be examined is a problem, not a note: see :func:`not_examined`.
     """
-    return [f"{clip}: note: {note}" for note in analysis.notes if note.kind != NOT_EXAMINED]
+    notes = (*analysis.notes, *more)
+    return [f"{clip}: note: {note}" for note in notes if note.kind != NOT_EXAMINED]
 
 
 def not_examined(clip: object, found: ClipAnalysis | Detection) -> tuple[str, ...]:

@@ -33,6 +33,7 @@ from twistcore.cli.arguments.common_arguments import (
     add_fps,
     add_json,
     add_output,
+    add_reference,
     add_voice,
     add_workers,
     deferred,
@@ -107,6 +108,7 @@ def _info(info: Parser) -> None:
         action="store_true",
         help="also list each joint, the bone that it was recognised as, and why",
     )
+    add_reference(info)
     add_json(info)
     info.set_defaults(run=deferred("detect_commands", "info_command"))
 
@@ -126,6 +128,7 @@ def _detect(detect: Parser) -> None:
         help="exit with 1 if more than N intervals are found in all clips together; noise bursts "
         "and frozen frames count only with --kinds (default: no limit)",
     )
+    add_reference(detect)
     add_json(detect)
     detect.set_defaults(run=deferred("detect_commands", "detect_command"))
 

@@ -1,53 +1,67 @@
-"""Bones that are turned against their child in every frame, found by comparing both sides.
+"""Bones that are turned against their child in every frame: shown, never corrected.
 
-A constant counter-twist has no edge and changes no position, but the same bone on the other side of
-the body reveals it. A body is symmetric on average, and mirrored twists about the outgoing bone
-have opposite signs. So the sum of left and right is about 0 for P's twist and for C's. An error of
-δ on one side adds +δ to one sum and −δ to the other, which no pose does for a whole clip.
+A constant counter-twist has no edge and changes no position, but a comparison reveals it: P's twist
+is off by δ, and C's by −δ, which no pose does for a whole clip. A bone is compared with
+
+- the same bone on the other side of the body. A body is symmetric on average, and mirrored twists
+  about the outgoing bone have opposite signs;
+- its rest pose, only in legs, because arms are far from it in many sound clips;
+- the same bone in another take of the same skeleton, if a person names one.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from twistcore.errors import ClipMismatchError
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.medians import median
-from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, twist_angle, wrap
 from twistcore.work.frozen import dataclass
 
 LEAST = math.radians(30.0)
-_AGREE = 0.25  # of the offset: how far P's sum and C's may differ …
-_POSE = math.radians(50.0)  # … or this much: so asymmetric are the usual poses of both sides
+_AGREE = 0.25  # of the offset: how far the offsets of P and C may differ …
+_POSE = math.radians(50.0)  # … or this much: so different are usual poses
 _STEADY = 0.5  # length of the mean direction: below it a twist has no usual angle
 _CLEARLY = math.radians(30.0)  # one side is farther from the rest pose than the other
+_LEGS = ("UpLeg", "Leg")
+_ALIKE = math.cos(math.radians(25.0))  # between the directions of a bone in two skeletons
 
 
 @dataclass(frozen=True)
 class ConstantOffset:
     """A chain whose P is turned by `degrees` against C in every frame.
 
-    other: the same chain on the other side; clear: True if the rest poses show that this chain is
-    wrong and not the other one.
+    other: the same chain on the other side, if the sides were compared; reference: the name of the
+    take that the clip was compared with, '' for the other side or the rest pose; clear: True if the
+    rest poses show that this chain is wrong and not the other one.
     """
 
     chain: Chain
-    other: Chain
     degrees: float
+    other: Chain | None = None
+    reference: str = ""
     clear: bool = True
 
     def __str__(self) -> str:
-        if not self.clear:
+        if self.other is not None and not self.clear:
             return (
                 f"{self.chain.label} or {self.other.label} is turned by about "
                 f"{abs(self.degrees):.0f}° against its child in every frame: the sides differ."
             )
+        if self.other is None and not self.reference:
+            return (
+                f"{self.chain.label} is turned by about {self.degrees:+.0f}° against its child in "
+                "every frame, compared with the rest pose."
+            )
+        compared = self.reference if self.other is None else self.other.label
         return (
             f"{self.chain.label} is turned by about {self.degrees:+.0f}° against its child in "
-            f"every frame, compared with {self.other.label}."
+            f"every frame, compared with {compared}."
         )
 
 
@@ -58,57 +72,134 @@ class _Usual:
     angle: float
     varies: float
 
+    @property
+    def mirrored(self) -> _Usual:
+        """The same twist on the other side of the body."""
+        return _Usual(-self.angle, self.varies)
 
-@dataclass(frozen=True)
-class _Pair:
-    """The same bone on both sides, with the usual twists of left P, left C, right P and right C."""
 
-    left: Chain
-    right: Chain
-    usual: tuple[_Usual, _Usual, _Usual, _Usual] | None
+_Twists = tuple[_Usual, _Usual]  # of a chain's P and C about its bone
+_REST: _Twists = (_Usual(0.0, 0.0), _Usual(0.0, 0.0))
 
 
 def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantOffset, ...]:
-    """Return the chains with a constant error that a comparison with the other side shows.
-
-    An error of a bone also turns the C of the bone above. If two such bones are found, the lower
-    one is wrong.
-    """
-    pairs = [_Pair(*sides, _usual_of_both(motion, *sides)) for sides in _pairs(chains)]
-    above = {pair.left.child: pair for pair in pairs}
-    below = {id(above[p.left.parent]): p for p in pairs if p.left.parent in above}
-    found = {id(pair): _compared(pair, below.get(id(pair))) for pair in pairs}
-    return tuple(
+    """Return the chains with a constant error that the other side or the rest pose shows."""
+    usual = {chain.name: _usual_twists(motion, chain) for chain in chains}
+    by_side = _lowest(
         offset
-        for pair in pairs
-        if (offset := found[id(pair)]) is not None
-        and (id(pair) not in below or found[id(below[id(pair)])] is None)
+        for left, right in _pairs(chains)
+        if (offset := _between_sides(left, right, usual, chains)) is not None
+    )
+    known = {one.name for found in by_side for one in (found.chain, found.other) if one}
+    legs = [chain for chain in chains if chain.segment in _LEGS and chain.name not in known]
+    at_rest: dict[str, _Twists | None] = dict.fromkeys(usual, _REST)
+    return (*by_side, *_offsets(legs, usual, at_rest, chains, exact=True))
+
+
+def offsets_from(
+    motion: Motion, chains: Sequence[Chain], reference: Motion, name: str
+) -> tuple[ConstantOffset, ...]:
+    """Return the chains with a constant error that another take of the same skeleton shows.
+
+    name: the name of that take. Raises ClipMismatchError if it has another skeleton.
+    """
+    _check_skeleton(motion.skeleton, reference.skeleton, chains, name)
+    usual = {chain.name: _usual_twists(motion, chain) for chain in chains}
+    expected = {chain.name: _usual_twists(reference, chain) for chain in chains}
+    return _offsets(chains, usual, expected, chains, name)
+
+
+def _check_skeleton(own: Skeleton, other: Skeleton, chains: Sequence[Chain], name: str) -> None:
+    """Raise ClipMismatchError if a reference has other joints, or other bones of the chains.
+
+    Other people with the same joints have bones of other lengths and slightly other directions.
+    """
+    wanted = f"{name}: expected a reference with the same skeleton as the clip"
+    if len(own) != len(other):
+        raise ClipMismatchError(f"{wanted}, found {len(other)} joints instead of {len(own)}")
+    for here, there in zip(own.names, other.names, strict=True):
+        if here != there:
+            raise ClipMismatchError(f"{wanted}, found the joint {there!r} instead of {here!r}")
+    for chain in chains:
+        bones = own.offsets[chain.child], other.offsets[chain.child]
+        parents = own.parents[chain.child], other.parents[chain.child]
+        turned = float(bones[0] @ bones[1]) < _ALIKE * float(np.prod(np.linalg.norm(bones, axis=1)))
+        if turned or parents[0] != parents[1]:
+            joint = own.names[chain.child]
+            raise ClipMismatchError(f"{wanted}, found another bone from its parent to {joint!r}")
+
+
+def _offsets(
+    among: Sequence[Chain],
+    usual: Mapping[str, _Twists | None],
+    expected: Mapping[str, _Twists | None],
+    chains: Sequence[Chain],
+    reference: str = "",
+    *,
+    exact: bool = False,
+) -> tuple[ConstantOffset, ...]:
+    """Return the offsets of some chains from the expected twists, by the names of the chains.
+
+    exact: True if the offsets of P and C must agree closely.
+    """
+    return _lowest(
+        ConstantOffset(chain, math.degrees(offset), reference=reference)
+        for chain in among
+        if (own := usual[chain.name]) is not None
+        and (other := expected[chain.name]) is not None
+        and (offset := _offset(own, other, exact=exact or _hides_below(chain, usual, chains)))
     )
 
 
-def _compared(pair: _Pair, below: _Pair | None) -> ConstantOffset | None:
-    """Return the constant offset of a bone that exists on both sides, or None.
-
-    below: the next bone of the limb.
-    """
-    if pair.usual is None:
+def _between_sides(
+    left: Chain, right: Chain, usual: Mapping[str, _Twists | None], chains: Sequence[Chain]
+) -> ConstantOffset | None:
+    """Return the constant offset of a bone that exists on both sides, or None."""
+    of_left, of_right = usual[left.name], usual[right.name]
+    if of_left is None or of_right is None:
         return None
-    left_p, left_c, right_p, right_c = pair.usual
-    of_p = float(wrap(left_p.angle + right_p.angle))
-    of_c = -float(wrap(left_c.angle + right_c.angle))
+    mirrored = of_right[0].mirrored, of_right[1].mirrored
+    exact = any(_hides_below(chain, usual, chains) for chain in (left, right))
+    if (offset := _offset(of_left, mirrored, exact=exact)) is None:
+        return None
+    far = [abs(p.angle) + abs(c.angle) for p, c in (of_left, of_right)]
+    sides = (left, right) if far[0] >= far[1] else (right, left)
+    clear = abs(far[0] - far[1]) >= _CLEARLY
+    return ConstantOffset(sides[0], math.degrees(offset), sides[1], clear=clear)
+
+
+def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
+    """Return by how much P is turned against C, radians; None for no offset or a small one.
+
+    exact: True if the offsets of P and C must agree closely.
+    """
+    of_p = float(wrap(own[0].angle - expected[0].angle))
+    of_c = -float(wrap(own[1].angle - expected[1].angle))
     apart, least = float(wrap(of_p - of_c)), min(abs(of_p), abs(of_c))
-    pose = min(_POSE, least)
-    if below is not None and below.usual is None:
-        pose = 0.0  # a twist of the bone below could be mistaken for C's
+    pose = 0.0 if exact else min(_POSE, least)
     if least < LEAST or abs(apart) > max(_AGREE * least, pose):
         return None
     # A joint that hardly turns shows the offset; the usual pose of a joint blurs it.
-    blur = [left_p.varies + right_p.varies, left_c.varies + right_c.varies]
+    blur = [own[k].varies + expected[k].varies for k in (0, 1)]
     share = blur[0] / sum(blur) if sum(blur) > 0.0 else 0.5
-    offset = math.degrees(float(wrap(of_p - share * apart)))
-    far = [abs(p.angle) + abs(c.angle) for p, c in ((left_p, left_c), (right_p, right_c))]
-    sides = (pair.left, pair.right) if far[0] >= far[1] else (pair.right, pair.left)
-    return ConstantOffset(*sides, offset, abs(far[0] - far[1]) >= _CLEARLY)
+    return float(wrap(of_p - share * apart))
+
+
+def _hides_below(
+    chain: Chain, usual: Mapping[str, _Twists | None], chains: Sequence[Chain]
+) -> bool:
+    """True if the next bone has no usual twist: a turn of it could be mistaken for C's."""
+    return any(usual[one.name] is None for one in chains if one.parent == chain.child)
+
+
+def _lowest(found: Iterable[ConstantOffset]) -> tuple[ConstantOffset, ...]:
+    """Return the offsets, without those of a bone above another one with an offset.
+
+    An error of a bone also turns the C of the bone above, so the lower one is wrong.
+    """
+    offsets = tuple(found)
+    parents = {one.parent for o in offsets for one in (o.chain, o.other) if one is not None}
+    return tuple(offset for offset in offsets if offset.chain.child not in parents)
 
 
 def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
@@ -126,18 +217,10 @@ def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
             yield sides["Left"], sides["Right"]
 
 
-def _usual_of_both(
-    motion: Motion, left: Chain, right: Chain
-) -> tuple[_Usual, _Usual, _Usual, _Usual] | None:
-    """Return the usual twists of P and C on both sides, or None if one of them is undefined."""
-    left_p, left_c, right_p, right_c = (
-        _usual(motion, chain, joint)
-        for chain in (left, right)
-        for joint in (chain.parent, chain.child)
-    )
-    if left_p is None or left_c is None or right_p is None or right_c is None:
-        return None
-    return left_p, left_c, right_p, right_c
+def _usual_twists(motion: Motion, chain: Chain) -> _Twists | None:
+    """Return the usual twists of a chain's P and C, or None if one of them is undefined."""
+    of_p, of_c = (_usual(motion, chain, joint) for joint in (chain.parent, chain.child))
+    return None if of_p is None or of_c is None else (of_p, of_c)
 
 
 def _usual(motion: Motion, chain: Chain, joint: int) -> _Usual | None:

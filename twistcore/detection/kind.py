@@ -134,6 +134,7 @@ class Kind(str, metaclass=_Kinds):
     LONE_JUMP: ClassVar[Kind]
     STRETCH: ClassVar[Kind]
     SPIKE: ClassVar[Kind]
+    BACKWARD_BEND: ClassVar[Kind]
     JOINT_JUMP: ClassVar[Kind]
     PLACE_JUMP: ClassVar[Kind]
     BODY_STEP: ClassVar[Kind]

@@ -6,6 +6,7 @@ from twistcore.work.frozen import dataclass
 
 NOT_EXAMINED = "not examined"  # the whole clip
 UNEXAMINED = "unexamined"  # a limb, or some frames
+CONSTANT_OFFSET = "constant offset"  # a bone that is turned against its child in every frame
 NOISE = "noise burst"
 SMOOTHED = "smoothed"  # joints that lost their fine movement for a while
 FROZEN = "frozen"  # limbs that do not move at all for a while

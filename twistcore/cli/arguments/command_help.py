@@ -86,6 +86,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
             "twistcore detect walk.bvh --explain",
             "twistcore detect walk.bvh run.bvh --kinds limb-flip --fail-over 0",
             "twistcore detect walk.bvh --method paper --tau 5 --chain LeftForeArm --json",
+            "twistcore detect walk.bvh --reference run.bvh",
         ),
     ),
     "signals": CommandHelp(

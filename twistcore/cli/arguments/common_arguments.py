@@ -62,6 +62,17 @@ def add_clips(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_reference(parser: argparse._ActionsContainer) -> None:
+    """Add the option for another take of the same skeleton."""
+    parser.add_argument(
+        "--reference",
+        type=Path,
+        metavar="CLIP",
+        help="another take of the same skeleton: also note the bones that are turned by more than "
+        "30° in every frame, compared with it (default: none)",
+    )
+
+
 def add_fps(parser: argparse._ActionsContainer) -> None:
     """Add the option for the frame rate."""
     parser.add_argument(
