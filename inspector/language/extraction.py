@@ -27,7 +27,7 @@ _ROOMS_OF_CORE = (
     *("detection", "review", "tuning", "errors", "quamo/response", "quamo/track_clip"),
     *("analysis/clip_analysis", "analysis/examination", "analysis/why_not", "analysis/quality"),
     *("analysis/correction/corrected", "analysis/correction/protected_measures"),
-    "analysis/correction/twist_removal",
+    *("analysis/correction/twist_removal", "analysis/correction/joint_repairs"),
     *("skeleton/body", "skeleton/chain", "skeleton/limb", "skeleton/motion", "skeleton/notation"),
     *("skeleton/rig", "formats/reading", "formats/clip", "formats/clip_files", "formats/suffixes"),
     *("formats/bvh", "formats/amc", "formats/npz"),
@@ -44,7 +44,7 @@ _INFOS = {
         ("label", "short", "measures", "strength", "tau", "action"), CORE
     ),
     "KindInfo": {
-        **dict.fromkeys(("name", "here", "named", "legend", "tip", "why"), CORE),
+        **dict.fromkeys(("name", "here", "named", "legend", "tip", "why", "offer"), CORE),
         **{"short": "kind of error", "label": ""},
     },
 }

@@ -30,7 +30,7 @@ from inspector.widgets.tables import RowDelegate, RowModel, RowTable, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
-from twistcore.review.model import APPLIED, overlapping_ids
+from twistcore.review.model import APPLIED, SEEN, overlapping_ids
 from twistcore.skeleton.helper import Helper
 
 _ROOM, _ROOM_LOW = 8, 3  # pixels of a row in addition to its text
@@ -68,8 +68,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         assert document.data is not None
         delta, first = float(np.degrees(interval.shown)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
-        seen = not interval.repairable and judged.decision == Decision.ACCEPTED
-        decision = tr("✓ seen") if seen else MARKS[judged.decision]
+        decision = tr("✓ seen") if judged.verdict == SEEN else MARKS[judged.decision]
         if judged.verdict == APPLIED:
             decision = tr("✓ automatic")
         decision += (_SHARED if shared else "") + ("" if judged.supported else _UNSUPPORTED)
@@ -107,8 +106,8 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
 
 
 def _end(judged: Judged) -> str:
-    """Return whether the foot or hand of a flip is kept or turned, or '' for other kinds."""
-    if judged.interval.kind != Kind.LIMB_FLIP:
+    """Return whether the foot or hand of a flip, or the next joint, is kept or turned, or ''."""
+    if not judged.interval.kind.info.below:
         return ""
     return _TURNED if judged.interval.carried else _KEPT
 
@@ -118,7 +117,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     kind, joint = of_core(interval.kind), interval.joint
     parts = [tr("{chain}, {kind}, {n} frames", chain=chain, kind=kind, n=interval.frames)]
     if tip := interval.kind.info.tip:
-        size = f"{plain(np.degrees(interval.residual))}°"
+        size = f"{plain(np.degrees(interval.size))}°"
         parts.append(of_core(tip.format(joint=joint, size=size)))
     elif not interval.kind.known:
         parts.append(tr("found by a newer version of the program; not corrected"))
@@ -246,7 +245,7 @@ class IntervalsPanel(QWidget):
         for name, has_text in (
             ("confidence", lambda j: j.interval.confidence is not None),
             ("kind", lambda j: j.interval.kind != Kind.COUNTER_TWIST),
-            ("end", lambda j: j.interval.kind == Kind.LIMB_FLIP),
+            ("end", lambda j: j.interval.kind.info.below),
             ("note", lambda j: j.note or j.reason),
         ):
             if name not in self._with_text and any(map(has_text, fresh)):
