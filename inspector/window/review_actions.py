@@ -273,9 +273,7 @@ class ReviewActions:
             return
         self.show_card()
         if not self.card.write(what):
-            self.bar.show_message(
-                tr("This kind of error is not corrected, so it has no number to edit."), False
-            )
+            self.bar.show_message(tr("This kind of error has no such number to edit."), False)
 
     def play_edge(self, *, other: bool = False) -> None:
         """Play across the interval's edge nearest to the playhead, or across the other edge."""
@@ -317,7 +315,7 @@ class ReviewActions:
         a straight line over time.
         """
         judged = self.document.interval
-        if judged and not judged.interval.repairable:
+        if judged and judged.interval.kind.info.repairer:
             self.bar.show_message(
                 tr("This kind of error has the same offset in all its frames."), False
             )

@@ -161,7 +161,7 @@ class ClipCurves:
                 round(max(j.interval.frames * scale, 1.5), 1),
                 self._verdict(j),
                 f"frames {j.interval.start}–{j.interval.stop}, "
-                f"{j.interval.angle_text(1)}, {self._verdict(j)}",
+                f"{j.reported.angle_text(1)}, {self._verdict(j)}",
             )
             for j in judged
         )

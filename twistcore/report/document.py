@@ -41,7 +41,7 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "stop": lambda j, _: j.interval.stop,
     "frames": lambda j, _: j.interval.frames,
     "start_s": lambda j, fps: round(j.interval.start / fps, 4),
-    "delta_deg": lambda j, _: round(float(np.degrees(j.interval.size)), 4),
+    "delta_deg": lambda j, _: round(float(np.degrees(j.reported.size)), 4),
     "confidence": lambda j, _: j.interval.confidence,
     "open": lambda j, _: j.interval.open,
     "decision": lambda *_: "",

@@ -107,6 +107,16 @@ class Judged:
         return self.interval.repairable or self.corrects
 
     @property
+    def reported(self) -> Interval:
+        """The interval as reports list it.
+
+        An error of a single joint has an offset there only once a person has accepted it.
+        """
+        if self.counts or not self.interval.kind.info.repairer:
+            return self.interval
+        return replace(self.interval, offset=np.zeros(self.interval.frames))
+
+    @property
     def verdict(self) -> str:
         """The decision in the words shown to people.
 
