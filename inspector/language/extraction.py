@@ -28,7 +28,7 @@ _ROOMS_OF_CORE = (
     *("analysis/clip_analysis", "analysis/examination", "analysis/why_not", "analysis/quality"),
     "analysis/error_groups",
     *("analysis/correction/corrected", "analysis/correction/protected_measures"),
-    "analysis/correction/twist_removal",
+    *("analysis/correction/twist_removal", "analysis/correction/joint_repairs"),
     *("skeleton/body", "skeleton/chain", "skeleton/limb", "skeleton/motion", "skeleton/notation"),
     *("skeleton/rig", "formats/reading", "formats/clip", "formats/clip_files", "formats/suffixes"),
     *("formats/bvh", "formats/amc", "formats/npz"),
@@ -45,7 +45,9 @@ _INFOS = {
         ("label", "short", "measures", "strength", "tau", "action"), CORE
     ),
     "KindInfo": {
-        **dict.fromkeys(("name", "here", "named", "legend", "tip", "why", "happens"), CORE),
+        **dict.fromkeys(
+            ("name", "here", "named", "legend", "tip", "why", "happens", "offer"), CORE
+        ),
         **{"short": "kind of error", "label": ""},
     },
 }

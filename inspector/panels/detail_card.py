@@ -188,11 +188,14 @@ class DetailCard(QWidget):
         for widget in (self.note, self.reason, *self.buttons.values()):
             widget.setEnabled(kind is not None)
         for box in self._boxes:
-            box.setEnabled(kind is not None and kind.repairable)
-        self.end.setVisible(kind == Kind.LIMB_FLIP)
+            box.setEnabled(kind is not None and kind.correctable)
+        angle = kind is not None and kind.by_angle
+        below = kind is not None and kind.info.below
+        self.delta.setEnabled(angle)
+        self.end.setVisible(below)
         for box in self._boxes:  # no number without an interval
             box.setSpecialValueText("" if judged else " ")
-        if kind is not None and kind.of_capture:
+        if kind is not None and kind.of_capture and not angle:
             self.delta.setSpecialValueText(" ")
         if judged is None:
             with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
@@ -222,14 +225,15 @@ class DetailCard(QWidget):
         sentences = explanation(self._document.displayed(judged), chain, first, measures)
         blind = self._document.data.blind  # an exercise must not reveal its errors
         self.why.set_plain("" if blind else sentences)
-        if isinstance(chain, Limb):
-            self.end.show_end(chain.end_word, interval.carried)
+        if below:
+            word = chain.end_word if isinstance(chain, Limb) else "next joint"
+            self.end.show_end(word, interval.carried)
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
             self.start.setRange(first, interval.stop - 1 + first)
             self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
             self.start.setValue(interval.start + first)
             self.stop.setValue(interval.stop + first)
-            none = interval.kind.of_capture
+            none = interval.kind.of_capture and not angle
             self.delta.setValue(self.delta.minimum() if none else float(np.degrees(interval.shown)))
         if not self.note.hasFocus() and not self.reason.hasFocus():
             self._show_note(judged)
@@ -238,7 +242,8 @@ class DetailCard(QWidget):
         """Show the button that opens the quality tab, only for faults of the capture."""
         fault = kind is not None and kind.of_capture
         self._link.setVisible(fault)
-        self.end.keep_room(not fault)  # then the heading may be longer
+        below = kind is not None and kind.info.below
+        self.end.keep_room(below or not fault)  # without it the heading may be longer
         if kind == Kind.NOISE_BURST:
             self.to_quality.setText(_SMOOTH)
             self.to_quality.setToolTip(
@@ -352,8 +357,11 @@ def explanation(
     if interval.kind == Kind.FROZEN:
         return _frozen(chain, evidence)
     if why := interval.kind.info.why:
-        size = f"{plain(np.degrees(interval.residual))}°"
-        return f"{of_core(why.format(joint=interval.joint, size=size))}. {_NOT_CORRECTED}"
+        size = f"{plain(np.degrees(interval.size))}°"
+        offer = interval.kind.info.offer if interval.correctable else ""
+        told = {"joint": interval.joint, "size": size}
+        said = " ".join(f"{of_core(part.format(**told))}." for part in (why, offer) if part)
+        return f"{said} {worse_line(measures) if offer else _NOT_CORRECTED}".strip()
     sentences = [_lead(judged, chain, evidence), worse_line(measures)]
     if interval.confidence is not None:
         sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))

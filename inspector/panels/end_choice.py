@@ -1,4 +1,4 @@
-"""The choice whether the foot or hand of a flipped limb was kept or turned along."""
+"""The choice whether the foot or hand of a flip, or the next joint, was kept or turned along."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from inspector.widgets.building import hbox, tool_button
 _WORDS = {  # by `carried`: the button's text and its tip
     False: (
         tr_as("the limb's end is", "kept"),
-        tr("The flip did not turn the {end}: the correction keeps its rotation (C)"),
+        tr("The error did not turn the {end}: the correction keeps its rotation (C)"),
     ),
     True: (
         tr_as("the limb's end is", "turned along"),
-        tr("The flip also turned the {end}: the correction turns it back (C)"),
+        tr("The error also turned the {end}: the correction turns it back (C)"),
     ),
 }
 
@@ -47,7 +47,7 @@ class EndChoice(QWidget):
         self.setSizePolicy(policy)
 
     def show_end(self, word: str, carried: bool) -> None:
-        """Show whether the end of the limb, a 'foot' or a 'hand', turned along."""
+        """Show whether a 'foot', a 'hand' or the 'next joint' turned along."""
         self._carried = carried
         self.name.setText(end_as_heading(word))
         for each, button in self.choices.items():

@@ -16,9 +16,8 @@ from inspector.session.document import Document
 from inspector.widgets.signed_numbers import angle_of, plain, signed
 from inspector.widgets.tables import SORT_ROLE, Index, RowModel, TableRow
 from inspector.widgets.theme import Colours
-from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
-from twistcore.review.model import APPLIED
+from twistcore.review.model import APPLIED, SEEN
 from twistcore.skeleton.helper import Helper
 
 INDENT = 4 * "\N{NO-BREAK SPACE}"  # before an interval of an unfolded group
@@ -114,8 +113,7 @@ class IntervalModel(RowModel[ListRow]):
         assert document.data is not None
         delta, first = float(np.degrees(interval.shown)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
-        seen = not interval.repairable and judged.decision == Decision.ACCEPTED
-        decision = tr("✓ seen") if seen else MARKS[judged.decision]
+        decision = tr("✓ seen") if judged.verdict == SEEN else MARKS[judged.decision]
         if judged.verdict == APPLIED:
             decision = tr("✓ automatic")
         decision += (SHARED if shared else "") + ("" if judged.supported else UNSUPPORTED)
@@ -219,8 +217,8 @@ class SortedRows(QSortFilterProxyModel):
 
 
 def end_of(judged: Judged) -> str:
-    """Return whether the foot or hand of a flip is kept or turned, or '' for other kinds."""
-    if judged.interval.kind != Kind.LIMB_FLIP:
+    """Return whether the foot or hand of a flip, or the next joint, is kept or turned, or ''."""
+    if not judged.interval.kind.info.below:
         return ""
     return ENDS[judged.interval.carried]
 
@@ -230,7 +228,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     kind, joint = of_core(interval.kind), interval.joint
     parts = [tr("{chain}, {kind}, {n} frames", chain=chain, kind=kind, n=interval.frames)]
     if tip := interval.kind.info.tip:
-        size = f"{plain(np.degrees(interval.residual))}°"
+        size = f"{plain(np.degrees(interval.size))}°"
         parts.append(of_core(tip.format(joint=joint, size=size)))
     elif not interval.kind.known:
         parts.append(tr("found by a newer version of the program; not corrected"))

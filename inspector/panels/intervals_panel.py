@@ -188,7 +188,7 @@ class IntervalsPanel(QWidget):
         for name, has_text in (
             ("confidence", lambda j: j.interval.confidence is not None),
             ("kind", lambda j: j.interval.kind != Kind.COUNTER_TWIST),
-            ("end", lambda j: j.interval.kind == Kind.LIMB_FLIP),
+            ("end", lambda j: j.interval.kind.info.below),
             ("note", lambda j: j.note or j.reason),
         ):
             if name not in self._with_text and any(map(has_text, fresh)):

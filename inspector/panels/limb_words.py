@@ -16,11 +16,13 @@ _ENDS = {
     "hand": tr_as("the limb's", "hand"),
     "foot": tr_as("the limb's", "foot"),
     "end": tr_as("the limb's", "end"),
+    "next joint": tr_as("the part that turns back", "next joint"),
 }
 _HEADS = {
     "hand": tr_as("heading", "Hand:"),
     "foot": tr_as("heading", "Foot:"),
     "end": tr_as("heading", "End:"),
+    "next joint": tr_as("heading", "Next joint:"),
 }
 
 _PARTS = {  # by side and segment: the beginning of a sentence
@@ -56,12 +58,12 @@ def middle_of(limb: Limb) -> str:
 
 
 def end_in_words(word: str) -> str:
-    """Return twistcore's word 'hand', 'foot' or 'end' as used within a sentence."""
+    """Return the word 'hand', 'foot', 'end' or 'next joint' as used within a sentence."""
     return _ENDS[word]
 
 
 def end_as_heading(word: str) -> str:
-    """Return twistcore's word 'hand', 'foot' or 'end' as a heading with a colon."""
+    """Return the word 'hand', 'foot', 'end' or 'next joint' as a heading with a colon."""
     return _HEADS[word]
 
 

@@ -24,7 +24,6 @@ from twistcore.files.ordinary import is_file
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
-from twistcore.review.model import as_written
 from twistcore.review.proposal import flip_over, interval_over, proposed_flip, proposed_interval
 from twistcore.review.session import read_session_file
 from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
@@ -293,10 +292,39 @@ def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     """Return the review with undecided intervals added for every kind that it lacks.
 
     Adds limbs with their τ, flips and lone jumps if the review has no limbs, and faults of the
-    capture and carried rolls if it has none of that kind. Returns the same object if there is
-    nothing to add.
+    capture and carried rolls if it has none of that kind. Errors of single joints that nobody has
+    decided on get the offset that they lack in reviews of earlier versions. Returns the same object
+    if there is nothing to add.
     """
-    return _with_faults(_with_limbs(state, analysis), analysis)
+    return _with_offsets(_with_faults(_with_limbs(state, analysis), analysis), analysis)
+
+
+def _with_offsets(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
+    """Return the review with the offsets of untouched errors of single joints."""
+    without = {
+        j.id
+        for j in state.intervals
+        if j.interval.kind.info.repairer and not (j.kept or j.interval.offset.any())
+    }
+    if not without:
+        return state
+    method = analysis.usable(state.method)
+    kinds = {j.interval.kind for j in state.intervals if j.id in without}
+    found = {
+        (i.chain, i.kind, i.joint, i.start, i.stop): i
+        for kind in kinds
+        for own in analysis.shown(kind, method).values()
+        for i in own
+    }
+
+    def with_offset(judged: Judged) -> Judged:
+        i = judged.interval
+        same = found.get((i.chain, i.kind, i.joint, i.start, i.stop))
+        if judged.id not in without or same is None:
+            return judged
+        return replace(judged, interval=same.for_review)
+
+    return replace(state, intervals=tuple(map(with_offset, state.intervals)))
 
 
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
@@ -330,7 +358,7 @@ def _carried_rolls(state: ReviewState, analysis: ClipAnalysis, method: str) -> l
 
 
 def _with_undecided(state: ReviewState, new: Sequence[Interval]) -> ReviewState:
-    judged = [Judged(k, as_written(i)) for k, i in enumerate(new, state.next_id)]
+    judged = [Judged(k, i.for_review) for k, i in enumerate(new, state.next_id)]
     return state.with_intervals((*state.intervals, *judged), state.next_id + len(judged))
 
 

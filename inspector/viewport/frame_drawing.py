@@ -74,7 +74,7 @@ class FrameDrawing:
         self.guest: Guest | None = None
         self.companion: Companion | None = None
         self._document = document
-        self._drawn_offsets: tuple[float, ...] = ()
+        self._drawn_offsets: tuple[object, ...] = ()
 
     def draw(self, scene: Scene, camera: OrbitCamera) -> None:
         """Draw everything as seen from the camera. The caller repaints."""
@@ -172,7 +172,7 @@ class FrameDrawing:
             return 0.0, None
         fault = fault_at(document)
         offset = float(document.offset(chain.name)[document.frame])
-        degrees = float(np.degrees(fault.residual if fault else offset))
+        degrees = float(np.degrees(fault.size if fault else offset))
         if abs(degrees) < _LEAST_ANGLE:
             return degrees, None
         _, positions = document.pose(document.frame, after=False)
@@ -182,14 +182,15 @@ class FrameDrawing:
         """True if the offsets at the frame are the same as when it was drawn."""
         return self._offsets() == self._drawn_offsets
 
-    def _offsets(self) -> tuple[float, ...]:
-        """Return the offsets of all chains and limbs at the frame, radians."""
+    def _offsets(self) -> tuple[object, ...]:
+        """Return the offsets of all chains and limbs at the frame, and the corrected joints."""
         document = self._document
         if document.data is None:
             return ()
-        chains = document.data.chains_and_limbs
-        parts = (document.corrected.offset, document.corrected.carried)
-        return tuple(float(of(c.name)[document.frame]) for of in parts for c in chains)
+        chains, corrected = document.data.chains_and_limbs, document.corrected
+        parts = (corrected.offset, corrected.carried)
+        sums = (float(of(c.name)[document.frame]) for of in parts for c in chains)
+        return (*sums, *corrected.repairs(document.frame))
 
 
 def selected_chain(document: Document) -> Chain | None:
@@ -201,7 +202,7 @@ def selected_chain(document: Document) -> Chain | None:
 
 
 def fault_at(document: Document) -> Interval | None:
-    """Return the selected interval if it contains the frame and cannot be corrected."""
+    """Return the selected interval if it contains the frame and is no twist error."""
     judged = document.interval
     if judged is None or judged.interval.repairable:
         return None
@@ -210,8 +211,8 @@ def fault_at(document: Document) -> Interval | None:
 
 
 def _fault_words(interval: Interval) -> str:
-    """Return the legend of a lone jump, a noise burst or frozen frames."""
-    degrees = float(np.degrees(interval.residual))
+    """Return the legend of an interval that is no twist error."""
+    degrees = float(np.degrees(interval.size))
     fields = {"size": f"{plain(degrees)}°", "angle": f"{signed(degrees)}°", "joint": interval.joint}
     kind = interval.kind
     return of_core(kind.info.legend.format(**fields) if kind.info.legend else kind)
@@ -250,20 +251,21 @@ def _roles(bones: tuple[BoneSegment, ...], chain: Chain | None, skeleton: Skelet
     if isinstance(chain, Limb):
         pairs = set(limb_bones(chain, skeleton))
     elif isinstance(chain, Helper):
-        pairs = {*_own_bones(chain, skeleton), (skeleton.parents[chain.parent], chain.child)}
+        pairs = {*_own_bones(chain.parent, skeleton), (skeleton.parents[chain.parent], chain.child)}
     chosen = np.array([(b.parent, b.child) in pairs for b in bones], dtype=bool)
     return np.where(chosen, Role.CHOSEN, Role.PLAIN).astype(np.int64)
 
 
-def _own_bones(helper: Helper, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Return the bones attached to a twist bone, as pairs of joints; −1 is the End Site."""
-    return [(helper.parent, joint) for joint in (*skeleton.children[helper.parent], -1)]
+def _own_bones(joint: int, skeleton: Skeleton) -> list[tuple[int, int]]:
+    """Return the bones that begin at a joint, as pairs of joints; −1 is the End Site."""
+    return [(joint, child) for child in (*skeleton.children[joint], -1)]
 
 
 def _bone_offsets(document: Document, scene: Scene) -> Array:
     """Return the |offset| of each bone at the frame, radians, (bones,).
 
-    If a bone belongs to a chain and a limb, the larger offset counts.
+    If a bone belongs to a chain and a limb, or its joint is corrected alone, the larger offset
+    counts.
     """
     by_pair: dict[tuple[int, int], float] = {}
     for chain in scene.data.chains_and_limbs:
@@ -271,7 +273,12 @@ def _bone_offsets(document: Document, scene: Scene) -> Array:
         if isinstance(chain, Limb):
             pairs = limb_bones(chain, scene.data.motion.skeleton)
         elif isinstance(chain, Helper):
-            pairs = _own_bones(chain, scene.data.motion.skeleton)
+            pairs = _own_bones(chain.parent, scene.data.motion.skeleton)
         offset = abs(float(document.offset(chain.name)[document.frame]))
+        by_pair |= {pair: max(offset, by_pair.get(pair, 0.0)) for pair in pairs}
+    for interval in document.corrected.repairs(document.frame):
+        skeleton = scene.data.motion.skeleton
+        offset = abs(float(interval.offset[document.frame - interval.start]))
+        pairs = _own_bones(skeleton.index(interval.joint), skeleton)
         by_pair |= {pair: max(offset, by_pair.get(pair, 0.0)) for pair in pairs}
     return np.array([by_pair.get((b.parent, b.child), 0.0) for b in scene.bones])

@@ -121,7 +121,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    tr("Make the corrected twist a straight line through the interval"),
                    needs="clip", do=lambda p: p.review_actions.make_following()),
         ActionSpec("turn_end", tr("Keep the foot or hand, or turn it with the limb"), ("C",),
-                   tr("For a flip: choose whether the foot or hand keeps its rotation"),
+                   tr("For a flip or a stretch: choose whether the part below keeps its rotation"),
                    needs="clip", do=lambda p: p.review_actions.turn_end()),
         None,
         *detector_rows(),

@@ -195,8 +195,8 @@ def _undecided_text(sure: int, repairable: int, total: int) -> str:
         )
     if repairable < total:
         return plural(
-            "Also correct {sure} of {n} undecided interval: the ones that can be corrected",
-            "Also correct {sure} of {n} undecided intervals: the ones that can be corrected",
+            "Also correct {sure} of {n} undecided interval: the ones that may be automatic",
+            "Also correct {sure} of {n} undecided intervals: the ones that may be automatic",
             total,
             sure=sure,
         )

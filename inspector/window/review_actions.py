@@ -26,7 +26,7 @@ from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.signed_numbers import signed
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
-from twistcore.detection import Interval, Kind
+from twistcore.detection import Interval
 from twistcore.review import Annotate, Decision, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
 
@@ -281,9 +281,7 @@ class ReviewActions:
             return
         self.show_card()
         if not self.card.write(what):
-            self.bar.show_message(
-                tr("This kind of error is not corrected, so it has no number to edit."), False
-            )
+            self.bar.show_message(tr("This kind of error has no such number to edit."), False)
 
     def play_edge(self, *, other: bool = False) -> None:
         """Play across the interval's edge nearest to the playhead, or across the other edge."""
@@ -324,15 +322,24 @@ class ReviewActions:
         """Give the selected interval offsets that make the corrected twist
         a straight line over time.
         """
-        if (judged := self.document.interval) and self.document.data:
+        judged = self.document.interval
+        if judged and judged.interval.kind.info.repairer:
+            self.bar.show_message(
+                tr("This kind of error has the same offset in all its frames."), False
+            )
+        elif judged and self.document.data:
             angle = self.document.data.angle(judged.interval.chain)
             self.document.edit(judged.id, following(judged.interval, angle))
 
     def turn_end(self) -> None:
-        """Switch the hand or foot of the selected flip between kept and turned along."""
+        """Switch the hand or foot of the selected flip, or the joints below a stretch, between kept
+        and turned along.
+        """
         judged = self.document.interval
-        if judged is None or judged.interval.kind != Kind.LIMB_FLIP:
-            text = tr("Select a flip of a limb: only flips have a foot or hand to keep or turn.")
+        if judged is None or not judged.interval.kind.info.below:
+            text = tr(
+                "Select a flip of a limb or a stretch: only these have a part to keep or turn."
+            )
             self.bar.show_message(text, False)
         else:
             edited = replace(judged.interval, carried=not judged.interval.carried)

@@ -88,7 +88,7 @@ def test_while_tau_is_dragged_no_motion_is_corrected_for_an_angle(analysis, monk
         anew.append(motion)
         return remove_twist(motion, *rest)
 
-    monkeypatch.setattr("twistcore.analysis.correction.corrected.remove_twist", counted)
+    monkeypatch.setattr("twistcore.analysis.correction.twist_removal.remove_twist", counted)
     flipped = [c for c in analysis.chains if c.name in ("RightUpLeg", "RightLeg")]
     for chain in analysis.chains:
         corrected.angles(chain)

@@ -190,14 +190,14 @@ def refusal(read, *arguments, **more):
 
 
 def test_a_document_of_another_schema_is_none():
-    known = [f"'twistcore.session/{n}'" for n in (1, 2, 3, 4)]
+    known = [f"'twistcore.session/{n}'" for n in (1, 2, 3, 4, 5)]
     for other in (
         [],
         None,
         3,
         {},
         {"schema": 1},
-        {"schema": "twistcore.session/5"},
+        {"schema": "twistcore.session/6"},
         {"schema": []},
     ):
         assert names_in_one_line(refusal(session_from_document, other), *known)

@@ -238,7 +238,7 @@ def _applied_to_json(
         "output": str(arguments.output),
         "method": state.method,
         "tracked": state.tracking is not None,
-        "repairable": sum(j.interval.repairable for j in state.intervals),
+        "repairable": sum(j.counts for j in state.intervals),
         "applied": len(taken),
         "intervals": [
             {

@@ -11,7 +11,7 @@ from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.export.scene_script import SceneOptions, scene_script
 from twistcore.files.atomic import write_atomically
 from twistcore.formats.reading import read_clip
-from twistcore.review import Decision, read_session
+from twistcore.review import read_session
 
 
 def export_command(arguments: argparse.Namespace) -> int:
@@ -22,9 +22,7 @@ def export_command(arguments: argparse.Namespace) -> int:
     tell_clip(arguments.clip, clip)
     state = session.state
     corrected = accepted_motion(clip, chains_of(session, clip), state)
-    accepted = [
-        j for j in state.intervals if j.decision == Decision.ACCEPTED and j.interval.repairable
-    ]
+    accepted = [j for j in state.intervals if j.corrects]
     options = SceneOptions(
         arguments.script,
         arguments.namespace,

@@ -69,12 +69,12 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
 
 
 def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
-    """Return '5 of 7 intervals corrected (5 limb flips)', counting only correctable kinds.
+    """Return '5 of 7 intervals corrected (5 limb flips)', counting twist errors.
 
-    applied: the corrected intervals; verb: 'corrected' or 'applied'.
+    applied: the corrected intervals, which always count; verb: 'corrected' or 'applied'.
     """
     every = tuple(every)
-    repairable = sum(i.repairable for i in every)
+    repairable = sum(i.repairable for i in every) + sum(not i.repairable for i in applied)
     return f"{len(applied)} of {repairable} intervals {verb}{by_kind(applied, every)}"
 
 

@@ -36,17 +36,17 @@ class Interval:
         True if the frames outside the interval may be the wrong ones, or if only one joint is
         wrong. Such an interval is not corrected automatically.
     residual : float
-        The offset that remains after the closing edge, the turn of a lone jump, or σ of a noise
-        burst, radians.
+        The offset that remains after the closing edge, the turn of a lone jump or of a single
+        joint, or σ of a noise burst, radians.
     explain : callable, optional
         Function that returns the evidence; called only when a person asks for it.
     kind : Kind
         The kind of error.
     carried : bool
-        True for a limb flip in which E turned with P, and for every carried roll, in which C
-        rolled with P.
+        True for a limb flip in which E turned with P, for every carried roll, in which C rolled
+        with P, and for an error of a single joint in which the joints below it turned along.
     joint : str
-        The name of the joint that jumps alone, is the noisiest, or begins a frozen limb.
+        The name of the joint that is wrong alone, is the noisiest, or begins a frozen limb.
     followed : float
         The fraction of the offset that C turned back; less than 1 only if it clearly turned back
         only a part.
@@ -88,7 +88,8 @@ class Interval:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for another process, in which the evidence replaces the analysis."""
-        own = {name: value for name, value in vars(self).items() if name != "as_written"}
+        computed = "as_written", "for_review"
+        own = {name: value for name, value in vars(self).items() if name not in computed}
         evidence = self.evidence
         return {**own, "explain": evidence and partial(dict, evidence)}
 
@@ -106,6 +107,19 @@ class Interval:
         degrees = np.round(np.degrees(wrap(one)), 9) + 0.0
         return replace(self, offset=np.broadcast_to(np.radians(degrees), offset.shape))
 
+    @cached_property
+    def for_review(self) -> Interval:
+        """The interval as a review stores it, with the offset to remove if a person accepts it.
+
+        A kind that only a person can have corrected has no offset when it is found, so that nothing
+        else can correct it. Its offset is `correction_deg` of the evidence, or the residual.
+        """
+        if not self.kind.info.repairer:
+            return self.as_written
+        degrees = (self.evidence or {}).get("correction_deg")
+        turn = self.residual if degrees is None else math.radians(degrees)
+        return replace(self, offset=np.broadcast_to(turn, (self.frames,))).as_written
+
     @property
     def frames(self) -> int:
         """The number of frames of the interval."""
@@ -121,7 +135,7 @@ class Interval:
         """The angle for tables, radians: the median offset, the turn of a lone jump, or σ
         of noise.
         """
-        return self.delta if self.repairable or not self.kind.known else self.residual
+        return self.delta if self.correctable or not self.kind.known else self.residual
 
     @property
     def largest(self) -> float:
@@ -164,8 +178,17 @@ class Interval:
 
     @property
     def repairable(self) -> bool:
-        """True if the interval can be corrected."""
+        """True for a twist error that can be corrected."""
         return self.kind.repairable
+
+    @property
+    def correctable(self) -> bool:
+        """True if accepting the interval changes the motion.
+
+        In reviews of earlier versions, errors of a single joint have no offset: a person who
+        accepted one has only seen it.
+        """
+        return self.repairable or (self.kind.correctable and bool(self.offset.any()))
 
     @property
     def automatic(self) -> bool:
@@ -175,6 +198,11 @@ class Interval:
     def with_offset(self, start: int, offset: Array) -> Interval:
         """Return the interval with another start and offset."""
         return replace(self, start=start, stop=start + len(offset), offset=offset)
+
+    def within(self, low: int, high: int) -> Interval:
+        """Return the part in frames [low, high), with frame numbers relative to `low`."""
+        start, stop = max(self.start, low), min(self.stop, high)
+        return self.with_offset(start - low, self.offset[start - self.start : stop - self.start])
 
 
 def circular_median(angles: Array) -> float:

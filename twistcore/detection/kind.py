@@ -29,7 +29,7 @@ class KindInfo:
     place : int
         The rank of the kind in lists, from common to rare.
     repair : str
-        What a correction turns back; "" for a kind that is reported but not corrected.
+        What a correction turns back; "" for a kind that no detector corrects.
     automatic : bool
         True if it may be corrected without a person's decision.
     of_capture : bool
@@ -42,8 +42,16 @@ class KindInfo:
         The weight of the kind in the severity; None for the weight of the segment.
     lasting : bool
         True if an interval that cannot be corrected counts in the severity for its whole length.
+    repairer : str
+        The correction of a single joint that only a person can accept, 'package.module:NAME': a
+        `twistcore.analysis.correction.joint_repairs.JointRepair`, loaded when it is first needed.
+        "" for all other kinds.
+    turns : bool
+        True if `repairer` turns the joint by the interval's offset, so that a person can change it.
+    below : bool
+        True if a person can choose whether the part below the joint turned along with the error.
     find : str
-        The finder of a kind that is reported but not corrected, 'package.module:function'. It
+        The finder of a kind that no detector finds, 'package.module:function'. It
         takes a `twistcore.detection.finding.KindSearch`, returns intervals by chain name, and is
         loaded when the kind is first searched for. "" for a kind that the detectors find.
     corrected : bool
@@ -52,10 +60,11 @@ class KindInfo:
         The theme colour of the kind's word in the list of intervals; "" for the text colour.
     counted : str
         The singular for counts; the name if not given.
-    here, named, legend, tip, why : str
+    here, named, legend, tip, why, offer : str
         Texts about one interval: for a frame inside it, for a frame next to it, for the 3D view,
-        for the list, and a sentence about the error. {frames}, {span}, {size}, {joint} and {angle}
-        are replaced in them; in `why` only {joint} and {size}.
+        for the list, a sentence about the error, and one about what accepting it does. {frames},
+        {span}, {size}, {joint} and {angle} are replaced in them; in `why` and `offer` only {joint}
+        and {size}.
     happens : str
         What happens to a part of the body, for the name of a group of errors: "{part} jumps";
         the part and the kind's name if not given.
@@ -72,6 +81,9 @@ class KindInfo:
     size: str = "delta_deg"
     weight: float | None = None
     lasting: bool = False
+    repairer: str = ""
+    turns: bool = False
+    below: bool = False
     find: str = ""
     corrected: bool = False
     colour: str = ""
@@ -82,6 +94,7 @@ class KindInfo:
     tip: str = ""
     why: str = ""
     happens: str = ""
+    offer: str = ""
 
 
 def plural_name(word: str) -> str:
@@ -170,8 +183,18 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def repairable(self) -> bool:
-        """True if intervals of the kind can be corrected; other kinds are only reported."""
+        """True for a twist error that can be corrected; summaries count these kinds."""
         return bool(self.info.repair)
+
+    @property
+    def correctable(self) -> bool:
+        """True if a person can have the kind corrected, even if it is never done automatically."""
+        return bool(self.info.repair or self.info.repairer)
+
+    @property
+    def by_angle(self) -> bool:
+        """True if a correction turns a joint by the offset, which a person can change."""
+        return bool(self.info.repair) or self.info.turns
 
     @property
     def built_in(self) -> bool:

@@ -4,6 +4,9 @@ A foot may be upside down from a jump to the end of the clip. The jump alone is 
 side of it is wrong is decided by the rest of the clip, from the roll about the joint's own bone in
 most frames. A joint that is turned by more than 120° from its rest pose in most frames is compared
 with a level near the rest pose, if the joint on the other side has that level as well.
+
+A stretch is never corrected automatically. For a person who accepts it, the angle to turn back is
+measured at the jumps, and the joints below turn back with it if they jumped along.
 """
 
 from __future__ import annotations
@@ -22,7 +25,14 @@ from twistcore.detection.lone_jumps import chain_of_joint, limit, own_axis, turn
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_held
-from twistcore.skeleton.rotation import Array, twist_angle, twist_reliability, wrap
+from twistcore.skeleton.rotation import (
+    Array,
+    geodesic_angle,
+    multiply,
+    twist_angle,
+    twist_reliability,
+    wrap,
+)
 from twistcore.work.frozen import dataclass
 
 JUMP = math.radians(60.0)  # per frame, of a fast capture: where a stretch may begin or end
@@ -77,9 +87,25 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
         if usual is None:
             continue
         for level in _wrong(levels, usual, max(SHORTEST * motion.fps, FEWEST)):
+            turn = float(wrap(level.roll - usual))
+            jump = _turn_at_jumps(motion, joint, level, turn)
+            along = _goes_along(motion, joint, level)
             if held is not None:
                 level = _Level(held.begin(level.start), held.end(level.stop), level.roll)
-            one = _interval(motion, chain, joint, level, usual, by_rest=by_rest)
+            name = motion.skeleton.names[joint]
+            explain = partial(_explained, name, turn, jump, by_rest=by_rest)
+            one = Interval(
+                chain.name,
+                level.start,
+                level.stop,
+                np.zeros(level.frames),
+                open=True,
+                residual=turn,
+                explain=explain,
+                kind=Kind.STRETCH,
+                carried=along,
+                joint=name,
+            )
             found.setdefault(chain.name, []).append(one)
     return found
 
@@ -156,24 +182,55 @@ def _alike(a: _Level, b: _Level) -> bool:
     return bool(abs(wrap(a.roll - b.roll)) <= ALIKE)
 
 
-def _interval(
-    motion: Motion, chain: Chain, joint: int, level: _Level, usual: float, *, by_rest: bool
-) -> Interval:
-    name, turn = motion.skeleton.names[joint], float(wrap(level.roll - usual))
-    return Interval(
-        chain.name,
-        level.start,
-        level.stop,
-        np.zeros(level.frames),
-        open=True,
-        residual=turn,
-        explain=partial(_explained, name, turn, by_rest=by_rest),
-        kind=Kind.STRETCH,
-        joint=name,
-    )
+def _turn_at_jumps(motion: Motion, joint: int, level: _Level, turn: float) -> float:
+    """Return how far a joint jumps where a level begins and jumps back where it ends, radians.
+
+    The natural turn from frame to frame, the smaller one next to each jump, is left out.
+    Jumps that differ from the level's mean, `turn`, by more than 45° are ignored; the result is
+    `turn` if there is no other.
+    """
+    axis = own_axis(motion.skeleton, joint)
+    assert axis is not None
+    jumps = []
+    for at, sign in ((level.start, 1.0), (level.stop, -1.0)):
+        if not 0 < at < motion.frames:
+            continue
+        first, last = max(at - 2, 0), min(at + 2, motion.frames)
+        turns = turns_about(motion.rotations[first:last, joint], axis)[1:]
+        own = at - 1 - first
+        natural = min(np.delete(turns, own).tolist(), key=abs, default=0.0)
+        jump = wrap(sign * (turns[own] - natural))
+        if abs(wrap(jump - turn)) <= ALIKE:
+            jumps.append(float(jump))
+    return _mean(np.array(jumps)) if jumps else turn
 
 
-def _explained(joint: str, turn: float, *, by_rest: bool) -> dict[str, float | str]:
-    """Return the evidence: the angle of a stretch and the reference it was compared with."""
+def _goes_along(motion: Motion, joint: int, level: _Level) -> bool:
+    """True if the joints below a joint jump along with it at the edges of a level.
+
+    Their own rotations then jump less than their orientation, seen from the joint's parent. Also
+    True if a joint below cannot turn back, because it lacks rotation channels.
+    """
+    children, rotatable = motion.skeleton.children[joint], motion.skeleton.rotatable
+    if rotatable is not None and not all(rotatable[child] for child in children):
+        return True
+    own = seen = 0.0
+    for at in (level.start, level.stop):
+        if 0 < at < motion.frames:
+            above = motion.rotations[at - 1 : at + 1, joint]
+            for child in children:
+                below = motion.rotations[at - 1 : at + 1, child]
+                own += float(geodesic_angle(*below))
+                seen += float(geodesic_angle(*multiply(above, below)))
+    return own <= seen
+
+
+def _explained(joint: str, turn: float, jump: float, *, by_rest: bool) -> dict[str, float | str]:
+    """Return the evidence: the angle of a stretch, its reference, and the angle to turn back."""
     compared = "the rest pose and the other side" if by_rest else "the rest of the clip"
-    return {"joint": joint, "turn_deg": math.degrees(turn), "compared_with": compared}
+    return {
+        "joint": joint,
+        "turn_deg": math.degrees(turn),
+        "compared_with": compared,
+        "correction_deg": math.degrees(jump),
+    }

@@ -174,7 +174,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
     chosen, state = replay.session.state.chosen(), replay.session.state
     left, beside = uncorrected_sentences(replay.clip, replay.chains, chosen)
     left += left_to_later_versions(replay.clip, state)
-    repairable = sum(judged.interval.repairable for judged in state.intervals)
+    repairable = sum(judged.counts for judged in state.intervals)
     return Replayed(mark, before != mark, len(chosen), repairable, patch.jumps, left, beside)
 
 

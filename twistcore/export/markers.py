@@ -33,7 +33,7 @@ def blender_markers(
     """
     rows = [
         (
-            f"{_what(j)} {j.interval.angle_text(1)} {verdict(j)}",
+            f"{_what(j)} {j.reported.angle_text(1)} {verdict(j)}",
             j.interval.start,
             j.interval.stop - 1,
         )

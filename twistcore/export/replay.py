@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from twistcore.analysis.correction import children_off_axis, refine, stuck_joints
+from twistcore.analysis.correction.joint_repairs import JointRepairs, moves_joints
 from twistcore.detection import Interval, Kind
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.tracking import check_tracking, tracked_motion
@@ -59,7 +60,7 @@ def uncorrected_sentences(
     sentences = chains_left(clip.motion, chains, chosen)
     left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)
     moved: list[str] = []
-    used = {interval.chain for interval in chosen}
+    used = {interval.chain for interval in chosen if interval.repairable}
     for chain in (chain for chain in chains if chain.name in used):
         for name, distance in children_off_axis(clip.motion, chain).items():
             share = 2.0 * distance / clip.motion.skeleton.height
@@ -68,6 +69,9 @@ def uncorrected_sentences(
                     f"{clip.path}: {name} is not on the axis of {chain.name} and moves with "
                     f"it by up to {share:.1e} of the height"
                 )
+    alone = JointRepairs(correctable(clip.motion, chains, chosen)).intervals
+    moving = dict.fromkeys(i.joint for i in alone if moves_joints(clip.motion, i))
+    moved += [f"{clip.path}: the joints below {name} move with its correction" for name in moving]
     return left, tuple(moved)
 
 
@@ -85,17 +89,24 @@ def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
 def chains_left(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[str, ...]:
-    """Return a sentence for each chain that has intervals that cannot be corrected."""
+    """Return a sentence for each chain or joint with intervals that cannot be corrected."""
     left = []
+    twists = [i for i in chosen if i.repairable]
     for chain in chains:
-        if joints := stuck_joints(motion, chain, chosen):
+        if joints := stuck_joints(motion, chain, twists):
             some = uncorrectable_joints(motion, chain, carried=True) != joints
             where = " where its end was kept" if some else ""
             left.append(
                 f"{chain.name} was not corrected{where}, because three rotation channels are "
                 f"missing at: {', '.join(joints)}"
             )
-    return tuple(left)
+        left += [
+            f"{alone.joint} was not corrected, because three rotation channels are missing at: "
+            f"{', '.join(joints)}"
+            for alone in JointRepairs(i for i in chosen if i.chain == chain.name).intervals
+            if (joints := stuck_joints(motion, chain, [alone]))
+        ]
+    return tuple(dict.fromkeys(left))
 
 
 def correctable(
@@ -141,6 +152,8 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
                 f"{clip.path}: the session has a {what} {shown_value(interval.chain)}, "
                 "which the clip does not have"
             )
+        if judged.corrects and not interval.repairable:
+            _check_joint(clip, interval)
         if interval.stop > clip.motion.frames:
             raise ClipMismatchError(f"{clip.path}: an interval ends after the clip's last frame")
     if session.state.tracking is not None:
@@ -150,3 +163,12 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
             raise ClipMismatchError(
                 f"{clip.path}: the session uses tracking, but {error}"
             ) from None
+
+
+def _check_joint(clip: Clip, interval: Interval) -> None:
+    """Raise ClipMismatchError unless the clip has the joint of an accepted interval."""
+    if interval.joint not in clip.motion.skeleton.names:
+        raise ClipMismatchError(
+            f"{clip.path}: the session corrects a joint {shown_value(interval.joint)}, which the "
+            "clip does not have"
+        )

@@ -107,14 +107,14 @@ def pictures_of(report: Report) -> Drawn:
 
 
 def _worst(report: Report) -> list[Judged]:
-    """Return up to WORST repairable intervals that are not rejected, largest degrees × frames
+    """Return up to WORST intervals that count and are not rejected, largest degrees × frames
     first.
     """
     names = {chain.name for chain in report.chains}
     may = [
         j
         for j in report.state.intervals
-        if j.interval.repairable and j.decision != Decision.REJECTED and j.interval.chain in names
+        if j.counts and j.decision != Decision.REJECTED and j.interval.chain in names
     ]
     return sorted(may, key=lambda j: (-weight(j), j.interval.start))[:WORST]
 
@@ -145,6 +145,7 @@ def _finds(
         find: dict[str, Any] = {
             "label": chain.label,
             "limb": isinstance(chain, Limb),
+            "alone": "" if interval.repairable else interval.joint,
             "kind": interval.kind.value,
             "interval": interval,
             "degrees": float(np.degrees(interval.shown)),
@@ -185,8 +186,9 @@ def _decisions(
             "edited": one.edited,
             "by_hand": one.by_hand,
             "shown_deg": float(np.degrees(one.interval.shown)),
-            "correctable": one.interval.repairable and one.id not in report.stuck,
-            "lone": not one.interval.repairable,
+            "correctable": one.counts and one.id not in report.stuck,
+            "lone": not one.counts,
+            "alone": one.corrects and not one.interval.repairable,
             "somebody": bool(one.reviewer or one.decided_at or one.note or one.reason),
         }
         out.append((row, more))

@@ -99,8 +99,7 @@ class ClipCurves:
             self._by_chain.setdefault(one.interval.chain, []).append(one)
         # An angle without errors seldom jumps by half a turn, so full turns are counted there.
         self._expected = Corrected(analysis)
-        sound = [j.interval for j in judged if j.decision != Decision.REJECTED]
-        self._expected.take(i for i in sound if i.repairable)
+        self._expected.take(j.interval for j in judged if _is_taken_out(j))
 
     def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
         """Return the panels of chains with intervals, worst first, and how many chains were left
@@ -162,7 +161,7 @@ class ClipCurves:
                 round(max(j.interval.frames * scale, 1.5), 1),
                 self._verdict(j),
                 f"frames {j.interval.start}–{j.interval.stop}, "
-                f"{j.interval.angle_text(1)}, {self._verdict(j)}",
+                f"{j.reported.angle_text(1)}, {self._verdict(j)}",
             )
             for j in judged
         )
@@ -201,9 +200,14 @@ def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Arr
 def weight(judged: Judged) -> float:
     """Return how bad an interval is: degrees × frames, or only its angle if it has no offset."""
     interval = judged.interval
-    if not interval.repairable:
+    if not judged.counts:
         return float(abs(np.degrees(interval.residual)))
     return float(np.degrees(np.abs(interval.offset)).sum())
+
+
+def _is_taken_out(judged: Judged) -> bool:
+    """True if the angle that is expected without errors lacks the interval."""
+    return judged.counts and judged.decision != Decision.REJECTED
 
 
 def _angle_row(symbol: str, meaning: str, before: Array, after: Array, columns: int) -> CurveRow:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import children_off_axis, stuck_joints
+from twistcore.analysis.correction import JointRepairs, children_off_axis, stuck_joints
 from twistcore.detection import Interval, Kind
 from twistcore.export.compare import Difference, compare, move_to_json
 from twistcore.export.replay import left_to_later_versions, uncorrected_sentences
@@ -41,7 +41,7 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "stop": lambda j, _: j.interval.stop,
     "frames": lambda j, _: j.interval.frames,
     "start_s": lambda j, fps: round(j.interval.start / fps, 4),
-    "delta_deg": lambda j, _: round(float(np.degrees(j.interval.size)), 4),
+    "delta_deg": lambda j, _: round(float(np.degrees(j.reported.size)), 4),
     "confidence": lambda j, _: j.interval.confidence,
     "open": lambda j, _: j.interval.open,
     "decision": lambda *_: "",
@@ -49,7 +49,7 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "decided_at": lambda j, _: j.decided_at,
     "note": lambda j, _: j.note,
     "kind": lambda j, _: j.interval.kind.value,
-    "end": lambda j, _: _end(j.interval),
+    "end": lambda j, _: _end(j),
     "joint": lambda j, _: j.interval.joint,
     "speed_deg_s": lambda j, fps: _speed(j.interval, fps),
     "stuck": lambda *_: "",
@@ -110,16 +110,15 @@ class Report:
         found = {
             j.id: stuck_joints(motion, by_name[j.interval.chain], [j.interval])
             for j in self.state.intervals
-            if j.interval.repairable and j.interval.chain in by_name
+            if j.counts and j.interval.chain in by_name
         }
         return {k: joints for k, joints in found.items() if joints}
 
     @property
     def applied(self) -> tuple[Interval, ...]:
         """The accepted intervals that could be corrected."""
-        accepted = (j for j in self.state.intervals if j.decision == Decision.ACCEPTED)
         return tuple(
-            j.interval for j in accepted if j.interval.repairable and j.id not in self.stuck
+            j.interval for j in self.state.intervals if j.corrects and j.id not in self.stuck
         )
 
     @cached_property
@@ -243,11 +242,15 @@ def _tracked(judged: Judged, report: Report) -> str:
     return " ".join(names[j] for j in ends if names[j] in tracking.joints)
 
 
-def _end(interval: Interval) -> str:
-    """Return whether a flip carried the end of the limb along; '' for other kinds."""
-    if interval.kind != Kind.LIMB_FLIP:
-        return ""
-    return "carried" if interval.carried else "kept"
+def _end(judged: Judged) -> str:
+    """Return whether a flip carried the limb's end along, or a joint the joints below it.
+
+    The result is '' for other kinds.
+    """
+    interval = judged.interval
+    if interval.kind == Kind.LIMB_FLIP or (judged.corrects and interval.kind.info.below):
+        return "carried" if interval.carried else "kept"
+    return ""
 
 
 def _speed(interval: Interval, fps: float) -> float | None:
@@ -303,9 +306,12 @@ def _why_moved(report: Report, joint: str) -> str:
     chosen, why = report.applied, []
     at, above = report.clip.motion.skeleton.index(joint), _ancestors(report, joint)
     for chain in report.chains:
-        own = [i for i in chosen if i.chain == chain.name]
+        own = [i for i in chosen if i.chain == chain.name and i.repairable]
         if own and _moves(report.clip.motion, chain, own, at, above):
             why.append(own[0].kind.value)
+    names = report.clip.motion.skeleton.names
+    alone = JointRepairs(chosen).intervals
+    why += [i.kind.value for i in alone if i.joint in {names[j] for j in above}]
     if _is_below_tracked(report, joint) or _follows_place(report, joint):
         why.append(_TRACKED)
     return ", ".join(dict.fromkeys(why))

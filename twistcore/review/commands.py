@@ -145,7 +145,7 @@ class Edit(Command):
             raise ValueError("an interval must have at least one frame")
         if self.interval.chain != old.interval.chain:
             raise ValueError("an edit cannot move an interval to another chain")
-        if not old.interval.repairable:
+        if not old.interval.kind.correctable:
             raise ValueError(
                 "detections of this kind are not corrected; press Insert to create an interval"
             )
@@ -329,7 +329,7 @@ def _redetected(
     out = [j for j in state.intervals if j.interval.chain not in chains]
     next_id = state.next_id
     for chain in chains:
-        own = [as_written(i) for i in found if i.chain == chain]
+        own = [i.for_review for i in found if i.chain == chain]
         merged, next_id = _merged(state.of_chain(chain), own, next_id)
         out += merged
     return state.with_intervals(out, next_id=next_id)

@@ -18,7 +18,7 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-SEEN = "seen"  # verdict shown for an accepted lone jump
+SEEN = "seen"  # verdict shown for an accepted interval that nothing corrects
 Span = tuple[int, int]  # frames, half-open
 APPLIED = "applied automatically"  # verdict shown for automatic corrections
 
@@ -94,17 +94,41 @@ class Judged:
     in_bulk: bool = False
 
     @property
+    def corrects(self) -> bool:
+        """True if the interval is accepted and can be corrected."""
+        return self.decision == Decision.ACCEPTED and self.interval.correctable
+
+    @property
+    def counts(self) -> bool:
+        """True if summaries count the interval as one that can be corrected.
+
+        An error of a single joint counts only once a person has accepted it.
+        """
+        return self.interval.repairable or self.corrects
+
+    @property
+    def reported(self) -> Interval:
+        """The interval as reports list it.
+
+        An error of a single joint has an offset there only once a person has accepted it.
+        """
+        if self.counts or not self.interval.kind.info.repairer:
+            return self.interval
+        return replace(self.interval, offset=np.zeros(self.interval.frames))
+
+    @property
     def verdict(self) -> str:
         """The decision in the words shown to people.
 
-        An accepted lone jump is 'seen', not corrected. An interval accepted without a name and a
+        An accepted lone jump is 'seen', not corrected. A twist error accepted without a name and a
         time is an automatic correction that nobody looked at.
         """
-        if self.decision != Decision.ACCEPTED:
-            return self.decision.value
-        if not self.interval.repairable:
+        if self.decision == Decision.ACCEPTED and not self.interval.correctable:
             return SEEN
-        return self.decision.value if self.reviewer or self.decided_at else APPLIED
+        by_person = self.reviewer or self.decided_at or not self.interval.repairable
+        if self.decision != Decision.ACCEPTED or by_person:
+            return self.decision.value
+        return APPLIED
 
     @property
     def kept(self) -> bool:
@@ -171,7 +195,7 @@ class ReviewState:
         """
         wanted = {Decision.ACCEPTED} | ({Decision.UNDECIDED} if undecided else set())
         return tuple(
-            j.interval for j in self.intervals if j.decision in wanted and j.interval.repairable
+            j.interval for j in self.intervals if j.decision in wanted and j.interval.correctable
         )
 
     def automatic_ids(
@@ -236,7 +260,7 @@ def start_review(
     rig: Rig = AS_FOUND,
 ) -> ReviewState:
     """Return a review in which all intervals are undecided."""
-    judged = [Judged(k, as_written(interval)) for k, interval in enumerate(found, start=1)]
+    judged = [Judged(k, interval.for_review) for k, interval in enumerate(found, start=1)]
     state = ReviewState(
         method, MappingProxyType(dict(tau)), chain_order=chain_places(chains), rig=rig
     )

@@ -54,8 +54,10 @@ TRACKING_SCHEMA = "twistcore.session/2"
 LIMBS_SCHEMA = "twistcore.session/3"
 # A session that tracks both ways or the position, which an older program would track differently.
 BOTH_WAYS_SCHEMA = "twistcore.session/4"
-_SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA, BOTH_WAYS_SCHEMA)
-_WITH_KINDS = (LIMBS_SCHEMA, BOTH_WAYS_SCHEMA)
+# A session with accepted errors of single joints, which an older program would not correct.
+JOINTS_SCHEMA = "twistcore.session/5"
+_SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA, BOTH_WAYS_SCHEMA, JOINTS_SCHEMA)
+_WITH_KINDS = (LIMBS_SCHEMA, BOTH_WAYS_SCHEMA, JOINTS_SCHEMA)
 # Fields of an interval under review in files, besides the interval, its id and the decision.
 _JUDGED: Mapping[str, Callable[[Any, str], Any]] = {
     **dict.fromkeys(("by_hand", "edited", "supported"), flag),
@@ -106,6 +108,8 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
             document["schema"] = TRACKING_SCHEMA
         elif otherwise:
             document["schema"] = BOTH_WAYS_SCHEMA
+    if any(j.corrects and not j.interval.repairable for j in state.intervals):
+        document["schema"] = JOINTS_SCHEMA
     return document
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from twistcore.analysis.correction.corrected import Angles, Corrected
+    from twistcore.analysis.correction.joint_repairs import JointRepairs
     from twistcore.analysis.correction.twist_removal import (
         SURE_ENOUGH,
         automatic_corrections,
@@ -20,6 +21,7 @@ __all__ = [
     "SURE_ENOUGH",
     "Angles",
     "Corrected",
+    "JointRepairs",
     "automatic_corrections",
     "carried_by_limb",
     "children_off_axis",
@@ -34,6 +36,7 @@ if not TYPE_CHECKING:
     # corrected clip needs the analysis.
     _HOMES = {
         "corrected": "Angles Corrected",
+        "joint_repairs": "JointRepairs",
         "twist_removal": (
             "SURE_ENOUGH automatic_corrections carried_by_limb children_off_axis "
             "offsets_by_chain refine remove_twist stuck_joints"

@@ -8,16 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.analysis.correction.joint_repairs import JointRepairs, repaired_joints
 from twistcore.analysis.correction.twist_removal import (
     carried_by_limb,
     offsets_by_chain,
-    remove_twist,
+    removal,
+    stuck_joints,
 )
 from twistcore.detection import Interval
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, places
-from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.limb import Limb, joint_path, places
+from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import (
     Array,
     multiply,
@@ -61,6 +63,7 @@ class Corrected:
         self._none.flags.writeable = False
         self._offsets: dict[str, Array] = {}
         self._carried: dict[str, Array] = {}
+        self._repairs = JointRepairs(())
         # the intervals that each of them is the sum of
         self._summed: dict[str, list[Interval]] = {}
         self._forms: dict[str, _ClosedForm | None] = {}
@@ -68,9 +71,16 @@ class Corrected:
     def take(self, intervals: Iterable[Interval]) -> None:
         """Set the intervals to correct; the sums of unchanged chains are reused."""
         chosen: dict[str, list[Interval]] = {}
+        alone: list[Interval] = []
+        by_name = {chain.name: chain for chain in self._chains}
         for interval in intervals:
-            if interval.chain in (self._free_carried if interval.carried else self._free):
+            if interval.kind.info.repairer:
+                lists = by_name.get(interval.chain)
+                if lists is not None and not stuck_joints(self._motion, lists, [interval]):
+                    alone.append(interval)
+            elif interval.chain in (self._free_carried if interval.carried else self._free):
                 chosen.setdefault(interval.chain, []).append(interval)
+        self._repairs = JointRepairs(alone)
         for chain in [c for c in self._summed if self._summed[c] != chosen.get(c)]:
             del self._summed[chain], self._offsets[chain]
             self._carried.pop(chain, None)
@@ -88,6 +98,10 @@ class Corrected:
         """Return the part of a limb's offset with which its end turned, radians, (frames,)."""
         return self._carried.get(limb, self._none)
 
+    def repairs(self, frame: int) -> tuple[Interval, ...]:
+        """Return the intervals of single joints that are corrected at a frame."""
+        return self._repairs.at(frame, frame + 1)
+
     def pose(self, frame: int) -> tuple[Array, Array]:
         """Return the global rotations (joints, 4) and positions (joints, 3) of a frame."""
         rotations, positions = self._poses(frame, frame + 1)
@@ -102,13 +116,15 @@ class Corrected:
 
     def _poses(self, start: int, stop: int) -> tuple[Array, Array]:
         offsets = {name: o[start:stop] for name, o in self._offsets.items()}
-        if not any(o.any() for o in offsets.values()):
+        if not (any(o.any() for o in offsets.values()) or self._repairs.at(start, stop)):
             rotations, positions = self._analysis.poses
             return rotations[start:stop], positions[start:stop]
-        carried = {name: o[start:stop] for name, o in self._carried.items()}
-        # If a bone's direction varies, position channels define it, and the part has its own.
-        part = self._motion.sliced(start, stop)
-        return forward_kinematics(remove_twist(part, self._chains, offsets, carried))
+        return forward_kinematics(self._part(start, stop))
+
+    def _part(self, start: int, stop: int) -> Motion:
+        """Return frames [start, stop) of the corrected motion."""
+        made = removal(self._motion, self._chains, self._offsets, self._carried, self._repairs)
+        return made(start, stop)
 
     def angles(self, chain: Chain) -> Angles:
         """Return the angles of a chain, in closed form if possible, else from quaternions."""
@@ -118,10 +134,9 @@ class Corrected:
             )
             form = _ClosedForm(self._analysis, chain, self._free) if exact else None
             self._forms[chain.name] = form
-        if (form := self._forms[chain.name]) and not self._flipped(chain):
+        if (form := self._forms[chain.name]) and not self._turned_otherwise(chain):
             return form.angles(self)
-        motion = remove_twist(self._motion, self._chains, self._offsets, self._carried)
-        s = twist_signals(motion, chain)
+        s = twist_signals(self._part(0, self._motion.frames), chain)
         return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
 
     def swivel(self, limb: Limb) -> Array:
@@ -140,17 +155,32 @@ class Corrected:
                 child, end = (rotate(ahead, p) for p in places(self._motion.at(at), limb))
                 angle = angle.copy()
                 angle[at] = swivel.angle_at(child, end)
-        return wrap(angle - self.offset(limb.name))
+        angle = wrap(angle - self.offset(limb.name))
+        path = limb.parent, *joint_path(self._motion.skeleton, limb.parent, limb.end)[:-1]
+        for interval in self._repairs_among(path):
+            start, stop = interval.start, interval.stop
+            angle[start:stop] = swivel.angle_at(*places(self._part(start, stop), limb))
+        return angle
 
-    def _flipped(self, chain: Chain) -> bool:
-        """True if a limb that is turned back begins or ends at a joint of the chain."""
+    def _turned_otherwise(self, chain: Chain) -> bool:
+        """True if another correction than a twist's turns a joint of the chain.
+
+        That is a limb that begins or ends there, or a joint that is corrected alone.
+        """
         ends = {chain.parent, chain.child}
-        return any(
+        flipped = any(
             isinstance(limb, Limb)
             and limb.name in self._offsets
             and not ends.isdisjoint((limb.parent, limb.end))
             for limb in self._chains
         )
+        return flipped or bool(self._repairs_among(ends))
+
+    def _repairs_among(self, joints: Iterable[int]) -> list[Interval]:
+        """Return the intervals of single joints whose correction turns one of the joints."""
+        own, skeleton = set(joints), self._motion.skeleton
+        every = self._repairs.intervals
+        return [i for i in every if not own.isdisjoint(repaired_joints(skeleton, i))]
 
 
 class _ClosedForm:

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.analysis.correction.joint_repairs import joint_of
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection.evidence import Witnesses, usual_side
 from twistcore.detection.evidence.judgement import MIDDLE
@@ -20,7 +21,7 @@ from twistcore.detection.evidence.witnesses import wrapped
 from twistcore.detection.interval import Interval
 from twistcore.detection.lone_jumps import may_be_too_fast, own_axis, too_fast, turns_about
 from twistcore.skeleton.body import ancestors
-from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.chain import Chain, make_chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb, bones, joint_path, places
 from twistcore.skeleton.motion import Motion, Skeleton
@@ -154,7 +155,9 @@ def protected_measures(
     """
     every = tuple(chains)
     chain = next((c for c in every if c.name == interval.chain), None)
-    nothing = not interval.frames or not interval.repairable
+    if chain is not None and interval.kind.info.repairer:
+        chain = _bone_of(motion, every, chain, interval)
+    nothing = not interval.frames or not interval.correctable
     if chain is None or isinstance(chain, Helper) or nothing:
         return ()
     around = _Around(motion, every, chain, interval, others)
@@ -171,6 +174,23 @@ def protected_measures(
     return tuple(m for m in measured if m is not None)
 
 
+def _bone_of(
+    motion: Motion, chains: Sequence[Chain], owner: Chain, interval: Interval
+) -> Chain | None:
+    """Return the chain that begins at the joint of an error of a single joint, or its bone.
+
+    None if the joint has no bone. owner: the chain with which the error is listed.
+    """
+    skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
+    for chain in chains:
+        if chain.parent == joint and not isinstance(chain, Limb | Helper):
+            return chain
+    bones = (
+        make_chain(motion, joint, child, side=owner.side) for child in skeleton.children[joint]
+    )
+    return next((bone for bone in bones if bone is not None), None)
+
+
 class _Around:
     """The frames around an interval, as captured and corrected."""
 
@@ -185,9 +205,9 @@ class _Around:
         low, high = max(interval.start - _BESIDE, 0), min(interval.stop + _BESIDE, motion.frames)
         self.low, self.interval, self.chain = low, interval, chain.sliced(low, high)
         self.captured = part = motion.sliced(low, high)
-        own = _within(interval, low, high)
+        own = interval.within(low, high)
         self.others = [
-            _within(i, low, high)
+            i.within(low, high)
             for i in others
             if i is not interval and i.start < high and i.stop > low
         ]
@@ -259,13 +279,6 @@ class _Around:
         return MIDDLE.get(segment, "joint")
 
 
-def _within(interval: Interval, low: int, high: int) -> Interval:
-    """Return the part of an interval in frames [low, high), with frame numbers relative to low."""
-    start, stop = max(interval.start, low), min(interval.stop, high)
-    offset = interval.offset[start - interval.start : stop - interval.start]
-    return interval.with_offset(start - low, offset)
-
-
 def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> ProtectedMeasure | None:
     """Measure how far the joint that is turned is from its exact hinge while the limb is bent."""
     interval = around.interval
@@ -324,15 +337,19 @@ def _path(around: _Around) -> ProtectedMeasure | None:
     return around.measure(PATH, before, after, limb.child)
 
 
-def _ends(around: _Around) -> ProtectedMeasure:
+def _ends(around: _Around) -> ProtectedMeasure | None:
     """Measure how far a joint moves that should stay in place, as % of the skeleton's height."""
-    chain, skeleton = around.chain, around.skeleton
+    chain, skeleton, kind = around.chain, around.skeleton, around.interval.kind
     largest: dict[int, float] = {}
     turning: Sequence[int] = around.joints
     if isinstance(chain, Limb):
         (_, before), (_, after) = around.places
         largest[chain.end] = float(np.linalg.norm(after - before, axis=1).max())
         turning = () if around.interval.carried else (chain.end,)
+    elif kind.info.repairer and not kind.by_angle:
+        return None  # everything below the joint moves, as intended
+    elif kind.info.repairer and around.interval.carried:
+        turning = (chain.parent,)
     for joint in turning:
         q = around.from_above[:, :, around.joints.index(joint)]
         for child in skeleton.children[joint]:

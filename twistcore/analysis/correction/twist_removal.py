@@ -1,4 +1,7 @@
-"""Remove errors from a motion, including limb flips, and change nothing else [Choi26 Eq. 14-15]."""
+"""Remove errors from a motion, including limb flips, and change nothing else [Choi26 Eq. 14-15].
+
+The errors of single joints that a person accepts come last: see `joint_repairs.py`.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from typing import Any, Protocol, cast, overload, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.analysis.correction.joint_repairs import JointRepairs, repaired_joints
 from twistcore.detection.interval import Interval
 from twistcore.errors import TwistError
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
@@ -61,9 +65,14 @@ def _sure(confidence: float | None, at_least: float | None) -> bool:
 
 
 def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return the sums of the intervals' offsets by chain name, radians in (−π, π], (frames,)."""
+    """Return the sums of the intervals' offsets by chain name, radians in (−π, π], (frames,).
+
+    Errors of single joints are left out, since they are not errors of a chain.
+    """
     total: dict[str, Array] = {}
     for interval in intervals:
+        if interval.kind.info.repairer:
+            continue
         if interval.chain not in total:
             total[interval.chain] = np.zeros(frames)
         total[interval.chain][interval.start : interval.stop] += interval.offset
@@ -110,7 +119,7 @@ def refine(
     found : Detection, Review or iterable of Interval
         The intervals to remove: from a detection, those confident enough for an automatic
         correction; from a review, the accepted ones; from an iterable, all. Their chains are
-        looked up in the clip.
+        looked up in the clip. Stretches and spikes are corrected only from a review.
     chains : sequence of Chain
         The chains and limbs that the intervals name.
     intervals : iterable of Interval
@@ -170,15 +179,31 @@ def refiner(
         if i.chain in by_name and not stuck_joints(motion, by_name[i.chain], [i])
     ]
     offsets, carried = offsets_by_chain(intervals, frames), carried_by_limb(intervals, frames)
+    return removal(motion, chains, offsets, carried, JointRepairs(intervals))
+
+
+def removal(
+    motion: Motion,
+    chains: Sequence[Chain],
+    offsets: Mapping[str, Array],
+    carried: Mapping[str, Array],
+    repairs: JointRepairs,
+) -> Callable[[int, int], Motion]:
+    """Return a function that makes frames [start, stop) without some errors.
+
+    offsets, carried: as for :func:`remove_twist`; repairs: the errors of single joints.
+    """
 
     def refined(start: int, stop: int) -> Motion:
-        at = slice(start, stop)
-        return remove_twist(
-            motion.sliced(start, stop),
+        low, high = repairs.needed(start, stop, motion.frames)
+        at = slice(low, high)
+        untwisted = remove_twist(
+            motion.sliced(low, high),
             [chain.at(at) for chain in chains],
             {name: offset[at] for name, offset in offsets.items()},
             {name: offset[at] for name, offset in carried.items()},
         )
+        return repairs.applied(untwisted, low).sliced(start - low, stop - low)
 
     return refined
 
@@ -196,8 +221,16 @@ def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[I
 
 def stuck_joints(motion: Motion, chain: Chain, intervals: Iterable[Interval]) -> tuple[str, ...]:
     """Return the joints that prevent corrections because they lack three rotation channels."""
-    carried = {i.carried for i in intervals if i.chain == chain.name}
-    return uncorrectable_joints(motion, chain, carried=all(carried)) if carried else ()
+    own = [i for i in intervals if i.chain == chain.name]
+    carried = {i.carried for i in own if not i.kind.info.repairer}
+    stuck = uncorrectable_joints(motion, chain, carried=all(carried)) if carried else ()
+    skeleton = motion.skeleton
+    if skeleton.rotatable is None:
+        return stuck
+    alone = (j for i in JointRepairs(own).intervals for j in repaired_joints(skeleton, i))
+    return tuple(
+        dict.fromkeys((*stuck, *(skeleton.names[j] for j in alone if not skeleton.rotatable[j])))
+    )
 
 
 def remove_twist(

@@ -266,6 +266,7 @@ def _by_chain(search: KindSearch, kind: Kind, steps: Sequence[JointStep]) -> Fou
             "reach": reach(skeleton, step.joint),
         }
         one = _interval(kind, chain, step.start, step.stop, evidence, step.degrees)
+        one = replace(one, carried=True)  # everything below the joint moves with it
         found.setdefault(chain.name, []).append(one)
     return found
 

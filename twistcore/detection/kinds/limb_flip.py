@@ -12,6 +12,7 @@ KIND = KindInfo(
     place=20,
     repair="swivel",
     automatic=True,
+    below=True,
     weight=1.5,  # a knee on the wrong side is more visible
     here="limb flip {frames} ({size})",
     happens="{part} flips",

@@ -1,0 +1,130 @@
+"""Stretches and spikes in the window: shown before and after, edited, accepted and exported."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+
+import twistcore as tc
+from inspector.session.open_clip import Show
+from tests.gui.windows import act, open_clip, press
+from tests.twistcore.test_joint_repairs import SKELETON, WALK, spiked, the_only, turned
+from twistcore.review import Decision, read_session
+from twistcore.skeleton.rotation import geodesic_angle
+
+FOOT = SKELETON.index("LeftFoot")
+
+
+@pytest.fixture
+def opened(qtbot, show_window, tmp_path):
+    """A clip with a foot that stays turned, and a spike of a forearm; the stretch is selected."""
+    path = tmp_path / "clip.bvh"
+    both = turned("LeftFoot", 200, 260).rotations.copy()
+    arm = SKELETON.index("LeftForeArm")
+    both[:, arm] = spiked("LeftForeArm", 150, 152).rotations[:, arm]
+    tc.write_clip(WALK, WALK.motion.with_rotations(both), path)
+    window = show_window(size=(1280, 800))
+    open_clip(qtbot, window, path)
+    select(window, tc.Kind.STRETCH)
+    return window
+
+
+def select(window, kind):
+    judged = the_only(window.document.review.state, kind)
+    window.document.select_interval(judged.id, jump=True)
+    return judged
+
+
+def row_of(window, judged):
+    """The cells of an interval's row in the table."""
+    model = window.intervals.table.model()
+    rows = (
+        [str(model.index(r, c).data()) for c in range(model.columnCount())]
+        for r in range(model.rowCount())
+    )
+    kind, start = judged.interval.kind.info.short, str(judged.interval.start)
+    return next(cells for cells in rows if kind in cells and start in cells)
+
+
+def test_a_stretch_is_reviewed_like_any_other_error(qtbot, opened):
+    document, card = opened.document, opened.detail
+    captured, corrected = (document.pose(230, after=after)[0] for after in (False, True))
+    assert np.degrees(geodesic_angle(captured, corrected)[FOOT]) == pytest.approx(150.0, abs=3.0)
+    document.set_show(Show.AFTER)
+    assert "Accepting it turns LeftFoot back" in card.why.text()
+    assert all(box.isEnabled() for box in (card.start, card.stop, card.delta))
+    assert card.delta.value() == pytest.approx(150.0, abs=3.0)
+    assert not card.end.isHidden()
+    assert card.end.shown == "turned along"
+
+    before = document.review.state
+    card.delta.setValue(150.0)
+    act(opened, "turn_end")
+    assert card.end.shown == "kept"
+    document.go_to(205)
+    act(opened, "start_here")
+    interval = document.interval.interval
+    assert (interval.start, interval.stop, interval.carried) == (205, 260, False)
+    assert np.degrees(interval.offset) == pytest.approx(np.full(55, 150.0))
+    act(opened, "make_following")
+    assert "same offset in all its frames" in opened.bar.label.text()
+    assert document.interval.interval is interval
+    for _ in range(3):
+        press(qtbot, opened, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    assert document.review.state is before
+
+
+def test_accepting_it_corrects_the_exported_file(qtbot, opened):
+    document = opened.document
+    stretch, spike = (the_only(document.review.state, k) for k in (tc.Kind.STRETCH, tc.Kind.SPIKE))
+    act(opened, "accept")
+    accepted = document.found(stretch.id)
+    assert accepted.verdict == "accepted"
+    assert "✓ accepted" in row_of(opened, accepted)
+    assert spike.interval not in document.review.state.chosen()
+    assert spike.id not in document.automatic_ids(0.0, include_open=True)
+    act(opened, "export_at_once")
+    written = document.data.clip.path.with_name("clip_refined.bvh")
+    qtbot.waitUntil(written.is_file)
+    turn = geodesic_angle(tc.read_clip(written).motion.rotations, document.data.motion.rotations)
+    changed = np.argwhere(turn > 1e-6)
+    assert {*changed[:, 1].tolist()} == {FOOT}
+    assert {*changed[:, 0].tolist()} == set(range(200, 260))
+    opened.files.save_session()
+    path = document.data.clip.path.with_name("clip.twist.json")
+    assert the_only(read_session(path).state, tc.Kind.STRETCH).decision == Decision.ACCEPTED
+
+
+def test_a_spike_has_frames_but_no_angle_to_edit(opened):
+    document, card = opened.document, opened.detail
+    spike = select(opened, tc.Kind.SPIKE)
+    assert "all joints below" in card.why.text()
+    assert (card.start.isEnabled(), card.delta.isEnabled()) == (True, False)
+    assert card.end.isHidden()
+    card.stop.setValue(card.stop.value() + 1)
+    assert document.interval.interval.frames == spike.interval.frames + 1
+    before, after = (document.pose(151, after=after)[1] for after in (False, True))
+    below = SKELETON.index("LeftHand")
+    assert np.linalg.norm(before[below] - after[below]) > 0.1
+    act(opened, "accept")
+    assert document.found(spike.id).verdict == "accepted"
+
+
+def test_an_earlier_version_s_session_gets_the_offset_that_it_lacks(qtbot, opened, show_window):
+    """Only where nobody has decided: an accepted one stays as it was seen."""
+    import json
+
+    opened.files.save_session()
+    path = opened.document.data.clip.path.with_name("clip.twist.json")
+    document = json.loads(path.read_text("utf-8"))
+    for entry in document["intervals"]:
+        if entry["kind"] in ("stretch", "spike"):
+            entry |= {"offset_deg": 0.0, "carried": False}
+        if entry["kind"] == "spike":
+            entry |= {"decision": "accepted", "reviewer": "Ada"}
+    path.write_text(json.dumps(document), "utf-8")
+    window = show_window()
+    open_clip(qtbot, window, path)
+    state = window.document.review.state
+    stretch, spike = (the_only(state, k) for k in (tc.Kind.STRETCH, tc.Kind.SPIKE))
+    assert (stretch.interval.correctable, stretch.interval.carried) == (True, True)
+    assert (spike.verdict, spike.interval.offset.any()) == ("seen", False)

@@ -1,0 +1,192 @@
+"""Correct errors of a single joint, which only a person can accept.
+
+A kind of error names its repair in :attr:`KindInfo.repairer`. Repairs come after the removal of
+twists and flips, in the order of the kinds, and change nothing outside the intervals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
+from importlib import import_module
+
+import numpy as np
+
+from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.lone_jumps import own_axis
+from twistcore.detection.runs import runs
+from twistcore.errors import TwistError
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import (
+    Array,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+    slerp,
+    wrap,
+)
+from twistcore.work.frozen import dataclass
+
+_ASIDE = 1e-4  # of the height: a child so far from the bone's axis moves
+
+
+@dataclass(frozen=True)
+class JointRepair:
+    """The repair of one kind of error.
+
+    repaired: function that takes a motion and intervals of the kind, and returns the motion without
+    these errors; neighbours: number of frames that it needs on either side of an interval.
+    """
+
+    repaired: Callable[[Motion, Sequence[Interval]], Motion]
+    neighbours: int = 0
+
+
+@cache
+def repair_of(kind: Kind) -> JointRepair | None:
+    """Return the repair of a kind, or None if the kind has none.
+
+    Raises TwistError if it cannot be loaded.
+    """
+    module, _, name = kind.info.repairer.partition(":")
+    if not module:
+        return None
+    try:
+        repair: JointRepair = getattr(import_module(module), name)
+    except (ImportError, AttributeError) as error:
+        raise TwistError(
+            f"the correction of the kind {kind.value!r} cannot be loaded: {error}"
+        ) from error
+    return repair
+
+
+class JointRepairs:
+    """The repairs among some intervals; all other intervals are left out."""
+
+    def __init__(self, intervals: Iterable[Interval]) -> None:
+        own = (i for i in intervals if i.kind.info.repairer)
+        self.intervals = tuple(sorted(own, key=lambda i: i.kind.info.place))
+
+    def at(self, start: int, stop: int) -> tuple[Interval, ...]:
+        """Return the intervals with frames in [start, stop)."""
+        return tuple(i for i in self.intervals if i.start < stop and start < i.stop)
+
+    def needed(self, start: int, stop: int, frames: int) -> tuple[int, int]:
+        """Return the frames from which frames [start, stop) are made, as [low, high).
+
+        frames: the number of frames of the clip.
+        """
+        low, high = start, stop
+        known: tuple[Interval, ...] = ()
+        while (there := self.at(low, high)) != known:  # adjacent intervals are bridged as one
+            known = there
+            for interval in there:
+                repair = repair_of(interval.kind)
+                if repair is not None and repair.neighbours:
+                    low = min(low, max(interval.start - repair.neighbours, 0))
+                    high = max(high, min(interval.stop + repair.neighbours, frames))
+        return low, high
+
+    def applied(self, motion: Motion, low: int = 0) -> Motion:
+        """Return the motion, frames from `low` of the clip, with all repairs in it."""
+        here = self.at(low, low + motion.frames)
+        for kind in dict.fromkeys(i.kind for i in here):
+            if (repair := repair_of(kind)) is not None:
+                own = [i.within(low, low + motion.frames) for i in here if i.kind == kind]
+                motion = repair.repaired(motion, own)
+        return motion
+
+
+def repaired_joints(skeleton: Skeleton, interval: Interval) -> tuple[int, ...]:
+    """Return the joints whose own rotation a repair changes.
+
+    These are the joint, and its children if they did not turn along. Raises TwistError if there is
+    no such joint.
+    """
+    joint = joint_of(skeleton, interval)
+    return (joint,) if interval.carried else (joint, *skeleton.children[joint])
+
+
+def moves_joints(motion: Motion, interval: Interval) -> bool:
+    """True if a repair moves other joints; a turn about a bone does not move its end."""
+    skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
+    children = skeleton.children[joint]
+    axis = own_axis(skeleton, joint)
+    if axis is None or not interval.kind.by_angle:
+        return bool(children)
+    places = [np.atleast_2d(motion.translation(child)) for child in children]
+    aside = [float(np.linalg.norm(np.cross(p, axis), axis=1).max()) for p in places]
+    ends = any(skeleton.children[child] for child in children)
+    return max(aside, default=0.0) > _ASIDE * skeleton.height or (interval.carried and ends)
+
+
+def joint_of(skeleton: Skeleton, interval: Interval) -> int:
+    """Return the index of an interval's joint; raise TwistError if there is no such joint."""
+    try:
+        return skeleton.index(interval.joint)
+    except KeyError:
+        raise TwistError(
+            f"expected an interval of one of the clip's joints, found {interval.joint!r}"
+        ) from None
+
+
+def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
+    """Turn joints back about their own bones: q' = q ⊗ R_b(−offset).
+
+    Children that did not turn along keep their orientation: q'_X = R_b(offset) ⊗ q_X. The joint at
+    the end of the bone keeps its place.
+    """
+    skeleton, rotations = motion.skeleton, motion.rotations.copy()
+    for joint, own in _by_joint(skeleton, intervals):
+        if (axis := own_axis(skeleton, joint)) is None:
+            continue
+        offset = _sum_of_offsets(own, motion.frames)
+        at = np.flatnonzero(offset)
+        back = quaternion_from_axis_angle(axis, -offset[at])
+        rotations[at, joint] = normalise(multiply(rotations[at, joint], back))
+        kept = _sum_of_offsets([i for i in own if not i.carried], motion.frames)
+        at = np.flatnonzero(kept)
+        ahead = quaternion_from_axis_angle(axis, kept[at])
+        for child in skeleton.children[joint]:
+            rotations[at, child] = normalise(multiply(ahead, rotations[at, child]))
+    return motion.with_rotations(rotations)
+
+
+def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
+    """Replace a joint's rotation by the slerp of the frames before and after; joints below follow.
+
+    At an end of the clip, the rotation of the only neighbour is held. Frames without an offset are
+    not changed.
+    """
+    rotations = motion.rotations.copy()
+    for joint, own in _by_joint(motion.skeleton, intervals):
+        wrong = np.zeros(motion.frames, dtype=np.bool_)
+        for interval in own:
+            wrong[interval.start : interval.stop] |= interval.offset != 0.0
+        for start, stop in runs(wrong):
+            ends = [t for t in (start - 1, stop) if 0 <= t < motion.frames]
+            if ends:
+                share = np.arange(1, stop - start + 1) / (stop - start + 1)
+                before, after = rotations[ends[0], joint], rotations[ends[-1], joint]
+                rotations[start:stop, joint] = normalise(slerp(before, after, share))
+    return motion.with_rotations(rotations)
+
+
+def _by_joint(
+    skeleton: Skeleton, intervals: Iterable[Interval]
+) -> Iterator[tuple[int, list[Interval]]]:
+    own: dict[int, list[Interval]] = {}
+    for interval in intervals:
+        own.setdefault(joint_of(skeleton, interval), []).append(interval)
+    return iter(own.items())
+
+
+def _sum_of_offsets(intervals: Iterable[Interval], frames: int) -> Array:
+    total = np.zeros(frames)
+    for interval in intervals:
+        total[interval.start : interval.stop] += interval.offset
+    return wrap(total)
+
+
+TURN_BACK = JointRepair(turned_back)
+BRIDGE = JointRepair(bridged, neighbours=1)
