@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import twistcore as tc
@@ -15,6 +16,7 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
 from tests.twistcore.test_registry import run
 from twistcore.detection.finding import finder_of
+from twistcore.detection.interval import Interval
 from twistcore.detection.kind import Kind, KindInfo
 from twistcore.errors import TwistError
 
@@ -263,3 +265,14 @@ def test_every_kind_that_is_only_shown_names_what_finds_it():
         assert bool(kind.info.find) == (not kind.repairable)
         if kind.info.find:
             assert callable(finder_of(kind))
+
+
+def test_errors_in_the_same_frames_are_always_listed_in_the_same_order(monkeypatch):
+    def one_of(self, kind, method=""):
+        own = (Interval("LeftArm", 3, 5, np.zeros(2), open=True, kind=kind),)
+        return {c.name: own if c.name == "LeftArm" else () for c in self.chains}
+
+    monkeypatch.setattr(tc.ClipAnalysis, "shown", one_of)
+    shown = [kind for kind in Kind if kind.info.find]
+    found = tc.detect(tc.read_clip(ASSETS / "walk.bvh"), kinds=reversed(shown))
+    assert [i.kind for i in found] == shown

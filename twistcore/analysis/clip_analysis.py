@@ -732,7 +732,7 @@ class _ByName:
             found = self._unless_not_followed(named, found)
         found = [self.clip.protected(i, self.method) for i in found]
         if not isinstance(named, Limb | Helper):
-            for sought in self.kinds.intersection(_SOUGHT):
+            for sought in filter(self.kinds.__contains__, _SOUGHT):  # always in the same order
                 found += self.clip.shown(sought, self.method)[chain]
         unsure = self.final and any(not i.open for i in found)
         if unsure and named.person in self.clip.restless(self.method):
