@@ -40,6 +40,7 @@ from tests.messages import names_in_one_line
 
 DEEP = "[" * 100_000 + "]" * 100_000
 DAMAGED = {  # what is written for a field, what is left of it
+    "group_errors": [("1", True), ("null", True)],
     "skin": [("1", True), ("null", True)],
     "side_by_side": [("0", True), ('"x"', True)],
     "theme": [('"pink"', "system"), ("null", "system"), ("3", "system")],
