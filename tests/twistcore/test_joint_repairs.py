@@ -18,7 +18,7 @@ from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare
 from twistcore.formats.bvh import read_bvh
 from twistcore.report.document import Report, report_to_json
-from twistcore.review import Decide, Decision, Edit, Journal, recover
+from twistcore.review import CarryOver, Decide, Decision, Edit, Journal, Redetect, recover
 from twistcore.review.model import levelled, resized
 from twistcore.skeleton.limb import places
 from twistcore.skeleton.motion import forward_kinematics
@@ -243,6 +243,26 @@ def test_an_accepted_one_of_an_earlier_version_was_only_seen(stretched):
     judged = the_only(old, tc.Kind.STRETCH)
     assert (judged.verdict, judged.corrects, old.chosen()) == ("seen", False, ())
     assert (tc.refine(clip, tc.Review(old)).rotations == clip.motion.rotations).all()
+
+
+def test_errors_of_two_joints_of_a_chain_stay_apart():
+    """When τ changes, and when decisions are carried over to another take."""
+    motion = turned("LeftFoot", 100, 180)
+    review = accepted(motion, tc.Kind.STRETCH)
+    judged = the_only(review.state, tc.Kind.STRETCH)
+    found = [j.interval for j in review.state.intervals if j.interval.chain == "LeftLeg"]
+    other = replace(judged.interval, joint="LeftLeg")
+    review.do(Redetect({"LeftLeg": 0.1}, (*found, other)))
+    own = [j for j in review.state.intervals if j.interval.kind == tc.Kind.STRETCH]
+    assert [(j.interval.joint, j.decision) for j in own] == [
+        ("LeftFoot", "accepted"),
+        ("LeftLeg", "undecided"),
+    ]
+    fresh = tc.Review(tc.detect(motion))
+    fresh.do(CarryOver(tuple(j for j in review.state.intervals if j.interval is other)))
+    assert the_only(fresh.state, tc.Kind.STRETCH).decision == "undecided"
+    fresh.do(CarryOver(review.state.intervals))
+    assert the_only(fresh.state, tc.Kind.STRETCH).decision == "accepted"
 
 
 def test_a_lone_jump_still_cannot_be_edited():
