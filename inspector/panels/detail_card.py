@@ -222,7 +222,8 @@ class DetailCard(QWidget):
         measures = self._measures(judged)
         figures = filter(None, (_figures(judged, chain), table_of(measures)))
         self.why.setToolTip(as_tip("\n".join(figures)))
-        sentences = explanation(self._document.displayed(judged), chain, first, measures)
+        shown, begun = self._document.displayed(judged), self._ended_at(interval)
+        sentences = explanation(shown, chain, first, measures, begun)
         blind = self._document.data.blind  # an exercise must not reveal its errors
         self.why.set_plain("" if blind else sentences)
         if below:
@@ -256,6 +257,18 @@ class DetailCard(QWidget):
     def _ask_quality(self) -> None:
         if judged := self._document.interval:
             self.quality_asked.emit(self._document.displayed(judged).interval)
+
+    def _ended_at(self, jump: Interval) -> Interval | None:
+        """Return the stretch of the same joint that begins or ends with a lone jump, or None."""
+        stretches = (j.interval for j in self._document.intervals if j.interval.kind.info.turns)
+        return next(
+            (
+                i
+                for i in stretches
+                if i.joint == jump.joint and jump.start in (i.start, i.stop) and i is not jump
+            ),
+            None,
+        )
 
     def _measures(self, judged: Judged) -> tuple[ProtectedMeasure, ...]:
         """Return how the correction changes the limb's measures, given all other corrections."""
@@ -334,11 +347,16 @@ class DetailCard(QWidget):
 
 
 def explanation(
-    judged: Judged, chain: Chain, first_frame: int, measures: Sequence[ProtectedMeasure] = ()
+    judged: Judged,
+    chain: Chain,
+    first_frame: int,
+    measures: Sequence[ProtectedMeasure] = (),
+    stretch: Interval | None = None,
 ) -> str:
     """Return why an interval is listed: the error first, then the side effects, then numbers.
 
-    measures: the protected measures before and after the correction.
+    measures: the protected measures before and after the correction; stretch: the stretch that
+    begins or ends with a lone jump.
     """
     interval = judged.interval
     evidence = interval.evidence or {}
@@ -351,7 +369,7 @@ def explanation(
         parts = _lead(judged, chain, evidence), worse_line(measures), tr("Made by hand.")
         return " ".join(filter(None, parts))
     if interval.kind == Kind.LONE_JUMP:
-        return _lone_jump(interval, evidence, first_frame)
+        return _lone_jump(interval, evidence, first_frame, stretch)
     if interval.kind == Kind.NOISE_BURST:
         return _noise_burst(interval, evidence)
     if interval.kind == Kind.FROZEN:
@@ -485,7 +503,9 @@ def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
             yield words.format(angle=signed(evidence[key]))
 
 
-def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int) -> str:
+def _lone_jump(
+    interval: Interval, evidence: Mapping[str, Any], first_frame: int, stretch: Interval | None
+) -> str:
     """Return which joint jumps, how fast, and what the user can do about it."""
     sentences = [
         tr(
@@ -503,6 +523,16 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
             limit=evidence["limit_deg_s"] / fps,
         )
         sentences.append(limit)
+    if stretch is not None:
+        sentences.append(
+            tr(
+                "A stretch of frames {first}–{last} begins or ends here: accept the stretch to "
+                "correct this jump as well.",
+                first=stretch.start + first_frame,
+                last=stretch.stop + first_frame,
+            )
+        )
+        return " ".join(sentences)
     sentences.append(
         tr(
             "This finding is not corrected. Press Insert to create an interval here, or accept the "

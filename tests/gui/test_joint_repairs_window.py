@@ -109,6 +109,15 @@ def test_a_spike_has_frames_but_no_angle_to_edit(opened):
     assert document.found(spike.id).verdict == "accepted"
 
 
+def test_a_lone_jump_refers_to_the_stretch_that_begins_there(opened):
+    document = opened.document
+    jumps = [j for j in document.intervals if j.interval.kind == tc.Kind.LONE_JUMP]
+    assert [j.interval.start for j in jumps] == [200, 260]
+    for jump in jumps:
+        document.select_interval(jump.id)
+        assert "A stretch of frames 200–260 begins or ends here" in opened.detail.why.text()
+
+
 def test_an_earlier_version_s_session_gets_the_offset_that_it_lacks(qtbot, opened, show_window):
     """Only where nobody has decided: an accepted one stays as it was seen."""
     import json

@@ -17,8 +17,9 @@ from twistcore.detection.lone_jumps import own_axis
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare
 from twistcore.formats.bvh import read_bvh
+from twistcore.report.changes import check_fidelity
 from twistcore.report.document import Report, report_to_json
-from twistcore.review import Decide, Decision, Edit, Journal, recover
+from twistcore.review import CarryOver, Decide, Decision, Edit, Journal, Redetect, recover
 from twistcore.review.model import levelled, resized
 from twistcore.skeleton.limb import places
 from twistcore.skeleton.motion import forward_kinematics
@@ -245,6 +246,26 @@ def test_an_accepted_one_of_an_earlier_version_was_only_seen(stretched):
     assert (tc.refine(clip, tc.Review(old)).rotations == clip.motion.rotations).all()
 
 
+def test_errors_of_two_joints_of_a_chain_stay_apart():
+    """When τ changes, and when decisions are carried over to another take."""
+    motion = turned("LeftFoot", 100, 180)
+    review = accepted(motion, tc.Kind.STRETCH)
+    judged = the_only(review.state, tc.Kind.STRETCH)
+    found = [j.interval for j in review.state.intervals if j.interval.chain == "LeftLeg"]
+    other = replace(judged.interval, joint="LeftLeg")
+    review.do(Redetect({"LeftLeg": 0.1}, (*found, other)))
+    own = [j for j in review.state.intervals if j.interval.kind == tc.Kind.STRETCH]
+    assert [(j.interval.joint, j.decision) for j in own] == [
+        ("LeftFoot", "accepted"),
+        ("LeftLeg", "undecided"),
+    ]
+    fresh = tc.Review(tc.detect(motion))
+    fresh.do(CarryOver(tuple(j for j in review.state.intervals if j.interval is other)))
+    assert the_only(fresh.state, tc.Kind.STRETCH).decision == "undecided"
+    fresh.do(CarryOver(review.state.intervals))
+    assert the_only(fresh.state, tc.Kind.STRETCH).decision == "accepted"
+
+
 def test_a_lone_jump_still_cannot_be_edited():
     motion = turned("LeftFoot", 40, 42, degrees=170.0)
     review = tc.Review(tc.detect(motion))
@@ -371,6 +392,28 @@ def test_the_report_lists_it_as_a_correction(stretched, tmp_path):
     text = page.read_text("utf-8")
     assert "stretch of LeftFoot, joints below carried" in text
     assert "Stretch of LeftFoot, +1" in text
+
+
+def test_a_scene_script_sets_keys_for_the_joint_alone(stretched, tmp_path):
+    clip, review = stretched
+    session, script = tmp_path / "clip.twist.json", tmp_path / "keys.py"
+    tc.write_session(clip, review, session)
+    assert run("export", session, clip.path, "--script", "blender", "-o", script)[0] == 0
+    names = {}
+    text = script.read_text("utf-8")
+    exec(text[text.index("INTERVALS") : text.index("# frames without")], names)
+    assert list(names["KEYS"]) == ["LeftFoot"]
+    assert [frame for frame, *_ in names["KEYS"]["LeftFoot"]] == list(range(200, 260))
+    assert "stretch of LeftFoot" in names["INTERVALS"][0]
+
+
+def test_the_written_file_is_checked_against_its_source(stretched, tmp_path):
+    clip, review = stretched
+    refined, out = tc.refine(clip, review), tmp_path / "out.bvh"
+    tc.write_clip(clip, refined, out)
+    checked = check_fidelity(clip, refined, out)
+    assert (checked.outside, checked.head) == (0, True)
+    assert checked.total - checked.same <= 3
 
 
 @pytest.mark.parametrize(

@@ -152,7 +152,7 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
                 f"{clip.path}: the session has a {what} {shown_value(interval.chain)}, "
                 "which the clip does not have"
             )
-        if judged.corrects and not interval.repairable:
+        if interval.correctable and not interval.repairable:
             _check_joint(clip, interval)
         if interval.stop > clip.motion.frames:
             raise ClipMismatchError(f"{clip.path}: an interval ends after the clip's last frame")

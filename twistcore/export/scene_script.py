@@ -134,7 +134,8 @@ def _interval_lines(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
         i = judged.interval
         by = f" by {judged.reviewer}" if judged.reviewer else ""
         size = f"{np.degrees(i.size):+.1f} degrees"
-        lines.append(f"{i.chain} {i.kind}, frames {i.start}-{i.stop}, {size}, {judged.verdict}{by}")
+        what = f"{i.kind} of {i.joint}" if i.kind.info.repairer else i.kind
+        lines.append(f"{i.chain} {what}, frames {i.start}-{i.stop}, {size}, {judged.verdict}{by}")
     if unseen:
         lines.append(
             f"{', '.join(unseen)}: corrected in every frame, so the script cannot detect whether "

@@ -45,11 +45,11 @@ def automatic_corrections(
 ) -> tuple[Interval, ...]:
     """Return the intervals that are corrected automatically; no other rule decides this.
 
-    Lone jumps are left out, because nothing can be removed, and so are helper rolls, because their
-    confidence is not measured. An interval needs a confidence of at least `at_least`, 0…1, or of
-    :data:`SURE_ENOUGH` if `at_least` is not given. Intervals of a detector without confidence, such
-    as the paper's, are corrected only if `at_least` is not given. Open intervals are corrected only
-    on request. confidence: replaces the detector's own values.
+    Lone jumps are left out, because nothing can be removed, and so are helper rolls, stretches and
+    spikes, because their confidence is not measured. An interval needs a confidence of at least
+    `at_least`, 0…1, or of :data:`SURE_ENOUGH` if `at_least` is not given. Intervals of a detector
+    without confidence, such as the paper's, are corrected only if `at_least` is not given. Open
+    intervals are corrected only on request. confidence: replaces the detector's own values.
     """
     return tuple(
         i
