@@ -12,6 +12,7 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.session.opening import Analysed
 from twistcore.analysis.correction import Corrected
+from twistcore.batch.how_bad import root_mean_square
 from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.review import Decision, Judged, Review
@@ -103,6 +104,15 @@ class OpenClip(QObject):
         counter_twist = interval.kind == Kind.COUNTER_TWIST
         own = interval.confidence
         return self.learned(own) if self.learned is not None and counter_twist else own
+
+    def severity(self, judged: Judged) -> float:
+        """Return how bad an interval is, in degrees: its part of the clip's severity."""
+        assert self.data is not None
+        finds, motion = (
+            [(judged.interval, self.find_chain(judged.interval.chain))],
+            self.data.motion,
+        )
+        return root_mean_square(finds, motion.frames, motion.fps)
 
     def use_learned(self, learned: LearnedConfidence | None) -> None:
         """Show learned confidences, or the detector's own confidences if `learned` is None."""

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 from inspector.folder.remembered_folders import (
     NEXT_AFTER_EXPORT,
     known_of_folder,
+    recent_folders,
     remember_folder,
 )
 from inspector.language import chosen_language, plural, tr, tr_as
@@ -98,6 +99,11 @@ class FileActions(Saving):
         patterns = tr("Motion and sessions") + f" ({CLIP_PATTERNS} *{SESSION_SUFFIX}*)"
         pattern = f"{patterns};;" + tr("All files") + " (*)"
         ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
+
+    def open_then(self, path: Path, then: Callable[[], object]) -> None:
+        """Open a clip, and call `then` once it is open and has shown its own messages."""
+        self._when_open = path, then
+        self.open_path(path)
 
     def open_folder(self) -> None:
         """Ask for a folder and analyse its clips."""
@@ -241,6 +247,10 @@ class FileActions(Saving):
             joints=len(data.motion.skeleton),
         )
         self.window.statusBar().showMessage(text, 8000)
+
+    def recent(self) -> tuple[list[Path], list[Path]]:
+        """Return the clips and the folders that were open, the latest first."""
+        return [Path(name) for name in self.settings.recent], recent_folders(self.settings)
 
     def _show_recent(self) -> None:
         self.recent_menu.clear()

@@ -204,7 +204,7 @@ class MainWindow(Parts):
         is_open, has_figure = self.document.data is not None, self.viewport.view is not None
         offer(MENUS, self.actions_by_id, is_open=is_open, has_figure=has_figure)
         self.start_page.setVisible(not is_open)
-        self.start_page.show_recent(self.settings.recent)
+        self.start_page.show_recent(*self.files.recent())
 
     # -- Qt events ----------------------------------------------------------------------------
 

@@ -26,7 +26,7 @@ from inspector.widgets.signed_numbers import signed
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
 from twistcore.detection import Interval, Kind
-from twistcore.review import Annotate, Decision, Remove, ReviewState
+from twistcore.review import Annotate, Decision, Judged, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
 
 
@@ -171,6 +171,17 @@ class ReviewActions:
         order = self.intervals.shown_ids()
         if fresh and self.document.step_interval(+1, undecided=True, order=order):
             self._arrive(zoom=True)
+
+    def go_to_worst(self) -> Judged | None:
+        """Go to the worst undecided interval and return it; None if all are decided."""
+        document = self.document
+        undecided = [j for j in document.intervals if j.decision == Decision.UNDECIDED]
+        if not undecided:
+            return None
+        worst = max(undecided, key=document.severity)
+        document.select_interval(worst.id, jump=True)
+        self._arrive(zoom=True)
+        return worst
 
     def _undecided_before(self, order: Sequence[int]) -> bool:
         now = self.document.interval_id

@@ -98,6 +98,7 @@ def queue(qtbot):
 def nothing_left_over(tmp_path, monkeypatch):
     """No window on the screen, no thread of ours, no journal beside the samples."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("XDG_DOCUMENTS_DIR", str(tmp_path / "documents"))
     monkeypatch.setenv("TWIST_INSPECTOR_SETTINGS", str(tmp_path / "config" / "settings.json"))
     threads = set(threading.enumerate())
     yield

@@ -218,6 +218,7 @@ def person_env(env, folder):
         "PYTHONFAULTHANDLER": "1",  # a crash, or SIGABRT, says where every thread stands
         "TWIST_INSPECTOR_SETTINGS": str(folder / "settings.json"),
         "XDG_STATE_HOME": str(folder / "state"),
+        "XDG_DOCUMENTS_DIR": str(folder / "documents"),
     }
 
 
