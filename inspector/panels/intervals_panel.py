@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QItemSelectionModel, QModelIndex, Qt, QTimer, Signal
-from PySide6.QtGui import QResizeEvent
+from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from inspector.language import of_core, tr, tr_as
@@ -42,7 +43,7 @@ MARKS = {
     Decision.REJECTED: tr("✗ rejected"),
 }
 _KEPT, _TURNED = tr_as("the limb's end is", "kept"), tr_as("the limb's end is", "turned")
-_SHARED, _UNSUPPORTED = " +", " <τ"
+_SHARED, _UNSUPPORTED, _EDITED = " +", " <τ", " ✎"
 _EVERYTHING = IntervalFilter()
 
 
@@ -61,6 +62,12 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
     def key(self, thing: tuple[Judged, bool]) -> int:
         return thing[0].id
 
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
+        """Return a heading, or the number of an interval, which stays the same in any order."""
+        if orientation == Qt.Orientation.Vertical and role == Qt.ItemDataRole.DisplayRole:
+            return str(self.key(self.things[section]))
+        return super().headerData(section, orientation, role)
+
     def describe(self, thing: tuple[Judged, bool]) -> TableRow:
         judged, shared = thing
         document = self._document
@@ -73,6 +80,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         if judged.verdict == APPLIED:
             decision = tr("✓ automatic")
         decision += (_SHARED if shared else "") + ("" if judged.supported else _UNSUPPORTED)
+        decision += _EDITED if judged.edited else ""
         sure = -1.0 if interval.confidence is None else interval.confidence
         chain = document.find_chain(interval.chain)
         joints = joints_of(chain, document.data.motion.skeleton)
@@ -125,7 +133,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     elif abs(interval.residual) > 1e-9:
         left = signed(np.degrees(interval.residual), 2)
         parts.append(tr("{angle}° remain after the end", angle=left))
-    if own != interval.confidence and own is not None:
+    if own != interval.confidence and own is not None and not judged.edited:
         line = tr(
             "confidence as learned from your decisions (the detector's own is {own:.2f})", own=own
         )
@@ -152,6 +160,7 @@ class IntervalsPanel(QWidget):
     """The interval table with its filter; the current row is the document's selected interval."""
 
     activated = Signal()  # a double click on a row
+    selected = Signal(int)  # the number of selected rows
 
     def __init__(
         self, document: Document, colours: Colours, settings: Settings | None = None
@@ -170,8 +179,10 @@ class IntervalsPanel(QWidget):
         self._proxy = FilteredRows(self._model, self._is_listed)
         self.table = RowTable(self._proxy, several=True)
         self.table.setAccessibleName(tr("Intervals"))
+        self.table.show_numbers()
         self.table.setItemDelegate(RowDelegate(self._model, self.table, self._proxy))
         self.table.selectionModel().currentRowChanged.connect(self._row_selected)
+        self.table.selectionModel().selectionChanged.connect(self._count_selected)
         self.table.doubleClicked.connect(self.activated)
         self.columns = IntervalColumns(self.table, settings or Settings())
         self.filters = FilterLine()
@@ -243,6 +254,8 @@ class IntervalsPanel(QWidget):
             self._marks.add(_SHARED)
         if not all(j.supported for j in fresh):
             self._marks.add(_UNSUPPORTED)
+        if any(j.edited for j in fresh):
+            self._marks.add(_EDITED)
         for name, has_text in (
             ("confidence", lambda j: j.interval.confidence is not None),
             ("kind", lambda j: j.interval.kind != Kind.COUNTER_TWIST),
@@ -258,7 +271,7 @@ class IntervalsPanel(QWidget):
         last = str(document.frames + document.first_frame)
         kinds = {*Kind, *(j.interval.kind for j in document.intervals)}
         widest = max(MARKS.values(), key=advance)
-        marks = "".join(m for m in (_SHARED, _UNSUPPORTED) if m in self._marks)
+        marks = "".join(m for m in (_SHARED, _UNSUPPORTED, _EDITED) if m in self._marks)
         self.columns.take(
             {
                 "chain": max(labels, key=advance),
@@ -313,6 +326,11 @@ class IntervalsPanel(QWidget):
         """Return the ids of the selected rows from top to bottom."""
         rows = sorted(i.row() for i in self.table.selectionModel().selectedRows())
         return tuple(self._judged(row).id for row in rows)
+
+    def context_menu(self, actions: Sequence[QAction]) -> None:
+        """Offer these actions in the menu of a right click on a row."""
+        self.table.addActions(list(actions))
+        self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def shown_ids(self) -> tuple[int, ...]:
         """Return the ids of the listed rows from top to bottom."""
@@ -399,6 +417,9 @@ class IntervalsPanel(QWidget):
             once = QItemSelectionModel.SelectionFlag.ClearAndSelect
             selection.setCurrentIndex(index, once | rows)
         self.table.scrollTo(index)
+
+    def _count_selected(self) -> None:
+        self.selected.emit(len(self.table.selectionModel().selectedRows()))
 
     def _row_selected(self, current: QModelIndex) -> None:
         if current.isValid() and not self._refreshing:

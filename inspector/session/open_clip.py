@@ -93,8 +93,11 @@ class OpenClip(QObject):
         return self.review.state.intervals if self.data else ()
 
     def displayed(self, judged: Judged) -> Judged:
-        """Return an interval as displayed, with the learned confidence if that is switched on."""
-        sure = self.sureness(judged.interval)
+        """Return an interval as displayed, with the learned confidence if that is switched on.
+
+        An edited interval has no confidence, because the detector's one belongs to other numbers.
+        """
+        sure = None if judged.edited else self.sureness(judged.interval)
         if sure == judged.interval.confidence:
             return judged
         return replace(judged, interval=replace(judged.interval, confidence=sure))

@@ -160,6 +160,8 @@ class MainWindow(Parts):
     def _restore(self) -> None:
         self.usual_layout = UsualLayout(self, self.docks, (self.intervals, self.detail))
         self.usual_layout.restore(self.settings.geometry, self.settings.layout)
+        for panel in (panel for _, panel in panels() if panel.empty_at_start):
+            self.docks[panel.name].hide()
         for chosen in (f"theme_{self.settings.theme}", f"order_{self.settings.order}"):
             self.actions_by_id[chosen].setChecked(True)
         self.actions_by_id["zoom_each"].setChecked(self.settings.zoom_to_interval)

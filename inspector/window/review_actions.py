@@ -119,17 +119,24 @@ class ReviewActions:
             return  # many intervals at once, none of which is meant
         old = {j.id: j for j in before.intervals}
         changed = [j.id for j in after.intervals if old.get(j.id) is not j]
-        if not changed or document.interval_id in changed:
+        if not changed:
             return
-        document.select_interval(changed[0], jump=True)
-        self._arrive(zoom=True)
+        if document.interval_id not in changed:
+            document.select_interval(changed[0], jump=True)
+            self._arrive(zoom=True)
+        elif (judged := document.interval) and not self._is_in_view(judged):
+            document.go_to(judged.interval.seen_at)
+            self._arrive(zoom=True)
+
+    def _is_in_view(self, judged: Judged) -> bool:
+        first, last = self.visible.ends
+        return judged.interval.start <= last and judged.interval.stop >= first
 
     def _out_of_view(self) -> bool:
         judged = self.document.interval
         if judged is None or self.player.playing or len(self.intervals.selected_ids()) > 1:
             return False
-        first, last = self.visible.ends
-        if judged.interval.start <= last and judged.interval.stop >= first:
+        if self._is_in_view(judged):
             return False
         self.document.go_to(judged.interval.seen_at)
         self._arrive(zoom=True)

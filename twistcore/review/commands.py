@@ -35,6 +35,11 @@ class Command(ABC):
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""
 
+    @property
+    def interval_ids(self) -> tuple[int, ...]:
+        """The ids of the intervals that the command names; empty if it names none."""
+        return ()
+
     def continues(self, earlier: Command) -> bool:
         """True if this is the next step of the same drag, to be undone together with it."""
         del earlier
@@ -63,6 +68,11 @@ class Decide(Command):
             Decision.UNDECIDED: ("Reset interval", f"Reset {n} intervals"),
         }[self.decision]
         return one if n == 1 else many
+
+    @property
+    def interval_ids(self) -> tuple[int, ...]:
+        """The ids of the intervals."""
+        return self.ids
 
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""
@@ -138,6 +148,11 @@ class Edit(Command):
         """Text in the undo menu."""
         return f"Edit interval {self.id}"
 
+    @property
+    def interval_ids(self) -> tuple[int, ...]:
+        """The id of the interval."""
+        return (self.id,)
+
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""
         old = state.find(self.id)
@@ -173,6 +188,11 @@ class Annotate(Command):
         """Text in the undo menu."""
         return f"Note on interval {self.id}"
 
+    @property
+    def interval_ids(self) -> tuple[int, ...]:
+        """The id of the interval."""
+        return (self.id,)
+
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""
         return _replace(state, (self.id,), note=self.note, reason=self.reason)
@@ -202,6 +222,11 @@ class Remove(Command):
     def text(self) -> str:
         """Text in the undo menu."""
         return f"Remove interval {self.id}"
+
+    @property
+    def interval_ids(self) -> tuple[int, ...]:
+        """The id of the interval."""
+        return (self.id,)
 
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""
