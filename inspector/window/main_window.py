@@ -158,7 +158,9 @@ class MainWindow(Parts):
         self.signs.show()
 
     def _restore(self) -> None:
-        self.usual_layout = UsualLayout(self, self.docks, (self.intervals, self.detail))
+        self.usual_layout = UsualLayout(
+            self, self.docks, self.transport, (self.intervals, self.detail)
+        )
         self.usual_layout.restore(self.settings.geometry, self.settings.layout)
         for panel in (panel for _, panel in panels() if panel.empty_at_start):
             self.docks[panel.name].hide()
