@@ -201,6 +201,7 @@ class IntervalsPanel(QWidget):
         document.intervals_changed.connect(self._refresh)
         document.chains_changed.connect(self._forget_names)
         document.numbering_changed.connect(self._model.redraw)
+        document.order_changed.connect(self._refresh)
         for other in (self._model.redraw, self._filter_again):
             document.confidence_changed.connect(other)
         document.hidden_changed.connect(self._filter_again)
@@ -318,7 +319,7 @@ class IntervalsPanel(QWidget):
         return " ".join((*parts, *words))
 
     def order_by(self, order: str) -> None:
-        """Sort by 'time' or by 'chain'; clicking a heading changes this order."""
+        """Sort by 'time', or list the worst or the chains first; clicks on headings change this."""
         column = PLACE["start"] if order == "time" else -1
         self.table.sortByColumn(column, Qt.SortOrder.AscendingOrder)
 
@@ -344,6 +345,8 @@ class IntervalsPanel(QWidget):
         intervals = self._document.intervals
         shared = overlapping_ids(intervals)
         self._refreshing = True  # a row that vanishes must not select another
+        if self._document.order == "worst":
+            intervals = tuple(sorted(intervals, key=self._document.severity, reverse=True))
         self._model.show([(j, j.id in shared) for j in intervals])
         self.table.doItemsLayout()  # now: a later layout would repaint the panel twice
         self._refreshing = False

@@ -60,6 +60,7 @@ class ReviewActions:
 
     def __post_init__(self) -> None:
         document = self.document
+        document.set_order(self.settings.order)
         document.answered.connect(self.answer)
         for moved in (document.frame_changed, document.chain_changed, document.opened):
             moved.connect(self._withdraw)
@@ -238,8 +239,9 @@ class ReviewActions:
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def set_order(self, order: str) -> None:
-        """Go through the intervals in the order of 'time' or 'chain', and remember this order."""
-        self.settings.order = self.document.order = order
+        """Go through the intervals by 'worst', 'time' or 'chain', and remember this order."""
+        self.settings.order = order
+        self.document.set_order(order)
         self.intervals.order_by(order)
 
     def accept_confident(self) -> None:
