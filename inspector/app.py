@@ -16,7 +16,7 @@ if os.environ.get("WAYLAND_DISPLAY") and os.environ.get("DISPLAY"):
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
 
 from PySide6.QtCore import QLibraryInfo, QLocale, Qt, QTimer, QTranslator
-from PySide6.QtGui import QFont, QSurfaceFormat
+from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QApplication
 
 from inspector.bundled import SAMPLE
@@ -26,7 +26,8 @@ from inspector.session.settings import load_settings, settings_path
 from inspector.widgets.background import wait_for_tasks
 from inspector.widgets.fonts import shipped_families
 from inspector.widgets.icons import program_icon
-from inspector.widgets.theme import apply_theme, system_theme
+from inspector.widgets.splash import Splash
+from inspector.widgets.theme import apply_theme, named_theme, system_theme
 from twistcore.files.encoding import legible
 
 if TYPE_CHECKING:
@@ -41,14 +42,20 @@ _PATIENCE_MS = 500  # how long to wait for cancelled work
 def run(arguments: argparse.Namespace) -> int:
     """Open the window with these arguments and return the exit code."""
     path = settings_path()
-    language = arguments.language or load_settings(path)[0].language
+    settings = load_settings(path)[0]
+    language = arguments.language or settings.language
     app = make_application(wished(language, QLocale.system().uiLanguages()))
-    # After the application, because VTK needs it and because importing builds tables of texts.
+    splash = Splash(named_theme(settings.theme))
+    if not (arguments.demo or arguments.screenshot):
+        splash.show_at_once()
+    # After the application and the splash, because importing takes seconds from a cold disk, and
+    # builds tables of texts.
     from inspector.window.main_window import MainWindow
 
     settings, complaint = load_settings(path)  # with the settings that features declare
     window = MainWindow(settings, path)
     window.show()
+    splash.finish(window)
     if complaint:
         _show_complaint(window, complaint)
     keep_for_good()
@@ -116,7 +123,6 @@ def make_application(language: str = "en") -> QApplication:
     """
     use_language(language)
     QLocale.setDefault(QLocale.c())  # numbers as in files, in any system language
-    QSurfaceFormat.setDefaultFormat(_surface_format())
     app = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(app, QApplication)
     words = QTranslator(app)  # Qt's own texts, for example on buttons
@@ -135,12 +141,3 @@ def make_application(language: str = "en") -> QApplication:
     apply_theme(app, system_theme())
     collect_between_events(app)
     return app
-
-
-def _surface_format() -> QSurfaceFormat:
-    from pyvistaqt import QtInteractor
-
-    del QtInteractor  # importing it sets VTK's default format; only the samples must change
-    surface = QSurfaceFormat.defaultFormat()
-    surface.setSamples(0)
-    return surface

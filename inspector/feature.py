@@ -168,8 +168,9 @@ class DockPanel(Generic[T]):
 
     name: the name under which its position is remembered; title: its title; area: the area where it
     is placed at first; content: function that returns the widget in the dock; shown: True if the
-    dock is visible at first; tab: True if it is a tab next to the interval table; before: name of
-    the panel that it precedes, or '' if it comes last.
+    dock is visible at first; empty_at_start: True if it is hidden at every start, because it has
+    no content before something is opened; tab: True if it is a tab next to the interval table;
+    before: name of the panel that it precedes, or '' if it comes last.
     """
 
     name: str
@@ -177,6 +178,7 @@ class DockPanel(Generic[T]):
     area: Area
     content: Callable[[T], QWidget]
     shown: bool = field(default=True, kw_only=True)
+    empty_at_start: bool = field(default=False, kw_only=True)
     tab: bool = field(default=False, kw_only=True)
     before: str = field(default="", kw_only=True)
 

@@ -38,6 +38,7 @@ _HEADS = (tr("Clip"), tr("Severity"), tr_as("of a clip", "Review"), tr_as("of a 
 _NAME_WIDTH = 90  # pixels
 _WIDTHS = (72, 84, 66)  # pixels of the other columns, at least
 _PAD = 8  # pixels next to a word
+_BAR = 3  # pixels, height of the bar of a severity
 _CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED = (
     tr_as("a clip or clips", "clean"),
     tr_as("a clip or clips", "partly checked"),
@@ -64,6 +65,7 @@ _WORKING = {
 
 class _ClipModel(RowModel[QueuedClip]):
     heads = _HEADS
+    right = (_SEVERITY,)
     head_tips = (
         tr("Name of the clip. ↺ means: unsaved decisions can be restored."),
         tr("Root mean square of the clip's errors over all frames. Click a heading to sort."),
@@ -84,7 +86,7 @@ class _ClipModel(RowModel[QueuedClip]):
             colour = self.theme.soft
         name = f"↺ {thing.title}" if thing.waits else thing.title
         return TableRow(
-            texts=(name, "", _review(thing), "✓" if thing.exported else ""),
+            texts=(name, _severity(thing), _review(thing), "✓" if thing.exported else ""),
             colours=dict.fromkeys(range(len(_HEADS)), colour) if colour else {},
             tips=(_tip(thing),),
             spoken=_spoken(thing),
@@ -96,6 +98,11 @@ def _sorted_by(clip: QueuedClip) -> tuple[Any, ...]:
     decided, of = clip.counts
     left = clip.state == ClipState.READY, of - decided, of
     return clip.title.casefold(), clip.severity, left, clip.exported
+
+
+def _severity(clip: QueuedClip) -> str:
+    known = clip.state == ClipState.READY and clip.severity >= 0.0 and not clip.unchecked
+    return f"{clip.severity:.1f}°" if known else ""
 
 
 def _review(clip: QueuedClip) -> str:
@@ -156,7 +163,7 @@ def _spoken(clip: QueuedClip) -> dict[int, str]:
 
 
 class _SeverityBar(RowDelegate):
-    """Draws the severity as a bar, on a square-root scale up to the worst listed clip."""
+    """Draws a bar below the severity, on a square-root scale up to the worst listed clip."""
 
     def __init__(self, model: _ClipModel, parent: QWidget) -> None:
         super().__init__(model, parent)
@@ -168,7 +175,8 @@ class _SeverityBar(RowDelegate):
         severity = self._clips.things[index.row()].severity
         if severity <= 0.0 or self.worst <= 0.0:
             return
-        room = QRectF(option.rect).adjusted(4, 5, -6, -5)
+        room = QRectF(option.rect).adjusted(4, 0, -6, -2)
+        room.setTop(room.bottom() - _BAR)
         room.setWidth(max(2.0, room.width() * (severity / self.worst) ** 0.5))
         painter.fillRect(room, QColor(self._clips.theme.before))
 

@@ -32,6 +32,9 @@ class Folder(FeatureParts):
         """Build the actions that write the table and the report of the listed clips."""
         listed, save = self.clips.listed, window.save_quietly
         self.folder_actions = FolderActions(self.queue, listed, window.bar, save, window)
+        listing = window.docks["clips"].toggleViewAction()
+        listing.setEnabled(False)
+        self.queue.changed.connect(lambda: listing.setEnabled(self.queue.folder is not None))
 
     def close(self) -> None:
         """End the processes that analyse clips."""
@@ -60,6 +63,7 @@ feature = Feature(
             Area.LeftDockWidgetArea,
             lambda p: p.clips,
             shown=False,
+            empty_at_start=True,
             before="chains",
         ),
     ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import time
@@ -38,6 +39,7 @@ from twistcore.formats.clip_files import clips_in
 from twistcore.tuning import Profile
 
 _POLL_MS = 40
+_ENOUGH = 20  # analysed clips, in a folder of any size
 _PATIENCE_S = 20.0  # time limit for a clip, plus a second per megabyte
 _BATCH_MS = 3_000  # while a batch is running: look again, in case it ends early
 _SETTLE_MS = 500  # wait until a folder that is being written to is quiet
@@ -117,6 +119,20 @@ class FolderQueue(QObject):
     def running(self) -> bool:
         """True while clips are being surveyed."""
         return self._poll.isActive()
+
+    @property
+    def knows_enough(self) -> bool:
+        """True if a tenth of the clips, or 20 of them, are analysed."""
+        done, total = self.progress
+        return done >= min(_ENOUGH, math.ceil(total / 10))
+
+    def worse_than(self, path: Path) -> QueuedClip | None:
+        """Return the worst clip with undecided intervals if it is worse than the one at `path`."""
+        if path not in self.clips:
+            return None
+        least = self.clips[path].severity
+        worst = next((clip for clip in self.ordered if clip.to_do), None)
+        return worst if worst is not None and worst.severity > least else None
 
     def next_after(self, path: Path | None) -> Path | None:
         """Return the next clip after `path`, worst first, that has undecided intervals."""

@@ -61,6 +61,11 @@ def known_of_folder(settings: Settings, folder: Path) -> dict[str, Any]:
     return _new() | FOLDERS.of(settings).get(str(real_path(folder)), {})
 
 
+def recent_folders(settings: Settings) -> list[Path]:
+    """Return the folders that were open, the latest first."""
+    return [Path(name) for name in reversed(FOLDERS.of(settings))]
+
+
 def remember_folder(settings: Settings, folder: Path, **known: Any) -> None:
     """Change the given fields of a folder's record, and leave its other fields as they are."""
     now = known_of_folder(settings, folder) | known

@@ -83,6 +83,7 @@ feature = Feature(
             Area.LeftDockWidgetArea,
             lambda p: p.guide,
             shown=False,
+            empty_at_start=True,
         ),
     ),
 )

@@ -60,6 +60,7 @@ _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Smooth in Quality → Track")
 _DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # which say why an interval is open
 _NOT_CORRECTED = tr("This finding is not corrected. Accept the finding to mark it as seen.")
+_EDITED = tr_as("an interval", "edited")
 _OTHER_SIDE = tr("the frames around the interval may be wrong instead")
 
 
@@ -128,9 +129,11 @@ class DetailCard(QWidget):
             button.clicked.connect(lambda _=False, d=decision: self.judged.emit(d))
             buttons.addWidget(button)
             self.buttons[decision] = button
+        self.several = Caption()
+        self.several.hide()
         head = hbox((self.title, 1), self.end)
         self._text = vbox((self.why, 1), self._link)
-        vbox(head, self._text, form, buttons, owner=self)
+        vbox(self.several, head, self._text, form, buttons, owner=self)
         self.set_low(False)
         self.start.valueChanged.connect(self._edges_edited)
         self.stop.valueChanged.connect(self._edges_edited)
@@ -166,10 +169,14 @@ class DetailCard(QWidget):
         self.to_quality.setMaximumHeight(line)
 
     def show_number(self, number: int) -> None:
-        """Show on the buttons on how many intervals they decide, if there are several."""
+        """Show on how many intervals a decision acts, if there are several."""
         for decision, button in self.buttons.items():
             many = f" ({number})" if number > 1 else ""
             button.setText(f"{self._words[decision]}{many}")
+        self.several.set_plain(
+            tr("{n} intervals are selected. A decision applies to all of them.", n=number)
+        )
+        self.several.setVisible(number > 1)
 
     def _take_clip(self) -> None:
         """Show the new clip; the note that was typed for the previous clip is already stored."""
@@ -209,6 +216,7 @@ class DetailCard(QWidget):
         interval = judged.interval
         chain = self._document.find_chain(interval.chain)
         what = "" if kind == Kind.COUNTER_TWIST else f" · {short_word(interval.kind)}"
+        what += f" · {_EDITED}" if judged.edited else ""
         label = of_core(chain.label)
         varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", varying δ")
         if interval.soft_ended:
@@ -365,8 +373,10 @@ def explanation(
             "A newer version of the program made this finding. This version can show the finding "
             "but cannot correct it."
         )
-    if judged.by_hand:
-        parts = _lead(judged, chain, evidence), worse_line(measures), tr("Made by hand.")
+    if judged.by_hand or judged.edited:
+        made = tr("Made by hand.") if judged.by_hand else tr("Edited by hand.")
+        found = "" if judged.supported else tr("No longer found at this τ.")
+        parts = _lead(judged, chain, evidence), worse_line(measures), made, found
         return " ".join(filter(None, parts))
     if interval.kind == Kind.LONE_JUMP:
         return _lone_jump(interval, evidence, first_frame, stretch)
@@ -446,7 +456,7 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
             "The limb keeps its shape.",
             **values,
         )
-    if judged.by_hand or _one_turns(judged, chain, evidence):
+    if judged.by_hand or judged.edited or _one_turns(judged, chain, evidence):
         return tr("{part} is turned {angle}° too far for {frames}.", **values)
     if share < 1.0:
         return tr(
@@ -481,8 +491,7 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
         p, c = (signed(edge[f"residual_{signal}_deg"]) for signal in "xy")
         yield words.format(p=p, c=c)
     if soft := soft_onset(interval):
-        edited = tr("It was found by its soft onset and has been edited.")
-        yield edited if judged.edited else tr("It {how}.", how=of_core(soft))
+        yield tr("It {how}.", how=of_core(soft))
     if "transition" in evidence:
         p, c = (evidence[f"transition_{signal}_deg"] for signal in "xy")
         yield tr(
@@ -609,6 +618,8 @@ def _rare_side(side: float) -> str:
 
 def _figures(judged: Judged, chain: Chain) -> str:
     """Return the numbers on which a finding is based, for the card's tool tip."""
+    if judged.edited:
+        return ""
     if isinstance(chain, Limb):
         return _flip_figures(judged, chain)
     if not soft_onset(judged.interval) or judged.by_hand:

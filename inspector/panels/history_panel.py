@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
@@ -9,6 +11,7 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.widgets.building import vbox
+from twistcore.review import Review
 
 
 class HistoryPanel(QWidget):
@@ -24,11 +27,12 @@ class HistoryPanel(QWidget):
         vbox(self.list, owner=self, margins=(0, 0, 0, 0))
         document.opened.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
+        document.numbering_changed.connect(self._refresh)
         self._refresh()
 
     def _refresh(self) -> None:
         review = self._document.review if self._document.data else None
-        texts = (tr("As opened"), *map(of_core, review.history if review else ()))
+        texts = (tr("As opened"), *(self._steps(review) if review else ()))
         if [self.list.item(k).text() for k in range(self.list.count())] != list(texts):
             self.list.clear()
             self.list.addItems(texts)
@@ -41,6 +45,23 @@ class HistoryPanel(QWidget):
             item.setData(Qt.ItemDataRole.AccessibleDescriptionRole, spoken)
         self.list.setCurrentRow(done)
         self.list.scrollToItem(self.list.item(done))
+
+    def _steps(self, review: Review) -> Iterator[str]:
+        """Yield the name of each step, with the chain and frames of its interval."""
+        first = self._document.first_frame
+        for name, judged in zip(review.history, review.changed_intervals, strict=True):
+            place = ""
+            if judged is not None:
+                interval = judged.interval
+                frames = f"{interval.start + first}–{interval.stop + first}"
+                place = f" · {self._label(interval.chain)} {frames}"
+            yield f"{of_core(name)}{place}"
+
+    def _label(self, name: str) -> str:
+        try:
+            return of_core(self._document.find_chain(name).label)
+        except KeyError:  # a later step has removed the chain
+            return name
 
     def _go(self, item: QListWidgetItem) -> None:
         target = self.list.row(item)

@@ -35,7 +35,7 @@ COLUMNS = (
         tr_as("column", "Decision"),
         tip=tr(
             "+ means: the interval overlaps another one of its chain.\n<τ means: the interval is "
-            "no longer found at this threshold."
+            "no longer found at this threshold.\n✎ means: the interval was edited by hand."
         ),
     ),
     Column("start", tr_as("column", "Start"), tip=tr("First frame"), figures=True),
@@ -139,6 +139,7 @@ class IntervalColumns(QObject):
         """Fit the columns and their widths to the width of the table, if anything has changed."""
         table, header = self._table, self._table.horizontalHeader()
         room = table.width() - table.verticalScrollBar().sizeHint().width() - 2
+        room -= table.numbers_width
         laid = (
             room,
             tuple(self._samples.items()),

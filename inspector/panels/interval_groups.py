@@ -61,13 +61,12 @@ class IntervalGroups:
         else:
             self._unfolded.difference_update(group.ids)
 
-    def rows(self, listed: Sequence[Judged]) -> list[ListRow]:
-        """Return the rows of all intervals, in which only some intervals are listed.
+    def rows(self, listed: Sequence[Judged], intervals: Sequence[Judged]) -> list[ListRow]:
+        """Return the rows of all intervals in their order, in which only some are listed.
 
         The row of a group is followed by the rows of its intervals, which are listed if the group
         is unfolded. A group consists of listed intervals only, and of none that were made by hand.
         """
-        intervals = self._document.intervals
         shared, shown = overlapping_ids(intervals), {judged.id for judged in listed}
         self._by_id = {k: group for group in self._grouped(listed) for k in group.ids}
         return list(self._arranged(intervals, shared, shown))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QSortFilterProxyModel, Qt
@@ -31,7 +32,7 @@ MARKS = {
     Decision.REJECTED: tr("✗ rejected"),
 }
 ENDS = tr_as("the limb's end is", "kept"), tr_as("the limb's end is", "turned")
-SHARED, UNSUPPORTED = " +", " <τ"
+SHARED, UNSUPPORTED, EDITED = " +", " <τ", " ✎"
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,13 @@ class IntervalModel(RowModel[ListRow]):
         """Return the key that identifies a row."""
         return thing.id
 
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
+        """Return a heading, or the number of an interval, which stays the same in any order."""
+        if orientation == Qt.Orientation.Vertical and role == Qt.ItemDataRole.DisplayRole:
+            thing = self.things[section]
+            return "" if isinstance(thing, GroupRow) else str(thing.id)
+        return super().headerData(section, orientation, role)
+
     def describe(self, thing: ListRow) -> TableRow:
         """Return the texts of a row."""
         if isinstance(thing, GroupRow):
@@ -117,6 +125,7 @@ class IntervalModel(RowModel[ListRow]):
         if judged.verdict == APPLIED:
             decision = tr("✓ automatic")
         decision += (SHARED if shared else "") + ("" if judged.supported else UNSUPPORTED)
+        decision += EDITED if judged.edited else ""
         sure = -1.0 if interval.confidence is None else interval.confidence
         chain = document.find_chain(interval.chain)
         joints = joints_of(chain, document.data.motion.skeleton)
@@ -235,7 +244,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     elif abs(interval.residual) > 1e-9:
         left = signed(np.degrees(interval.residual), 2)
         parts.append(tr("{angle}° remain after the end", angle=left))
-    if own != interval.confidence and own is not None:
+    if own != interval.confidence and own is not None and not judged.edited:
         line = tr(
             "confidence as learned from your decisions (the detector's own is {own:.2f})", own=own
         )

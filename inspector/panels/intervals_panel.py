@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QObject, Qt, QTimer, Signal
@@ -14,6 +14,7 @@ from inspector.panels.interval_columns import COLUMNS, PLACE, IntervalColumns
 from inspector.panels.interval_filter import OF_CHAIN, FilterLine, IntervalFilter, short_word
 from inspector.panels.interval_groups import IntervalGroups
 from inspector.panels.interval_rows import (
+    EDITED,
     ENDS,
     INDENT,
     MARKS,
@@ -69,6 +70,7 @@ class IntervalsPanel(QWidget):
         self._proxy = SortedRows(self._model)
         self.table = RowTable(self._proxy, several=True)
         self.table.setAccessibleName(tr("Intervals"))
+        self.table.show_numbers()
         self.table.setItemDelegate(RowDelegate(self._model, self.table, self._proxy))
         self.table.selectionModel().currentRowChanged.connect(self._row_selected)
         self.table.selectionModel().selectionChanged.connect(self._report_number)
@@ -92,6 +94,7 @@ class IntervalsPanel(QWidget):
         document.intervals_changed.connect(self._refresh)
         document.chains_changed.connect(self._forget_names)
         document.numbering_changed.connect(self._model.redraw)
+        document.order_changed.connect(self._refresh)
         for other in (self._model.redraw, self._refresh):
             document.confidence_changed.connect(other)
         document.hidden_changed.connect(self._refresh)
@@ -185,6 +188,8 @@ class IntervalsPanel(QWidget):
             self._marks.add(INDENT)
         if not all(j.supported for j in fresh):
             self._marks.add(UNSUPPORTED)
+        if any(j.edited for j in fresh):
+            self._marks.add(EDITED)
         for name, has_text in (
             ("confidence", lambda j: j.interval.confidence is not None),
             ("kind", lambda j: j.interval.kind != Kind.COUNTER_TWIST),
@@ -200,7 +205,7 @@ class IntervalsPanel(QWidget):
         last = str(document.frames + document.first_frame)
         kinds = {*Kind, *(j.interval.kind for j in document.intervals)}
         widest = max(MARKS.values(), key=advance)
-        marks = "".join(m for m in (SHARED, UNSUPPORTED) if m in self._marks)
+        marks = "".join(m for m in (SHARED, UNSUPPORTED, EDITED) if m in self._marks)
         self.columns.take(
             {
                 "chain": INDENT * (INDENT in self._marks) + max(labels, key=advance),
@@ -247,7 +252,7 @@ class IntervalsPanel(QWidget):
         return " ".join((*parts, *words))
 
     def order_by(self, order: str) -> None:
-        """Sort by 'time' or by 'chain'; clicking a heading changes this order."""
+        """Sort by 'time', or list the worst or the chains first; clicks on headings change this."""
         column = PLACE["start"] if order == "time" else -1
         self.table.sortByColumn(column, Qt.SortOrder.AscendingOrder)
 
@@ -263,6 +268,11 @@ class IntervalsPanel(QWidget):
     def has_several_selected(self) -> bool:
         """True if several rows are selected."""
         return len(self._selected_rows()) > 1
+
+    def context_menu(self, actions: Sequence[QAction]) -> None:
+        """Offer these actions in the menu of a right click on a row."""
+        self.table.addActions(list(actions))
+        self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def shown_ids(self) -> tuple[int, ...]:
         """Return the ids of the listed intervals from top to bottom, all of a folded group."""
@@ -304,7 +314,9 @@ class IntervalsPanel(QWidget):
     def _refresh(self) -> None:
         intervals = self._document.intervals
         listed = [judged for judged in intervals if self._is_listed(judged)]
-        rows = self._groups.rows(listed)
+        if self._document.order == "worst":
+            intervals = tuple(sorted(intervals, key=self._document.severity, reverse=True))
+        rows = self._groups.rows(listed, intervals)
         self._refreshing = True  # a row that vanishes must not select another
         self._model.show(rows)
         self._span_names()

@@ -1,8 +1,8 @@
-"""The start page: buttons for opening a clip, a folder, the sample or a recent file."""
+"""The start page: the tour, the sample, opening a clip or a folder, and what was open lately."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -24,17 +24,14 @@ from inspector.widgets.icons import SIDE, icon
 from inspector.widgets.labels import as_entry, as_tip
 from inspector.widgets.theme import Colours, Theme
 
-_RECENT = 5
+_RECENT, _FOLDERS = 5, 2  # clips and folders that are listed
 _PARTS = 4  # of a folder's path
 _LONGEST = 48  # letters of a name
 _WIDTH = 520  # pixels, of the column
 _APART = 8  # pixels, between its buttons
 _MARGIN = 12  # pixels, at the column's sides
-_OFFERED = {
-    "open_dialog": tr("Open…"),
-    "open_folder": tr("Open folder…"),
-    "open_sample": tr("Try the sample"),
-}
+_FIRST = {"tour": tr("Tour (3 minutes)"), "open_sample": tr("Try the sample")}
+_OWN = {"open_dialog": tr("Open…"), "open_folder": tr("Open folder…")}
 
 
 class StartPage(QScrollArea):
@@ -59,9 +56,13 @@ class StartPage(QScrollArea):
         self._open_path = open_path
         self.title = QLabel(tr("Open a motion clip"), alignment=Qt.AlignmentFlag.AlignHCenter)
         self.title.setObjectName("start_title")
-        self.buttons = {name: _button(actions[name], text) for name, text in _OFFERED.items()}
-        self._row = hbox(*self.buttons.values(), spacing=_APART)
-        row = hbox(None, self._row, None)
+        offered = (*_FIRST.items(), *_OWN.items())
+        self.buttons = {name: _button(actions[name], text) for name, text in offered}
+        self._rows = [
+            hbox(*(self.buttons[name] for name in names), spacing=_APART)
+            for names in (_FIRST, _OWN)
+        ]
+        first, own = (hbox(None, row, None) for row in self._rows)
         self._heading = soft(QLabel(tr("Recent"), alignment=Qt.AlignmentFlag.AlignHCenter))
         self._recent = QVBoxLayout()
         self._recent.setSpacing(0)
@@ -69,7 +70,7 @@ class StartPage(QScrollArea):
         column = QWidget()
         column.setMaximumWidth(_WIDTH)
         vbox(
-            None, self.title, 6, row, 2, drop, 10, self._heading, self._recent,
+            None, self.title, 6, first, 2, own, 2, drop, 10, self._heading, self._recent,
             *([hint(complaint)] if complaint else []), None,
             owner=column, margins=(_MARGIN, 4, _MARGIN, 4), spacing=4,
         )  # fmt: skip
@@ -85,21 +86,26 @@ class StartPage(QScrollArea):
     def _colour(self, theme: Theme) -> None:
         for name, button in self.buttons.items():
             button.setIcon(icon(name, theme))
+        self._folder_icon = icon("open_folder", theme)
+        for button in self.findChildren(QPushButton, "recent_folder"):
+            button.setIcon(self._folder_icon)
 
-    def show_recent(self, paths: list[str]) -> None:
-        """List the recent files."""
+    def show_recent(self, clips: Sequence[Path], folders: Sequence[Path] = ()) -> None:
+        """List the recent folders and clips, each the latest first."""
         while item := self._recent.takeAt(0):
             if widget := item.widget():
                 widget.hide()
                 widget.deleteLater()
-        for name in paths[:_RECENT]:
-            path = Path(name)
+        for path in (*folders[:_FOLDERS], *clips[:_RECENT]):
             button = QPushButton(_short_path(path), flat=True)
             button.setObjectName("recent")
-            button.setToolTip(as_tip(name))
+            if path in folders:
+                button.setObjectName("recent_folder")
+                button.setIcon(self._folder_icon)
+            button.setToolTip(as_tip(str(path)))
             button.clicked.connect(partial(self._open, path))
             self._recent.addWidget(button, 0, Qt.AlignmentFlag.AlignHCenter)
-        self._heading.setVisible(bool(paths))
+        self._heading.setVisible(bool(clips or folders))
 
     def _open(self, path: Path, _checked: bool = False) -> None:
         self._open_path(path)
@@ -115,10 +121,11 @@ class StartPage(QScrollArea):
     def _arrange(self, width: int) -> None:
         """Arrange the buttons in a row or, in a narrow window, one below the other."""
         sides = 2 * _MARGIN + self.verticalScrollBar().sizeHint().width()
-        needed = sum(b.sizeHint().width() + _APART for b in self.buttons.values())
-        beside, way = needed + sides <= width, QBoxLayout.Direction
-        self._row.setDirection(way.LeftToRight if beside else way.TopToBottom)
-        self._row.setSpacing(_APART if beside else _APART // 3)
+        widths = [[self.buttons[k].sizeHint().width() + _APART for k in r] for r in (_FIRST, _OWN)]
+        beside, way = max(map(sum, widths)) + sides <= width, QBoxLayout.Direction
+        for row in self._rows:
+            row.setDirection(way.LeftToRight if beside else way.TopToBottom)
+            row.setSpacing(_APART if beside else _APART // 3)
 
 
 def _button(action: QAction, text: str) -> QPushButton:

@@ -247,13 +247,16 @@ class Document(OpenClip):
         """Return the ids of undecided intervals with a displayed confidence of at least `at_least`.
 
         Without that number, return the undecided intervals that the detector itself rates confident
-        enough for an automatic correction.
+        enough for an automatic correction. Edited intervals have no confidence and are left out.
         """
+        edited = {judged.id for judged in self.intervals if judged.edited}
         if at_least is None:
-            return self.review.state.automatic_ids(include_open=include_open)
-        return self.review.state.automatic_ids(
-            at_least, include_open=include_open, confidence=self.sureness
-        )
+            found = self.review.state.automatic_ids(include_open=include_open)
+        else:
+            found = self.review.state.automatic_ids(
+                at_least, include_open=include_open, confidence=self.sureness
+            )
+        return tuple(k for k in found if k not in edited)
 
     def accept_undecided(self, at_least: float | None = None) -> bool:
         """Accept undecided intervals of high confidence in one step; return False if that failed.

@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from inspector.session.opening import Analysed
 from twistcore.analysis.correction import Corrected
+from twistcore.batch.how_bad import root_mean_square
 from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.review import Decision, Judged, Review
@@ -53,6 +55,7 @@ class OpenClip(QObject):
     hidden_changed = Signal()  # the set of hidden chains
     person_changed = Signal()  # the person whose chains are listed
     numbering_changed = Signal()  # frames are counted from 0 or from 1
+    order_changed = Signal()
     confidence_changed = Signal()  # learned confidences are switched on or off
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -65,12 +68,14 @@ class OpenClip(QObject):
         self.show = Show.BOTH
         self.hidden: frozenset[str] = frozenset()  # chains that the person has hidden
         self.person = ""  # the person whose chains are listed, '' for everyone
-        self.order = "chain"  # the order of going through intervals, "chain" or "time"
+        self.order = "chain"  # the order of going through intervals: "worst", "chain" or "time"
         self.learned: LearnedConfidence | None = None  # shown instead of the detector's confidence
         self.first_frame = 0  # the number of the first frame, 0 or 1
         self.borrowed: Borrowed | None = None
         self._review: Review | None = None
         self._corrected: Corrected | None = None
+        # A drag of τ keeps most intervals, and computing one takes 0.1 ms.
+        self._severities = WeakKeyDictionary[Interval, float]()
 
     # -- what views read ----------------------------------------------------------------------
 
@@ -92,8 +97,11 @@ class OpenClip(QObject):
         return self.review.state.intervals if self.data else ()
 
     def displayed(self, judged: Judged) -> Judged:
-        """Return an interval as displayed, with the learned confidence if that is switched on."""
-        sure = self.sureness(judged.interval)
+        """Return an interval as displayed, with the learned confidence if that is switched on.
+
+        An edited interval has no confidence, because the detector's one belongs to other numbers.
+        """
+        sure = None if judged.edited else self.sureness(judged.interval)
         if sure == judged.interval.confidence:
             return judged
         return replace(judged, interval=replace(judged.interval, confidence=sure))
@@ -103,6 +111,16 @@ class OpenClip(QObject):
         counter_twist = interval.kind == Kind.COUNTER_TWIST
         own = interval.confidence
         return self.learned(own) if self.learned is not None and counter_twist else own
+
+    def severity(self, judged: Judged) -> float:
+        """Return how bad an interval is, in degrees: its part of the clip's severity."""
+        interval = judged.interval
+        if interval not in self._severities:
+            assert self.data is not None
+            motion, chain = self.data.motion, self.find_chain(interval.chain)
+            severity = root_mean_square([(interval, chain)], motion.frames, motion.fps)
+            self._severities[interval] = severity
+        return self._severities[interval]
 
     def use_learned(self, learned: LearnedConfidence | None) -> None:
         """Show learned confidences, or the detector's own confidences if `learned` is None."""
@@ -151,6 +169,29 @@ class OpenClip(QObject):
         """
         assert self._corrected is not None
         return self._corrected
+
+    @property
+    def suggested_chains(self) -> frozenset[str]:
+        """The chains that are corrected at the frame although nobody has decided so.
+
+        The selected interval does not count, because its correction is previewed, and neither do
+        intervals made by hand.
+        """
+        here = [
+            judged
+            for judged in self.intervals
+            if judged.interval.start <= self.frame < judged.interval.stop
+            and judged.interval.repairable
+        ]
+        meant = {
+            judged.interval.chain
+            for judged in here
+            if judged.decision == Decision.ACCEPTED
+            or judged.id == self.interval_id
+            or judged.by_hand
+        }
+        undecided = (j for j in here if j.decision == Decision.UNDECIDED)
+        return frozenset(j.interval.chain for j in undecided) - meant
 
     def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
         """Return the global rotations (joints, 4) and positions (joints, 3) of a frame.
@@ -203,13 +244,14 @@ class OpenClip(QObject):
     ) -> bool:
         """Select the next (+1) or previous (−1) interval, wrapping around at the end.
 
-        If none is selected, start from the playhead. undecided: skip decided intervals; order:
+        If none is selected, start from the playhead or, in the order of the worst, from the end of
+        the list. undecided: skip decided intervals; order:
         interval ids in the order of the list. Returns False if there is no other interval.
         """
         if self.data is None:
             return False
         state, now = self.review.state, self.interval_id
-        if now is None:
+        if now is None and not (order and self.order == "worst"):
             found = self._from_playhead(direction, undecided, set(order))
         else:
             found = state.neighbour(now, direction, undecided=undecided, order=order)
@@ -249,6 +291,12 @@ class OpenClip(QObject):
             )
         )
         return next(ahead, chosen[0].id if chosen else None)
+
+    def set_order(self, order: str) -> None:
+        """Go through the intervals by 'worst', 'time' or 'chain'."""
+        if order != self.order:
+            self.order = order
+            self.order_changed.emit()
 
     def set_first_frame(self, first: int) -> None:
         """Set the number of the clip's first frame, 0 or 1."""

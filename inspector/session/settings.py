@@ -45,7 +45,7 @@ class Settings:
     - step: the number of frames that Ctrl+arrow moves
     - keys: the keys of actions by action id, if they differ from the defaults
     - zoom_to_interval: True if N, A and R zoom the plots to the interval
-    - order: the order in which N, A and R visit intervals, 'chain' or 'time'
+    - order: the order in which N, A and R visit intervals, 'worst', 'chain' or 'time'
     - reviewer_asked: True if the program has already asked for the reviewer's name
     - turn_ms: how long the camera turns to another limb, in milliseconds, 0 for at once
     - autosave: True if sessions are saved automatically
@@ -68,7 +68,7 @@ class Settings:
     step: int = 10
     keys: dict[str, list[str]] = field(default_factory=dict)
     zoom_to_interval: bool = True
-    order: str = "chain"
+    order: str = "worst"
     reviewer_asked: bool = False
     turn_ms: int = 220
     autosave: bool = True
@@ -148,7 +148,7 @@ CHECKS: dict[str, Check] = {
     "step": checks.whole_between(*STEPS),
     "keys": checks.last_by(checks.text_up_to(100), checks.list_of(checks.text_up_to(100), 8), 1000),
     "zoom_to_interval": checks.truth,
-    "order": checks.any_of("chain", "time"),
+    "order": checks.any_of("worst", "chain", "time"),
     "reviewer_asked": checks.truth,
     "turn_ms": checks.whole_between(0, 10_000),
     "autosave": checks.truth,

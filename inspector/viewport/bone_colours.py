@@ -28,6 +28,7 @@ class Role(IntEnum):
     CHOSEN = 1  # in the selected chain
     BEFORE = 2
     AFTER = 3
+    SUGGESTED = 4  # corrected, but nobody has decided so: only the stripes have the colour of after
 
 
 def rgb(colour: str) -> Floats:
@@ -48,8 +49,9 @@ def shaded(colour: Floats, share: Floats) -> Floats:
 
 
 def palette(theme: Theme) -> Floats:
-    """Return the colours by role and part, (4, 7, 3) in 0…255."""
-    colours = np.stack([rgb(c) for c in (theme.bone, theme.bone, theme.before, theme.after)])
+    """Return the colours by role and part, (5, 7, 3) in 0…255."""
+    by_role = theme.bone, theme.bone, theme.before, theme.after, theme.bone
+    colours = np.stack([rgb(c) for c in by_role])
     out = shaded(colours[:, None], _DARK if theme.dark else _LIGHT)
     if theme.dark:
         out[:, JOINT] = mix(theme.bone, theme.surface, 0.28)
@@ -59,6 +61,8 @@ def palette(theme: Theme) -> Floats:
     accent[BACK] = shaded(accent[SIDE], np.array(-0.30))
     accent[STRIPE] = rgb(theme.accent)
     accent[BAND] = mix(theme.accent, "#000000", 0.30)
+    striped = [STRIPE, BAND]
+    out[Role.SUGGESTED, striped] = out[Role.AFTER, striped]
     return out
 
 

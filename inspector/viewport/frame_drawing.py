@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from inspector.language import of_core, tr
 from inspector.session.document import Document
@@ -133,6 +134,8 @@ class FrameDrawing:
         differs = scene.shapes.differing(before, after)
         roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
         roles[differs] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
+        if show != Show.BEFORE:
+            roles[differs & suggested_bones(document, scene)] = Role.SUGGESTED
         offsets = _bone_offsets(document, scene) if self.looks.by_offset else None
         if show == Show.BEFORE:
             return Pose(before, positions, roles, None, offsets)
@@ -155,6 +158,7 @@ class FrameDrawing:
             text = legend_text(
                 theme, show, name, degrees,
                 tracked=tracked, swivel=swivel, fault=_fault_words(fault) if fault else "",
+                suggested=bool(suggested_bones(document, scene).any()),
             )  # fmt: skip
             if swivel and not scene.circled:
                 text += inked(f"&nbsp;&nbsp; {_NO_CIRCLE}", theme.soft)
@@ -261,6 +265,23 @@ def _own_bones(joint: int, skeleton: Skeleton) -> list[tuple[int, int]]:
     return [(joint, child) for child in (*skeleton.children[joint], -1)]
 
 
+def suggested_bones(document: Document, scene: Scene) -> NDArray[np.bool_]:
+    """Return which bones only suggested corrections turn at the frame, (bones,)."""
+    skeleton = scene.data.motion.skeleton
+    chains = map(document.find_chain, document.suggested_chains)
+    wanted = {pair for chain in chains for pair in _turned_bones(chain, skeleton)}
+    return np.array([(b.parent, b.child) in wanted for b in scene.bones], dtype=bool)
+
+
+def _turned_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
+    """Return the bones that a correction of a chain, limb or twist bone turns, as pairs."""
+    if isinstance(chain, Limb):
+        return limb_bones(chain, skeleton)
+    if isinstance(chain, Helper):
+        return _own_bones(chain.parent, skeleton)
+    return [(chain.parent, chain.child)]
+
+
 def _bone_offsets(document: Document, scene: Scene) -> Array:
     """Return the |offset| of each bone at the frame, radians, (bones,).
 
@@ -269,11 +290,7 @@ def _bone_offsets(document: Document, scene: Scene) -> Array:
     """
     by_pair: dict[tuple[int, int], float] = {}
     for chain in scene.data.chains_and_limbs:
-        pairs = [(chain.parent, chain.child)]
-        if isinstance(chain, Limb):
-            pairs = limb_bones(chain, scene.data.motion.skeleton)
-        elif isinstance(chain, Helper):
-            pairs = _own_bones(chain.parent, scene.data.motion.skeleton)
+        pairs = _turned_bones(chain, scene.data.motion.skeleton)
         offset = abs(float(document.offset(chain.name)[document.frame]))
         by_pair |= {pair: max(offset, by_pair.get(pair, 0.0)) for pair in pairs}
     for interval in document.corrected.repairs(document.frame):

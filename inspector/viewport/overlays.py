@@ -137,11 +137,13 @@ def legend_text(
     tracked: bool,
     swivel: bool = False,
     fault: str = "",
+    suggested: bool = False,
 ) -> str:
     """Return the legend as rich text: the colours of before and after, and the chain's offset.
 
     show: one of document.Show, or 'split' for two pictures; tracked: with a third figure; swivel:
-    the offset is a limb's; fault: text about an error that is only shown, instead of the offset.
+    the offset is a limb's; fault: text about an error that is only shown, instead of the offset;
+    suggested: the picture after correction contains corrections that nobody has decided on.
     """
     before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
     after = _key("■", theme.after, tr("after"))
@@ -150,6 +152,8 @@ def legend_text(
     else:
         both = f"{before}&nbsp;&nbsp; {after}"
         text = {Show.BEFORE: before, Show.AFTER: after, Show.BOTH: both}[Show(show)]
+    if suggested and show != Show.BEFORE:
+        text += f"&nbsp;&nbsp; {_key('▥', theme.after, tr('suggested'))}"
     if chain:
         colour = theme.before if fault or abs(degrees) >= 0.05 else theme.soft
         angle = f"{signed(degrees)}°"

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAccessible, QAccessibleEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from inspector.language import of_core, tr
 from inspector.widgets.building import hbox, soft, tool_button
@@ -24,8 +24,9 @@ class MessageBar(QFrame):
     choose an answer.
     """
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, over: QWidget) -> None:
+        """Build the bar. over: the widget over which it is shown."""
+        super().__init__(over)
         self.setObjectName("bar")
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
         self.label = QLabel(wordWrap=True, textInteractionFlags=selectable)

@@ -271,6 +271,22 @@ class RowTable(QTableView):
         """Make rows this number of pixels higher than a line of text."""
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
 
+    def show_numbers(self) -> None:
+        """Show the numbers of the rows on their left, as the model gives them."""
+        numbers = self.verticalHeader()
+        numbers.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        numbers.setHighlightSections(False)
+        numbers.setSectionsClickable(False)
+        numbers.setDefaultAlignment(_RIGHT)
+        numbers.setMinimumWidth(numbers.fontMetrics().horizontalAdvance("00") + _BESIDE)
+        numbers.show()
+
+    @property
+    def numbers_width(self) -> int:
+        """The width of the column of numbers, 0 if it is not shown."""
+        numbers = self.verticalHeader()
+        return 0 if numbers.isHidden() else numbers.sizeHint().width()
+
     def keep_room(self, first: int, spared: Sequence[int]) -> None:
         """Hide the columns `spared`, one by one, while the first column is
         narrower than `first` pixels.

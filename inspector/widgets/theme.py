@@ -102,6 +102,11 @@ def system_theme() -> Theme:
     return DARK if scheme == Qt.ColorScheme.Dark else LIGHT
 
 
+def named_theme(name: str) -> Theme:
+    """Return the theme 'light' or 'dark', or the system's theme for any other name."""
+    return {"light": LIGHT, "dark": DARK}.get(name) or system_theme()
+
+
 def apply_theme(app: QApplication, theme: Theme) -> None:
     """Apply Qt's Fusion style with the palette and style sheet of the theme.
 
@@ -196,7 +201,7 @@ QTabBar::tab:top:selected {{ border-bottom: 2px solid {accent}; }}
 #start, #start_page {{ background: {surface}; }}
 #start_title {{ font-size: 15pt; font-weight: 600; }}
 #start QPushButton {{ padding: 6px 12px; }}
-#recent {{ color: {accent}; text-align: left; }}
+#recent, #recent_folder {{ color: {accent}; text-align: left; }}
 QStatusBar {{ background: {window}; border-top: 1px solid {line}; color: {soft}; }}
 QStatusBar::item {{ border: 0; }}
 QStatusBar QLabel {{ color: {soft}; padding: 0 8px; }}

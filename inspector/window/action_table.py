@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from inspector.bundled import SAMPLE
 from inspector.feature import ActionRow, ActionSpec, Switch, Tool
 from inspector.language import tr, tr_as
 from inspector.session.open_clip import Show
@@ -17,6 +16,7 @@ from inspector.window.drawn_first import DrawnFirst
 from inspector.window.features import FEATURES, joined
 from inspector.window.keyboard_page import shortcuts_markdown, show_shortcuts
 from inspector.window.parts import Parts
+from inspector.window.sample import open_sample
 from twistcore.review import Decision
 
 _NEXT = {Show.BEFORE: Show.AFTER, Show.AFTER: Show.BOTH, Show.BOTH: Show.BEFORE}
@@ -49,8 +49,8 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    tr("Open the clip that was open before"),
                    do=lambda p: p.files.previous_clip()),
         ActionSpec("open_sample", tr("Open the sample"), (),
-                   tr("Open a walk with known twist errors"),
-                   do=lambda p: p.files.open_path(SAMPLE)),
+                   tr("Open your own copy of a walk with known twist errors"),
+                   do=lambda p: open_sample(p)),
         ActionSpec("cancel_opening", tr("Cancel opening"), ("Esc",),
                    tr("Stop opening the file"),
                    do=lambda p: p.document.opener.cancel()),
@@ -147,8 +147,10 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    do=lambda p: p.review_actions.step_any(+1)),
         ActionSpec("previous_of_all", tr("Previous interval, decided or not"), ("Ctrl+Up",),
                    do=lambda p: p.review_actions.step_any(-1)),
-        ActionSpec("order_chain", tr("Go through intervals chain by chain"), group="order",
+        ActionSpec("order_worst", tr("Go through intervals from the worst on"), group="order",
                    checked=True,
+                   do=lambda p: p.review_actions.set_order("worst")),
+        ActionSpec("order_chain", tr("Go through intervals chain by chain"), group="order",
                    do=lambda p: p.review_actions.set_order("chain")),
         ActionSpec("order_time", tr("Go through intervals in time order"), group="order",
                    do=lambda p: p.review_actions.set_order("time")),

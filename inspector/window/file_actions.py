@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 from inspector.folder.remembered_folders import (
     NEXT_AFTER_EXPORT,
     known_of_folder,
+    recent_folders,
     remember_folder,
 )
 from inspector.language import chosen_language, plural, tr, tr_as
@@ -49,6 +50,8 @@ class FileActions(Saving):
     closing: bool = field(default=False, init=False)  # True: open no other clip
     _under_way: str = field(default="", init=False)
     _wait_for_first: bool = field(default=False, init=False)  # the next clip opens by itself
+    _so_far: Path | None = field(default=None, init=False)  # the worst clip, opened before the end
+    _offered: float = field(default=0.0, init=False)  # severity of the worse clip offered last
     _since: ReviewState | None = field(default=None, init=False)  # the review when waiting began
     _at_once: ExportDialog | None = field(default=None, init=False)  # while it reads old files
     _visited: list[Path] = field(default_factory=list, init=False)  # clips, the open one last
@@ -60,7 +63,7 @@ class FileActions(Saving):
         self.exporter, self.clips_dock = self.window.exporter, self.window.docks["clips"]
         self.cancel = self.window.actions_by_id["cancel_opening"]  # while something is being opened
         self._first = QTimer(self.window, singleShot=True, interval=_FIRST_MS)
-        self._first.timeout.connect(self._open_first)
+        self._first.timeout.connect(self._queue_changed)
         opener, recovery = self.document.opener, self.document.recovery
         opener.locate.connect(self.locate_clip)
         opener.began.connect(self._opening)
@@ -99,6 +102,11 @@ class FileActions(Saving):
         pattern = f"{patterns};;" + tr("All files") + " (*)"
         ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
 
+    def open_then(self, path: Path, then: Callable[[], object]) -> None:
+        """Open a clip, and call `then` once it is open and has shown its own messages."""
+        self._when_open = path, then
+        self.open_path(path)
+
     def open_folder(self) -> None:
         """Ask for a folder and analyse its clips."""
         ask_folder(self.window, tr("Open folder"), self.open_path)
@@ -107,7 +115,8 @@ class FileActions(Saving):
         """Analyse the clips of a folder in the background.
 
         The clip on which the user stopped last time is opened. If there is none, the worst clip
-        found so far is opened after a few seconds, or once all clips are analysed.
+        found so far is opened after a few seconds, once a tenth of the clips or 20 are analysed; a
+        worse clip that is found later is offered.
         """
         kept = known_of_folder(self.settings, folder)
         self._wait_for_first = False
@@ -141,8 +150,10 @@ class FileActions(Saving):
         self._queue_changed()
 
     def _queue_changed(self) -> None:
-        if not self._first.isActive() or not self.queue.running:
+        early = self._first.isActive() or not self.queue.knows_enough
+        if not self.queue.running or not early:
             self._open_first()
+        self._offer_worse()
 
     def _open_first(self) -> None:
         if not self._wait_for_first:
@@ -150,7 +161,7 @@ class FileActions(Saving):
         if self._is_busy(self._since):
             self._wait_for_first = False
         elif path := self.queue.next_after(None):
-            self.open_path(path)
+            self._open_worst(path)
         elif not self.queue.running and self.queue.clips:
             self._wait_for_first = False
             text = tr(
@@ -159,6 +170,40 @@ class FileActions(Saving):
             )
             one_is_open = self.document.data is not None
             self.bar.show_message(self._nothing_next() if one_is_open else text, False)
+
+    def _open_worst(self, path: Path) -> None:
+        """Open the worst clip; while others are being analysed, say that it is the worst so far."""
+        if self.queue.running:
+            self._so_far, self._offered = path, self.queue.clips[path].severity
+            if self._when_open is None:
+                self._when_open = path, partial(self._report_so_far, path)
+        self.open_path(path)
+
+    def _report_so_far(self, path: Path) -> None:
+        done, total = self.queue.progress
+        text = tr(
+            "{name} is the worst so far: {done} of {total} clips are analysed.",
+            name=path.name,
+            done=done,
+            total=total,
+        )
+        self.bar.show_message(text, False)
+
+    def _offer_worse(self) -> None:
+        """Offer a worse clip while the one that was the worst so far is still open."""
+        data, path = self.document.data, self._so_far
+        if path is None or data is None or data.clip.path != path or self.bar.asks:
+            return
+        worse = self.queue.worse_than(path)
+        if worse is not None and worse.severity > self._offered:
+            self._offered = worse.severity
+            text = tr(
+                "{name} is worse, with a severity of {severity:.1f}°.",
+                name=worse.path.name,
+                severity=worse.severity,
+            )
+            open_it = tr("Open {name}", name=worse.path.name), partial(self._open_worst, worse.path)
+            self.bar.offer(text, (open_it,))
 
     def _keep_profile(self) -> None:
         if (folder := self.queue.folder) is not None:
@@ -241,6 +286,10 @@ class FileActions(Saving):
             joints=len(data.motion.skeleton),
         )
         self.window.statusBar().showMessage(text, 8000)
+
+    def recent(self) -> tuple[list[Path], list[Path]]:
+        """Return the clips and the folders that were open, the latest first."""
+        return [Path(name) for name in self.settings.recent], recent_folders(self.settings)
 
     def _show_recent(self) -> None:
         self.recent_menu.clear()

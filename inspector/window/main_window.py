@@ -158,8 +158,12 @@ class MainWindow(Parts):
         self.signs.show()
 
     def _restore(self) -> None:
-        self.usual_layout = UsualLayout(self, self.docks, (self.intervals, self.detail))
+        self.usual_layout = UsualLayout(
+            self, self.docks, self.transport, (self.intervals, self.detail)
+        )
         self.usual_layout.restore(self.settings.geometry, self.settings.layout)
+        for panel in (panel for _, panel in panels() if panel.empty_at_start):
+            self.docks[panel.name].hide()
         for chosen in (f"theme_{self.settings.theme}", f"order_{self.settings.order}"):
             self.actions_by_id[chosen].setChecked(True)
         self.actions_by_id["zoom_each"].setChecked(self.settings.zoom_to_interval)
@@ -205,7 +209,7 @@ class MainWindow(Parts):
         is_open, has_figure = self.document.data is not None, self.viewport.view is not None
         offer(MENUS, self.actions_by_id, is_open=is_open, has_figure=has_figure)
         self.start_page.setVisible(not is_open)
-        self.start_page.show_recent(self.settings.recent)
+        self.start_page.show_recent(*self.files.recent())
 
     # -- Qt events ----------------------------------------------------------------------------
 

@@ -62,8 +62,7 @@ class ProgramActions:
 
     def wanted_theme(self) -> themes.Theme:
         """Return the theme set in the preferences, or the theme of the system."""
-        fixed = {"light": themes.LIGHT, "dark": themes.DARK}
-        return fixed.get(self.settings.theme) or themes.system_theme()
+        return themes.named_theme(self.settings.theme)
 
     def take_settings(self) -> None:
         """Apply the reviewer's name, the number of the first frame and

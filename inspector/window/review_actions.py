@@ -27,7 +27,7 @@ from inspector.widgets.signed_numbers import signed
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
 from twistcore.detection import Interval
-from twistcore.review import Annotate, Decision, Remove, ReviewState
+from twistcore.review import Annotate, Decision, Judged, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
 
 
@@ -61,6 +61,7 @@ class ReviewActions:
 
     def __post_init__(self) -> None:
         document = self.document
+        document.set_order(self.settings.order)
         document.answered.connect(self.answer)
         for moved in (document.frame_changed, document.chain_changed, document.opened):
             moved.connect(self._withdraw)
@@ -120,19 +121,26 @@ class ReviewActions:
             return  # many intervals at once, none of which is meant
         old = {j.id: j for j in before.intervals}
         changed = [j.id for j in after.intervals if old.get(j.id) is not j]
-        if not changed or document.interval_id in changed:
+        if not changed:
             return
-        with self.intervals.going_about() if len(changed) > 1 else nullcontext(()) as order:
-            first = next((k for k in order if k in changed), changed[0])
-            document.select_interval(first, jump=True)
-        self._arrive(zoom=True)
+        if document.interval_id not in changed:
+            with self.intervals.going_about() if len(changed) > 1 else nullcontext(()) as order:
+                first = next((k for k in order if k in changed), changed[0])
+                document.select_interval(first, jump=True)
+            self._arrive(zoom=True)
+        elif (judged := document.interval) and not self._is_in_view(judged):
+            document.go_to(judged.interval.seen_at)
+            self._arrive(zoom=True)
+
+    def _is_in_view(self, judged: Judged) -> bool:
+        first, last = self.visible.ends
+        return judged.interval.start <= last and judged.interval.stop >= first
 
     def _out_of_view(self) -> bool:
         judged = self.document.interval
         if judged is None or self.player.playing or self.intervals.has_several_selected:
             return False
-        first, last = self.visible.ends
-        if judged.interval.start <= last and judged.interval.stop >= first:
+        if self._is_in_view(judged):
             return False
         self.document.go_to(judged.interval.seen_at)
         self._arrive(zoom=True)
@@ -173,6 +181,17 @@ class ReviewActions:
         with self.intervals.going_about() as order:
             if fresh and self.document.step_interval(+1, undecided=True, order=order):
                 self._arrive(zoom=True)
+
+    def go_to_worst(self) -> Judged | None:
+        """Go to the worst undecided interval and return it; None if all are decided."""
+        document = self.document
+        undecided = [j for j in document.intervals if j.decision == Decision.UNDECIDED]
+        if not undecided:
+            return None
+        worst = max(undecided, key=document.severity)
+        document.select_interval(worst.id, jump=True)
+        self._arrive(zoom=True)
+        return worst
 
     def _undecided_before(self, order: Sequence[int]) -> bool:
         now = self.document.interval_id
@@ -228,8 +247,9 @@ class ReviewActions:
         self.intervals.group_errors(on)
 
     def set_order(self, order: str) -> None:
-        """Go through the intervals in the order of 'time' or 'chain', and remember this order."""
-        self.settings.order = self.document.order = order
+        """Go through the intervals by 'worst', 'time' or 'chain', and remember this order."""
+        self.settings.order = order
+        self.document.set_order(order)
         self.intervals.order_by(order)
 
     def accept_confident(self) -> None:

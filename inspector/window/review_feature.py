@@ -16,6 +16,10 @@ from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.widgets.building import bring_to_front, scrolled, vbox
 from inspector.window.review_actions import ReviewActions
 
+_ON_ROWS = (  # actions in the menu of a right click on a row
+    "accept", "reject", "reject_for", "reset", "write_note", "zoom_to_interval", "loop_interval",
+    "remove_interval",
+)  # fmt: skip
 _STATUS_MS = 6000  # that a sentence stays in the status bar
 
 
@@ -49,6 +53,7 @@ class Reviewing(FeatureParts):
         self.intervals.activated.connect(visible.zoom_to_interval)
         self.intervals.unfold_with(actions["next_frame"], actions["previous_frame"])
         self.intervals.number_changed.connect(self.detail.show_number)
+        self.intervals.context_menu([actions[name] for name in _ON_ROWS])
         self.detail.judged.connect(self.review_actions.judge)
         self.detail.end_turned.connect(self.review_actions.turn_end)
 

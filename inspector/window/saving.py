@@ -124,7 +124,8 @@ class Saving:
 
         elsewhere = (tr("Save elsewhere…"), self.save_session_as)
         without = (tr("Leave without saving"), leave)
-        self.bar.ask(text, ((tr_as("do", "Save"), save), elsewhere, without))
+        here = () if self.document.keeper.read_only else ((tr_as("do", "Save"), save),)
+        self.bar.ask(text, (*here, elsewhere, without))
 
     def _is_kept(self) -> bool:
         """True if the review is saved, or if it does not need to be
@@ -199,6 +200,8 @@ class Saving:
                 return True  # the person needs to do nothing about other messages
             if self.document.keeper.journal.on_disk and not self.document.keeper.read_only:
                 return not trouble or self._closes_unsaved(trouble)
+        if self.document.keeper.read_only:
+            return self._closes_read_only(f"{trouble} {unsaved}".strip())
         button = QMessageBox.StandardButton
         answer = QMessageBox.question(
             self.window,
@@ -216,17 +219,33 @@ class Saving:
     def _closes_without_handing_in(self, text: str) -> bool:
         """Ask whether to hand in the decisions to a class; the window closes after handing in."""
         button = QMessageBox.StandardButton
-        buttons = button.Save | button.Discard | button.Cancel
-        box = QMessageBox(QMessageBox.Icon.Question, "Twist Inspector", text, buttons, self.window)
-        box.setDefaultButton(button.Save)
-        box.button(button.Save).setText(tr("Hand in…"))
-        box.button(button.Discard).setText(tr("Close without handing in"))
-        answer = box.exec()
-        box.deleteLater()
+        answer = self._ask_to_close(text, tr("Hand in…"), tr("Close without handing in"))
         if answer == button.Save:
             close = partial(QTimer.singleShot, 0, self.window, self.window.close)
             self.lessons.hidden_errors.ask_hand_in(close)
         return answer == button.Discard
+
+    def _closes_read_only(self, text: str) -> bool:
+        """Ask whether to save decisions elsewhere, because another window has the session."""
+        button = QMessageBox.StandardButton
+        answer = self._ask_to_close(text, tr("Save elsewhere…"), tr("Close without saving"))
+        if answer == button.Save:
+            self.save_session_as()
+        elif answer == button.Discard:
+            self.document.keeper.journal.give_up()
+        return answer == button.Discard
+
+    def _ask_to_close(self, text: str, save: str, close: str) -> int:
+        """Ask with the buttons Save and Discard, under these names, and Cancel."""
+        button = QMessageBox.StandardButton
+        buttons = button.Save | button.Discard | button.Cancel
+        box = QMessageBox(QMessageBox.Icon.Question, "Twist Inspector", text, buttons, self.window)
+        box.setDefaultButton(button.Save)
+        box.button(button.Save).setText(save)
+        box.button(button.Discard).setText(close)
+        answer = box.exec()
+        box.deleteLater()
+        return answer
 
     def _closes_unsaved(self, trouble: str) -> bool:
         """Show that the session cannot be written; return True if the

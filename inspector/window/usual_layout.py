@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
-from PySide6.QtWidgets import QDockWidget, QMainWindow
+from PySide6.QtCore import QByteArray, QEvent, QObject, QPoint, QRect, Qt, QTimer
+from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QWidget
 
 from inspector.window.low_window import Compact, LowWindow
 
@@ -19,6 +20,30 @@ _SIZE = (1440, 900)  # of the first window, if the screen is large enough
 _FRAME = (12, 40)  # pixels for borders and a title bar
 _STATE_VERSION = 2
 _LEEWAY = 3  # pixels by which a layout may be rounded
+# Usable sizes of restored panels: pixels at least, and largest shares of the window's size.
+_LEAST = 120, 240, 110
+_LARGEST = 0.35, 0.5, 0.6
+
+
+def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
+    """Return `panel`, moved so that it does not cover `taken` and stays in `room`, if possible.
+
+    The shortest way below, above, to the right or to the left is chosen.
+    """
+    if not panel.intersects(taken):
+        return panel
+    places = [QRect(panel) for _ in range(4)]
+    below, above, right, left = places
+    below.moveTop(taken.bottom() + 1)
+    above.moveBottom(taken.top() - 1)
+    right.moveLeft(taken.right() + 1)
+    left.moveRight(taken.left() - 1)
+    fitting = [place for place in places if room.contains(place)]
+
+    def way(place: QRect) -> int:
+        return (place.topLeft() - panel.topLeft()).manhattanLength()
+
+    return min(fitting, key=way, default=panel)
 
 
 class UsualLayout(QObject):
@@ -28,14 +53,17 @@ class UsualLayout(QObject):
         self,
         window: QMainWindow,
         docks: Mapping[str, QDockWidget],
+        controls: QWidget,
         compact: Sequence[Compact] = (),
     ) -> None:
         """Prepare the layout.
 
-        docks: the docks by object name, in their initial places; compact: see :class:`LowWindow`.
+        docks: the docks by object name, in their initial places; controls: the controls below the
+        figure, which no floating panel may cover at first; compact: see :class:`LowWindow`.
         """
         super().__init__(window)
-        self._window, self._docks = window, docks
+        self._window, self._docks, self._controls = window, docks, controls
+        self._double_clicked = False
         self._low = LowWindow(window, docks, compact)
         self._usual = window.saveState()
         self._by_hand = False  # True once a person has sized the panels
@@ -43,10 +71,15 @@ class UsualLayout(QObject):
         self._restored = False  # True: restored from an earlier run, but not shown yet
         self._floating: list[QDockWidget] = []
         window.installEventFilter(self)
+        for dock in docks.values():
+            dock.topLevelChanged.connect(partial(self._floated, dock))
+            dock.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Detect that the user drags the border between two panels."""
-        if event.type() == QEvent.Type.MouseButtonPress:
+        """Detect that the user drags the border between two panels, or double-clicks a title."""
+        if watched is not self._window:
+            self._double_clicked |= event.type() == QEvent.Type.MouseButtonDblClick
+        elif event.type() == QEvent.Type.MouseButtonPress:
             self._pressed = self._sizes() if self._complete else ()
         elif event.type() == QEvent.Type.MouseButtonRelease and self._pressed:
             self._by_hand |= self._sizes() != self._pressed
@@ -74,11 +107,41 @@ class UsualLayout(QObject):
         behind it if shown first.
         """
         if self._restored:
+            self._make_usable()
             pairs = zip(self._sizes(), self._fitting(), strict=True)
             self._by_hand = any(abs(now - fitting) > _LEEWAY for now, fitting in pairs)
             self._restored = False
         while self._floating:
-            QTimer.singleShot(0, self._floating.pop().show)
+            dock = self._floating.pop()
+            QTimer.singleShot(0, dock.show)
+            QTimer.singleShot(0, partial(self._clear_of_controls, dock))
+
+    def _floated(self, dock: QDockWidget, floating: bool) -> None:
+        # Not if a person drags the panel: then the place is the person's choice.
+        pressed = QApplication.mouseButtons() != Qt.MouseButton.NoButton
+        if floating and (self._double_clicked or not pressed):
+            QTimer.singleShot(0, dock, partial(self._clear_of_controls, dock))
+        self._double_clicked = False
+
+    def _clear_of_controls(self, dock: QDockWidget) -> None:
+        """Move a floating panel away from the controls below the figure, if there is room."""
+        if not dock.isFloating():
+            return
+        taken = QRect(self._controls.mapToGlobal(QPoint(0, 0)), self._controls.size())
+        room = self._window.screen().availableGeometry()
+        dock.move(clear_of(dock.frameGeometry(), taken, room).topLeft())
+
+    def _make_usable(self) -> None:
+        """Clamp the sizes of restored panels, which may come from another screen."""
+        window, names = self._window, ("chains", "intervals", "curves")
+        wholes = window.width(), window.width(), window.height()
+        ways = Qt.Orientation.Horizontal, Qt.Orientation.Horizontal, Qt.Orientation.Vertical
+        limits = zip(names, self._sizes(), _LEAST, _LARGEST, wholes, ways, strict=True)
+        for name, size, least, share, whole, way in limits:
+            dock = self._docks[name]
+            most = max(round(share * whole), least)
+            if not (least <= size <= most or dock.isFloating() or dock.isHidden()):
+                window.resizeDocks([dock], [min(max(size, least), most)], way)
 
     def kept(self, geometry: str) -> tuple[str, str] | None:
         """Return geometry and layout for `restore`, or None while the window is not visible.

@@ -1,6 +1,7 @@
 """The whole window, or a document and a 3D view of it; nothing left beside the clips."""
 
 import gc
+import inspect
 import itertools
 import shutil
 import threading
@@ -98,6 +99,7 @@ def queue(qtbot):
 def nothing_left_over(tmp_path, monkeypatch):
     """No window on the screen, no thread of ours, no journal beside the samples."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("XDG_DOCUMENTS_DIR", str(tmp_path / "documents"))
     monkeypatch.setenv("TWIST_INSPECTOR_SETTINGS", str(tmp_path / "config" / "settings.json"))
     threads = set(threading.enumerate())
     yield
@@ -121,6 +123,15 @@ def no_view_outlives_its_window():
     if app := QApplication.instance():
         app.processEvents()
     assert _render_windows() <= before + 1
+
+
+@pytest.fixture(autouse=True)
+def chain_by_chain(monkeypatch):
+    """Intervals in the order of the chains, on which most tests count; a new user's: the worst."""
+    names = list(inspect.signature(Settings.__init__).parameters)[1:]
+    defaults = list(Settings.__init__.__defaults__)
+    defaults[names.index("order")] = "chain"
+    monkeypatch.setattr(Settings.__init__, "__defaults__", tuple(defaults))
 
 
 @pytest.fixture(scope="module")

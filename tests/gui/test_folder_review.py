@@ -4,12 +4,16 @@ import shutil
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import Qt
 
+from inspector.folder.queue import FolderQueue
+from inspector.folder.queued_clip import ClipState
 from inspector.folder.remembered_folders import known_of_folder
 from inspector.panels.reason_palette import ReasonPalette
 from inspector.session.settings import Settings
 from inspector.window.export_dialog import ExportDialog
 from tests.gui.folders import put_errors, two_takes
+from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
 from twistcore.review import Decision
 
@@ -33,6 +37,62 @@ def test_the_window_opens_a_folder_reviews_and_goes_on(qtbot, show_window, tmp_p
     window.files.save_session()
     act(window, "next_clip")
     assert window.bar.label.text()
+
+
+def test_the_worst_so_far_waits_for_a_tenth_and_a_worse_one_is_offered(
+    qtbot, show_window, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("inspector.window.file_actions._FIRST_MS", 0)
+    monkeypatch.setattr(FolderQueue, "_look", lambda _: None)  # the test says what is known
+    for k in range(30):
+        shutil.copy(INJECTED, tmp_path / f"{k:02}.bvh")
+    window = show_window()
+    queue, opened = window.queue, window.document.opened
+
+    def know(name, severity):
+        found = {"severity": severity, "intervals": 8}
+        queue._put(tmp_path / f"{name}.bvh", state=ClipState.READY, **found)
+        queue.changed.emit()
+
+    window.open_path(tmp_path)
+    qtbot.waitUntil(lambda: not window.files._first.isActive())
+    know("00", 1.0)
+    know("01", 3.0)
+    assert not window.document.opener.busy, "two of thirty say nothing"
+    with qtbot.waitSignal(opened):
+        know("02", 2.0)
+    assert window.document.data.clip.path.name == "01.bvh"
+    qtbot.waitUntil(lambda: "worst so far" in window.bar.label.text())
+    assert "3 of 30" in window.bar.label.text()
+    know("03", 2.5)
+    assert window.bar.buttons() == []
+    know("04", 9.0)
+    (offer,) = window.bar.buttons()
+    assert "04.bvh" in offer.text()
+    assert "9.0°" in window.bar.label.text()
+    with qtbot.waitSignal(opened):
+        qtbot.mouseClick(offer, Qt.MouseButton.LeftButton)
+    assert window.document.data.clip.path.name == "04.bvh"
+    know("05", 5.0)
+    assert window.bar.buttons() == []
+    table = window.clips.table.model()
+    shown = {table.index(row, 0).data(): table.index(row, 1).data() for row in range(30)}
+    assert (shown["04"], shown["01"], shown["29"]) == ("9.0°", "3.0°", "")
+
+
+def test_the_clips_are_shown_only_with_a_folder(qtbot, show_window, clip):
+    settings = Settings(turn_ms=0)
+    window = show_window(settings)
+    clips = window.docks["clips"]
+    assert not clips.toggleViewAction().isEnabled()
+    with qtbot.waitSignal(window.document.opened):
+        window.open_path(clip.parent)
+    assert clips.isVisible()
+    assert clips.toggleViewAction().isEnabled()
+    settings.geometry, settings.layout = window.usual_layout.kept("")
+    again = show_window(settings)  # the next day
+    assert not again.docks["clips"].isVisible()
+    assert again.docks["chains"].isVisible()
 
 
 @pytest.mark.thorough

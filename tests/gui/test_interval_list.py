@@ -1,5 +1,7 @@
 """The list of intervals: filters, columns, order; numbers and names as a person reads them."""
 
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +18,7 @@ from inspector.session.settings import Settings
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
 from inspector.widgets.theme import LIGHT, Colours
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import act
+from tests.gui.windows import act, open_clip
 from twistcore.detection import Interval, Kind
 from twistcore.review import Annotate, Decide, Decision, Judged
 
@@ -222,3 +224,33 @@ def test_chains_fit_into_a_narrow_dock(qtbot, open_document, width):
     panel.show()
     assert cut(panel.table) == []
     assert panel.table.columnWidth(0) >= 95
+
+
+def test_the_worst_come_first_and_other_orders_on_request(qtbot, show_window):
+    settings = Settings(turn_ms=0, order="worst")
+    window = show_window(settings)
+    open_clip(qtbot, window, INJECTED)
+    document = window.document
+    severity = {j.id: document.severity(j) for j in document.intervals}
+    listed = window.intervals.shown_ids()
+    assert list(listed) == sorted(severity, key=severity.get, reverse=True)
+    act(window, "next_interval")
+    assert document.interval_id == listed[0]
+    act(window, "next_interval")
+    assert document.interval_id == listed[1]
+    document.edit(listed[1], document.interval.interval.with_offset(0, np.full(300, 2.0)))
+    assert window.intervals.shown_ids()[0] == document.interval_id == listed[1]
+    act(window, "undo")
+    act(window, "order_chain")
+    assert window.intervals.shown_ids() == tuple(sorted(listed))
+    act(window, "order_time")
+    starts = [document.found(k).interval.start for k in window.intervals.shown_ids()]
+    assert starts == sorted(starts)
+    act(window, "order_worst")
+    assert (settings.order, window.intervals.shown_ids()) == ("worst", listed)
+
+
+def test_a_new_user_sees_the_worst_first():
+    words = "from inspector.session.settings import Settings; print(Settings().order)"
+    found = subprocess.run([sys.executable, "-c", words], text=True, capture_output=True)
+    assert found.stdout.strip() == "worst", found.stderr

@@ -95,6 +95,10 @@ def test_both_bones_are_seen_before_and_after_where_they_are(qtbot, document, sh
     own = limb_bones(limb, document.data.motion.skeleton)
     assert own == [(limb.parent, limb.child), (limb.child, limb.end)]
     mine = np.array([(b.parent, b.child) in own for b in bones])
+    flips = document.review.state.of_chain(LEG)
+    document.select_interval(
+        next(j.id for j in flips if j.interval.start <= FRAME < j.interval.stop)
+    )
     pose = view.drawing.pose(scene)
     assert (pose.roles[mine] == Role.AFTER).all()
     assert pose.ghost[1][mine].all()

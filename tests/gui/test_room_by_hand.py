@@ -57,7 +57,7 @@ def test_a_laptop_at_200_percent(tmp_path, clips, look):
     ):
         start = "window.start_page"
         room = p.rect(f"{start}.viewport()")
-        for name in ("open_dialog", "open_folder", "open_sample"):
+        for name in ("tour", "open_sample", "open_dialog", "open_folder"):
             assert inside(p.rect(f"{start}.buttons['{name}']"), room), name
         screen.key("ctrl+comma")
         p.until("QApplication.activeModalWidget() is not None")

@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import QApplication, QMessageBox
 
 from inspector.session.export_files import ExportChoice
 from inspector.session.opening import ClipMissingError, analyse_session
@@ -151,6 +152,31 @@ def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):
     assert [b.text() for b in other.bar.buttons()] == ["Take over", "Look only"]
     assert not other.files.save_session()
     assert "was not saved" in other.bar.label.text()
+
+
+def test_a_window_without_the_lock_offers_only_what_it_can_do(qtbot, show_window, path):
+    first, second = (show_window(Settings(turn_ms=0, autosave=False)) for _ in range(2))
+    open_clip(qtbot, first, path)
+    first.document.select_interval(first.document.intervals[0].id)
+    first.document.decide(Decision.ACCEPTED)
+    open_clip(qtbot, second, path)
+    (take,) = [b for b in second.bar.buttons() if b.text() == "Take over"]
+    with qtbot.waitSignal(second.document.opened):
+        qtbot.mouseClick(take, Qt.MouseButton.LeftButton)
+    assert not first.document.keeper.may_change()
+    offered = []
+
+    def answer():
+        box = QApplication.activeModalWidget()
+        offered.extend(b.text().replace("&", "") for b in box.buttons())
+        box.button(QMessageBox.StandardButton.Cancel).click()
+
+    QTimer.singleShot(0, answer)
+    first.close()
+    assert first.isVisible()
+    assert sorted(offered) == ["Cancel", "Close without saving", "Save elsewhere…"]
+    first.files.leave(lambda: None)
+    assert [b.text() for b in first.bar.buttons()] == ["Save elsewhere…", "Leave without saving"]
 
 
 @pytest.mark.thorough

@@ -15,14 +15,15 @@ from PySide6.QtWidgets import QApplication
 from inspector.session.document import Document
 from inspector.session.open_clip import Show
 from inspector.viewport import opengl
-from inspector.viewport.bodies import build_soup, find_bones, place
-from inspector.viewport.bone_colours import Role
+from inspector.viewport.bodies import BAND, SKIN, build_soup, find_bones, place
+from inspector.viewport.bone_colours import Role, palette
 from inspector.viewport.camera import VIEWS, OrbitCamera
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK, LIGHT, Colours
 from tests.gui.pictures import (
     FRAME,
+    INJECTED,
     WALK,
     changed,
     insert_twist,
@@ -33,6 +34,7 @@ from tests.gui.pictures import (
 )
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
+from twistcore.review import Decision
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.figure import figure_size, guess_up
 from twistcore.skeleton.motion import forward_kinematics
@@ -77,6 +79,43 @@ def test_a_twist_of_90_degrees_changes_the_limb_and_moves_no_joint(
     # Only the limb changes: the rest of the figure and the ground are drawn as before. (Its own
     # shadow may.)
     assert (change & ~limb).sum() <= 0.002 * limb.size
+
+
+def test_what_nobody_decided_is_suggested_until_it_is_selected_or_accepted(
+    qtbot, open_document, show_view
+):
+    document = open_document(INJECTED)
+    view = show_view(document)
+    judged = document.intervals[0]
+    document.go_to(judged.interval.seen_at)
+    bone = document.find_chain(judged.interval.chain).parent
+    mine = np.array([b.parent == bone for b in view.scene.bones])
+
+    def shown(show=Show.AFTER):
+        (role,) = set(view.drawing.pose(view.scene, show).roles[mine].tolist())
+        return Role(role), "suggested" in view.drawing.legend(view.scene, DARK)
+
+    document.set_show(Show.AFTER)
+    assert shown() == (Role.SUGGESTED, True)
+    assert shown(Show.BEFORE)[0] == Role.BEFORE
+    document.select_interval(judged.id)  # a preview
+    assert shown() == (Role.AFTER, False)
+    document.select_interval(None)
+    document.decide(Decision.ACCEPTED, [judged.id])  # goes to the next one
+    document.select_interval(None)
+    document.go_to(judged.interval.seen_at)
+    assert shown() == (Role.AFTER, False)
+    document.set_show(Show.BEFORE)
+    document.undo()
+    assert not shown()[1], "there is nothing suggested in the picture of before"
+
+
+def test_the_suggested_form_is_grey_with_stripes_of_after():
+    for theme in (DARK, LIGHT):
+        colours = palette(theme)
+        form = colours[Role.SUGGESTED]
+        np.testing.assert_array_equal(form[BAND], colours[Role.AFTER, BAND])
+        np.testing.assert_array_equal(form[SKIN], colours[Role.PLAIN, SKIN])
 
 
 def test_before_and_after_differ_in_colour_and_form(qtbot, document, show_view):

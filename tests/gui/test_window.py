@@ -358,11 +358,14 @@ def test_the_history_goes_back_and_forth(qtbot, opened):
     act(opened, "next_interval")
     act(opened, "accept")
     act(opened, "reject")
+    first, second = (j.interval for j in opened.document.intervals[:2])
     assert [history.list.item(k).text() for k in range(3)] == [
         "As opened",
-        "Accept interval",
-        "Reject interval",
+        f"Accept interval · Left ForeArm {first.start}–{first.stop}",
+        f"Reject interval · Left ForeArm {second.start}–{second.stop}",
     ]
+    opened.document.set_first_frame(1)
+    assert history.list.item(1).text().endswith(f" {first.start + 1}–{first.stop + 1}")
     history.list.itemClicked.emit(history.list.item(0))
     assert set(decisions(opened)) == {Decision.UNDECIDED}
     history.list.itemClicked.emit(history.list.item(2))

@@ -36,6 +36,11 @@ class Command(ABC):
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""
 
+    @property
+    def interval_ids(self) -> tuple[int, ...]:
+        """The ids of the intervals that the command names; empty if it names none."""
+        return ()
+
     def continues(self, earlier: Command) -> bool:
         """True if this is the next step of the same drag, to be undone together with it."""
         del earlier
@@ -64,6 +69,11 @@ class Decide(Command):
             Decision.UNDECIDED: ("Reset interval", f"Reset {n} intervals"),
         }[self.decision]
         return one if n == 1 else many
+
+    @property
+    def interval_ids(self) -> tuple[int, ...]:
+        """The ids of the intervals."""
+        return self.ids
 
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""
@@ -139,6 +149,11 @@ class Edit(Command):
         """Text in the undo menu."""
         return f"Edit interval {self.id}"
 
+    @property
+    def interval_ids(self) -> tuple[int, ...]:
+        """The id of the interval."""
+        return (self.id,)
+
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""
         old = state.find(self.id)
@@ -174,6 +189,11 @@ class Annotate(Command):
         """Text in the undo menu."""
         return f"Note on interval {self.id}"
 
+    @property
+    def interval_ids(self) -> tuple[int, ...]:
+        """The id of the interval."""
+        return (self.id,)
+
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""
         return _replace(state, (self.id,), note=self.note, reason=self.reason)
@@ -203,6 +223,11 @@ class Remove(Command):
     def text(self) -> str:
         """Text in the undo menu."""
         return f"Remove interval {self.id}"
+
+    @property
+    def interval_ids(self) -> tuple[int, ...]:
+        """The id of the interval."""
+        return (self.id,)
 
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.detection import Interval
-from twistcore.review.commands import Command, Decide, Sign
-from twistcore.review.model import Decision, ReviewState, start_review
+from twistcore.review.commands import Command, Decide, Insert, Sign
+from twistcore.review.model import Decision, Judged, ReviewState, start_review
 from twistcore.review.reasons import with_reasons
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
@@ -145,6 +145,13 @@ class Review:
         return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))
 
     @property
+    def changed_intervals(self) -> tuple[Judged | None, ...]:
+        """For each step of :attr:`history`, the only interval that it changes, as it is after the
+        step, or before it if the step removes it; None if the step changes several or none.
+        """
+        return tuple(_changed_interval(s) for s in (*self._done, *reversed(self._undone)))
+
+    @property
     def position(self) -> int:
         """Number of steps that are done and not undone."""
         return len(self._done)
@@ -175,6 +182,15 @@ class Review:
     def mark_unsaved(self) -> None:
         """Mark every state as unsaved, since the review was recovered from a journal."""
         self._saved = None
+
+
+def _changed_interval(step: _Step) -> Judged | None:
+    new = isinstance(step.command, Insert)
+    ids = (step.before.next_id,) if new else step.command.interval_ids
+    if len(ids) != 1:
+        return None
+    both = (*step.after.intervals, *step.before.intervals)
+    return next((judged for judged in both if judged.id == ids[0]), None)
 
 
 def _state_of(found: Detection | ClipAnalysis | ReviewState) -> ReviewState:

@@ -1,0 +1,72 @@
+"""The sample: opens the user's own copy at its worst interval and describes the error there."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import platformdirs
+from PySide6.QtGui import QKeySequence
+
+from inspector.bundled import SAMPLE
+from inspector.language import tr
+from inspector.panels.limb_words import part_of_body
+from inspector.widgets.signed_numbers import plain
+from inspector.window.parts import Parts
+from twistcore.detection import Kind
+from twistcore.files.atomic import write_atomically
+from twistcore.files.ordinary import is_file, is_there, own_folder, read_file
+from twistcore.review import Judged
+
+_FOLDER = "Twist Inspector"  # in the user's documents
+_VERDICTS = ("accept", "reject")  # ids of actions
+_MOST = 100  # names to try
+
+
+def open_sample(parts: Parts) -> None:
+    """Open the user's copy of the sample at its worst interval, with the skin side by side."""
+    parts.files.open_then(own_copy(SAMPLE), partial(_begin, parts))
+
+
+def own_copy(bundled: Path) -> Path:
+    """Return the copy of a bundled clip in the user's documents; the first call makes it.
+
+    A file with other content keeps its name, and the copy gets the next free one. If the documents
+    cannot be written, the bundled clip itself is returned.
+    """
+    folder = own_folder(platformdirs.user_documents_path) / _FOLDER
+    try:
+        content = read_file(bundled)
+        for number in range(1, _MOST):
+            ending = f"-{number}" if number > 1 else ""
+            copy = folder / f"{bundled.stem}{ending}{bundled.suffix}"
+            if is_file(copy) and read_file(copy) == content:
+                return copy
+            if not is_there(copy):
+                folder.mkdir(parents=True, exist_ok=True)
+                write_atomically(copy, content)
+                return copy
+    except OSError:
+        pass
+    return bundled
+
+
+def _begin(parts: Parts) -> None:
+    for look in ("skin", "side_by_side"):
+        parts.actions_by_id[look].setChecked(True)
+    worst = parts.review_actions.go_to_worst()
+    if worst is not None and worst.interval.kind == Kind.COUNTER_TWIST:
+        parts.bar.offer(_sentence(parts, worst), ())
+
+
+def _sentence(parts: Parts, worst: Judged) -> str:
+    native = QKeySequence.SequenceFormat.NativeText
+    accept, reject = (parts.actions_by_id[name].shortcut().toString(native) for name in _VERDICTS)
+    return tr(
+        "{part} is wrung by {angle}°. {accept} accepts, {reject} rejects.",
+        part=part_of_body(parts.document.find_chain(worst.interval.chain)),
+        angle=plain(abs(np.degrees(worst.interval.shown)), 0),
+        accept=accept,
+        reject=reject,
+    )
