@@ -302,7 +302,9 @@ def steady_picture(window: MainWindow) -> QImage:
 
 
 def save(window: MainWindow, name: str, *, small: bool = False) -> None:
-    """Save a picture of the window once it is steady; small: crop the part below the 3D view."""
+    """Save a picture of the window once it is steady. If `small` is True, crop the part below the
+    3D view.
+    """
     wait(_SETTLE_MS)
     picture = steady_picture(window)
     if small:

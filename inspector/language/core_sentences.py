@@ -46,7 +46,7 @@ def of_core(said: object) -> str:
     """Return a sentence of twistcore in the chosen language, or unchanged
     if no template matches it.
 
-    said: a text or an error. A sentence of several parts is translated part by part. Control
+    `said` is a text or an error. A sentence of several parts is translated part by part. Control
     characters are made visible.
     """
     language, sentence = chosen_language(), legible(said, lines=True)

@@ -49,8 +49,14 @@ def make_exercise(
 ) -> tuple[Analysed, tuple[InjectedError, ...]]:
     """Return a copy of a clip with hidden errors, ready for review, and the errors. Thread-safe.
 
-    folder: the folder for the copy; seed: the seed of the random errors; kind: the kind of
-    exercise.
+    Parameters
+    ----------
+    folder
+        The folder for the copy.
+    seed
+        The seed of the random errors.
+    kind
+        The kind of exercise.
     """
     source = read_bvh(clip)
     dirty, errors, listed = hidden(source, seed, kind.lower())
@@ -300,7 +306,7 @@ class Exercise(QObject):
 
 
 def score_text(result: ExerciseScore, first_frame: int) -> str:
-    """Return the score as Markdown; first_frame: the number of the clip's first frame."""
+    """Return the score as Markdown. `first_frame` is the number of the clip's first frame."""
     lines = [
         tr(
             "**Hits {hits}** · **misses {misses}** · **false verdicts {wrong}**",

@@ -53,8 +53,8 @@ class Aside:
     def show(self, data: Analysed, why: str, *, signed: bool = False) -> None:
         """Open a borrowed clip; the first one puts the person's own clip aside.
 
-        why: a sentence that says why its review is not saved; signed: True if decisions carry the
-        reviewer's name nevertheless.
+        `why` is a sentence that says why the clip's review is not saved. `signed` is True if
+        decisions carry the reviewer's name nevertheless.
         """
         document = self._document
         document.leaving.emit()

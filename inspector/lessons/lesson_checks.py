@@ -25,7 +25,12 @@ _TWIST = np.radians(75.0)
 class Visit:
     """A visit to a page: where it starts, and which singularities were nudged during the visit.
 
-    frame: the frame at the start; chain: the chain that the page is about, or '' for any chain.
+    Attributes
+    ----------
+    frame
+        The frame at the start.
+    chain
+        The chain that the page is about, or '' for any chain.
     """
 
     program: GuidedProgram

@@ -27,9 +27,18 @@ _PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")
 class LessonPage:
     """A page of a lesson.
 
-    body: the text, as Markdown with TeX between $…$; task: the task, or ''; done: the conditions
-    under which the task is done; at: the line number of its heading, from 1; lines: the line
-    numbers of its settings, by key.
+    Attributes
+    ----------
+    body
+        The text, as Markdown with TeX between $…$.
+    task
+        The task, or ''.
+    done
+        The conditions under which the task is done.
+    at
+        The line number of its heading, from 1.
+    lines
+        The line numbers of its settings, by key.
     """
 
     title: str
@@ -112,7 +121,7 @@ def _headings(lines: list[str], first: int) -> list[int]:
 
 
 def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPlace) -> LessonPage:
-    """Read a page, from its heading to the next one; before: the previous page, if any."""
+    """Read a page, from its heading to the next one. `before` is the previous page, if any."""
     opened = [k for k in range(start, stop) if lines[k].strip() == FENCE]
     if len(opened) > 1:
         raise _error(
@@ -169,7 +178,7 @@ def _pairs(
 ) -> dict[str, tuple[int, str]]:
     """Return lines of the form 'key: value' as key → (line number, value).
 
-    Line numbers count from 1; known: the allowed keys.
+    Line numbers count from 1. `known` are the allowed keys.
     """
     out: dict[str, tuple[int, str]] = {}
     for k in range(start, stop):

@@ -25,7 +25,7 @@ LOOKS = ("before", "after", "both")
 class Camera:
     """The direction from which the limb is seen, in radians; azimuth 0 is in front of the figure.
 
-    zoom: the size of the limb, 1 for the size at which the program shows it by default.
+    `zoom` is the size of the limb, 1 for the size at which the program shows it by default.
     """
 
     azimuth: float
@@ -228,6 +228,6 @@ def _alterations(place: LessonPlace) -> list[str]:
 def _short(number: float, digits: int) -> str:
     """Return a number as text without trailing zeros and without −0.
 
-    digits: the number of decimals.
+    `digits` is the number of decimals.
     """
     return f"{round(float(number), digits) + 0.0:.{digits}f}".rstrip("0").rstrip(".")

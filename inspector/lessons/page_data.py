@@ -39,7 +39,7 @@ class Window:
 def packed(values: Any, kind: str) -> dict[str, str]:
     """Return an array as little-endian numbers in base64.
 
-    kind: the type of the numbers, a key of _KINDS.
+    `kind` is the type of the numbers, a key of _KINDS.
     """
     data = np.ascontiguousarray(values, dtype=_KINDS[kind]).tobytes()
     return {"kind": kind, "data": base64.b64encode(data).decode("ascii")}

@@ -15,7 +15,8 @@ _OF_CHAINS = ("swing", "counter")  # measured for chains only
 
 
 def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | None:
-    """Return the chain or limb that a page names, or None if it names none; data: the page's clip.
+    """Return the chain or limb that a page names, or None if it names none. `data` is the page's
+    clip.
 
     Raises FormatError if the clip lacks the chain, the frame, or something that the task needs:
     enough frames, an interval of the required kind, or the angles of a chain.

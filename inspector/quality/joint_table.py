@@ -17,9 +17,10 @@ from inspector.widgets.theme import Colours
 
 @dataclass(frozen=True)
 class _Joint:
-    """A row of the table; values: the measures, None where there is no number.
+    """A row of the table. `values` are the measures, None where there is no number.
 
-    number: the index of the joint, or the number of joints for the row of the figure's position.
+    `number` is the index of the joint, or the number of joints for the row of the figure's
+    position.
     """
 
     number: int

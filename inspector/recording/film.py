@@ -33,8 +33,8 @@ class FilmWriter:
     """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
-        """Start writing. path: ends with one of SUFFIXES; size: of a frame,
-        in even numbers of pixels.
+        """Start writing. `path` ends with one of SUFFIXES. `size` is the size of a frame in pixels;
+        both numbers are even.
 
         Raises OSError if the path is a FIFO or a device, which cannot hold a film.
         """

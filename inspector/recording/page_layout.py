@@ -17,9 +17,9 @@ def boxes(
 ) -> dict[str, QRectF]:
     """Return the rectangles of 'view', 'curves' and 'equations'.
 
-    wanted: the natural size of the equations, which are never made larger and keep their
-    proportions; curves: the height of the curves below a figure, or 0 for the default share of the
-    page.
+    `wanted` is the natural size of the equations, which are never made larger and keep their
+    proportions. `curves` is the height of the curves below a figure, or 0 for the default share of
+    the page.
     """
     wide, high = page.width(), page.height()
     beside = contents.view and contents.equations and wide >= WIDE

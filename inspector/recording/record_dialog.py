@@ -46,8 +46,8 @@ class RecordDialog(WriteDialog):
     ) -> None:
         """Build the form.
 
-        seen: the range of frames visible in the plots; teaching: True if the teaching tab is in
-        front.
+        `seen` is the range of frames visible in the plots. `teaching` is True if the teaching tab
+        is in front.
         """
         assert document.data is not None
         proposed = document.proposed(f"_{document.chain or 'clip'}.mp4")

@@ -34,7 +34,9 @@ _MOVE = QPainterPath.ElementType.MoveToElement
 
 
 def svg_of(sheet: Sheet, title: str, width_mm: float, height_mm: float) -> bytes:
-    """Return a sheet as the contents of an SVG file. width_mm, height_mm: its size on paper."""
+    """Return a sheet as the contents of an SVG file. `width_mm` and `height_mm` are the size of the
+    sheet on paper.
+    """
     clips: dict[str, str] = {}
     body = [_element(item, clips) for item in sheet.items]
     cuts = [f'<clipPath id="{name}"><path d="{d}"/></clipPath>' for d, name in clips.items()]

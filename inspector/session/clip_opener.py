@@ -45,12 +45,12 @@ class ClipOpener(QObject):
         return self._task.running
 
     def open(self, path: Path, profile: Profile | None = None) -> None:
-        """Open a clip; profile: the τ to use if the clip has no session."""
+        """Open a clip. `profile` is the τ to use if the clip has no session."""
         what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse_file(path, profile, tell), self.analysed.emit)
 
     def open_session(self, path: Path, clip: Path | None = None) -> None:
-        """Open a session and its clip; clip: the new path if the clip was moved."""
+        """Open a session and its clip. `clip` is the new path if the clip was moved."""
         what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse_session(path, clip, tell), self.analysed.emit)
 
@@ -67,7 +67,7 @@ class ClipOpener(QObject):
     ) -> None:
         """Run `work` for the open clip in the background, then call `then` with its result.
 
-        what: a description of the work for the progress bar.
+        `what` is a description of the work for the progress bar.
         """
         self._start(what, work, then)
 

@@ -32,9 +32,16 @@ class Show(StrEnum):
 class Borrowed:
     """Facts about a clip that a lesson or an exercise has opened in a temporary folder.
 
-    write_to: the folder for files made from the clip; why: a sentence that says why its review is
-    not saved; signed: True if decisions carry the reviewer's name nevertheless, as in a class
-    exercise; over: True if the lesson has ended and the clip stays open only to be looked at.
+    Attributes
+    ----------
+    write_to
+        The folder for files made from the clip.
+    why
+        A sentence that says why its review is not saved.
+    signed
+        True if decisions carry the reviewer's name nevertheless, as in a class exercise.
+    over
+        True if the lesson has ended and the clip stays open only to be looked at.
     """
 
     write_to: Path
@@ -155,7 +162,7 @@ class OpenClip(QObject):
     def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
         """Return the global rotations (joints, 4) and positions (joints, 3) of a frame.
 
-        after: take them from the corrected clip.
+        If `after` is True, the pose is taken from the corrected clip.
         """
         assert self.data is not None
         if after:
@@ -182,7 +189,7 @@ class OpenClip(QObject):
             self.select_interval(None)
 
     def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
-        """Select an interval and its chain; jump: also move the playhead to it.
+        """Select an interval and its chain. If `jump` is True, also move the playhead to it.
 
         An id that no longer exists is ignored.
         """
@@ -203,8 +210,9 @@ class OpenClip(QObject):
     ) -> bool:
         """Select the next (+1) or previous (−1) interval, wrapping around at the end.
 
-        If none is selected, start from the playhead. undecided: skip decided intervals; order:
-        interval ids in the order of the list. Returns False if there is no other interval.
+        If none is selected, start from the playhead. If `undecided` is True, skip decided
+        intervals. `order` lists interval ids in the order of the list. Returns False if there is no
+        other interval.
         """
         if self.data is None:
             return False

@@ -49,11 +49,19 @@ class Stamp:
 class Analysed:
     """A clip as it was opened: its analysis and its initial review.
 
-    session, session_sha256: the file that the review was read from, and its SHA-256; earlier: a
-    review of another version of this clip; added: the number of intervals whose kinds did not exist
-    when the session was saved, None if all kinds existed; stamp: the stamp of the clip's file
-    before it was read, None for a clip in memory; blind: True in an exercise, where the detector is
-    switched off.
+    Attributes
+    ----------
+    session, session_sha256
+        The file that the review was read from, and its SHA-256.
+    earlier
+        A review of another version of this clip.
+    added
+        The number of intervals whose kinds did not exist when the session was saved, None if all
+        kinds existed.
+    stamp
+        The stamp of the clip's file before it was read, None for a clip in memory.
+    blind
+        True in an exercise, where the detector is switched off.
     """
 
     clip: Clip
@@ -142,8 +150,9 @@ _READ, _DETECTED = 0.1, 0.9
 def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
     """Read and analyse a clip together with its latest session; raises TwistError. Thread-safe.
 
-    profile: the τ to use if the clip has no session; a session has its own τ and chains. Without a
-    session, the chains come from the rig. tell: a function that is called with the progress.
+    Without a session, the chains come from the rig. `profile` is the τ to use if the clip has no
+    session. A session has its own τ and chains. `tell` is a function that is called with the
+    progress.
     """
     sessions = kept_sessions(path)
     if not sessions:
@@ -170,7 +179,7 @@ def _read(
 ) -> Analysed:
     """Read a clip and start a new review.
 
-    session: a session whose chains are used if they fit the clip.
+    `session` is a session whose chains are used if they fit the clip.
     """
     stamp = stamp_of(path)
     clip = read_clip(path, tell=part(tell, 0.0, _READ))
@@ -201,7 +210,7 @@ def _belongs(session: Session, clip: Clip) -> bool:
 def analyse_clip(
     clip: Clip, profile: Profile | None = None, tell: Tell = nobody, rig: Rig = AS_FOUND
 ) -> Analysed:
-    """Analyse a clip in memory; tell: a function that is called with the progress."""
+    """Analyse a clip in memory. `tell` is called with the progress."""
     found, missing = _searched(clip, profile, tell, rig)
     return replace(found, notes=(another_used(found.analysis, missing),)) if missing else found
 
@@ -236,8 +245,8 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
 
     Without `clip_path`, the clip is looked for at its old path and next to the session. A clip that
     has changed gets a new review, with the session's review as `earlier`. The session of an export
-    is never overwritten; its review continues in the clip's own session. tell: a function that is
-    called with the progress.
+    is never overwritten; its review continues in the clip's own session. `tell` is called with the
+    progress.
     """
     session, sha256 = read_session_file(path)
     if clip_path is None:
@@ -351,8 +360,8 @@ def opening_notes(
 ) -> Iterator[tuple[str, bool]]:
     """Yield sentences about a clip that was just opened, each with True if something is wrong.
 
-    away: the folder of the clip's review, if that is not the clip's own folder; notes: problems
-    with the review.
+    `away` is the folder of the clip's review, if that is not the clip's own folder. `notes` are the
+    problems with the review.
     """
     if data.session is not None:
         message = tr("Your review in {session} continues.", session=data.session.name)
@@ -409,7 +418,8 @@ def stamp_of(path: Path) -> Stamp | None:
 def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
     """Return a sentence if the clip has changed on disk since it was read, or ''.
 
-    then, now: the stamps at that time and now. The bytes are compared only if the stamps differ.
+    `then` and `now` are the stamps at that time and now. The bytes are compared only if the stamps
+    differ.
     """
     if now == then:
         return ""

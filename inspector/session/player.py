@@ -54,7 +54,7 @@ class Player(QObject):
     def play_edge(self, *, other: bool = False) -> bool:
         """Play once across the interval's edge that is nearest to the playhead, and stop on it.
 
-        other: use the other edge. Returns False if no interval is selected.
+        If `other` is True, play the other edge. Returns False if no interval is selected.
         """
         document = self._document
         if (judged := document.interval) is None or document.data is None:

@@ -38,8 +38,8 @@ class Recovery(QObject):
     ) -> None:
         """Set up the questions without a clip.
 
-        `do`: a function that applies a command; use: a function that opens a review; when_ready: a
-        function that waits until the chains of a review are analysed.
+        `do`: a function that applies a command. `use` opens a review, and `when_ready` waits until
+        the chains of a review are analysed.
         """
         super().__init__(parent)
         self._keeper, self._do, self._use, self._when_ready = keeper, do, use, when_ready
@@ -61,7 +61,7 @@ class Recovery(QObject):
             self._ask_next()
 
     def end(self, data: Analysed) -> None:
-        """Withdraw all questions about the previous clip; data: the next clip."""
+        """Withdraw all questions about the previous clip. `data` is the next clip."""
         self._data = data
         self._look.cancel()
         self._asks_about_disk = False

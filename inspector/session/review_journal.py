@@ -27,7 +27,7 @@ _RETRY_MS = 5000  # time until a failed write is tried again
 class KeptReview:
     """A review with its clip and its session file.
 
-    known: the SHA-256 of session files when this program last read or wrote them.
+    `known` is the SHA-256 of session files when this program last read or wrote them.
     """
 
     clip: Clip
@@ -96,7 +96,7 @@ class ReviewJournal(QObject):
     def go_on(self, path: Path | None, steps: int) -> None:
         """Continue a review that was put aside, in its old journal if that is complete.
 
-        steps: the number of steps of the review when it was put aside.
+        `steps` is the number of steps of the review when it was put aside.
         """
         kept = self._open
         self._detached = True

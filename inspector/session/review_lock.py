@@ -27,7 +27,7 @@ _NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link would lead to somebody else's 
 class Holder:
     """The holder of a lock: process id, program and computer from the file; 0 or '' if unknown.
 
-    since: the local time at which the lock was taken.
+    `since` is the local time at which the lock was taken.
     """
 
     process: int

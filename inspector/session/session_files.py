@@ -176,8 +176,8 @@ def set_aside(path: Path, why: str) -> str:
 def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
     """Write a session; if another review is at that path, rename it and return a sentence about it.
 
-    known: the SHA-256 of session files when this program last read or wrote them; it is updated.
-    Raises OSError, in which case nothing is changed.
+    `known` is the SHA-256 of session files when this program last read or wrote them; this function
+    updates it. Raises OSError, in which case nothing is changed.
     """
     message = ""
     if is_there(path):

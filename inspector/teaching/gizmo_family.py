@@ -79,7 +79,7 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
 def _around(start: Array, axis: Array, angles: Array) -> Array:
     """Return unit vectors (n, m, 3): each `start` (n, 3) turned about an axis perpendicular to it.
 
-    angles: radians, (n or 1, m).
+    `angles` are in radians, shape (n or 1, m).
     """
     across = np.cross(axis, start)
     angles = np.atleast_2d(angles)[..., None]

@@ -62,7 +62,7 @@ class Handles:
 def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Handles:
     """Return the handles of a gizmo drawn by `gizmo_shapes.sketch`.
 
-    unit: the bone length that sets the gizmo's size.
+    `unit` is the bone length that sets the gizmo's size.
     """
     axis = rotate(q_parent, d.a)
     return Handles(
@@ -128,7 +128,7 @@ class TwistDrag:
     def turn(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
         """Return the angle turned since the drag began, in radians.
 
-        at: the pixel of the mouse, (2,).
+        `at` is the pixel of the mouse, shape (2,).
         """
         now = self._angle(held, camera, size, at)
         if now is not None:

@@ -257,8 +257,16 @@ class Knobs(QWidget):
     ) -> None:
         """Show the knobs of w and of the dial, the edge of the dial, and words near the mouse.
 
-        spots: the pixels of both knobs, (2, 2); ring: the pixels of the edge, (n, 2); under: the
-        handle under the mouse; at: the position of the mouse.
+        Parameters
+        ----------
+        spots
+            The pixels of both knobs, shape (2, 2).
+        ring
+            The pixels of the edge, shape (n, 2).
+        under
+            The handle under the mouse.
+        at
+            The position of the mouse.
         """
         view = self.parentWidget()
         assert view is not None

@@ -33,7 +33,7 @@ _Key = tuple[object, ...]
 class _Measured:
     """The results for a clip with one set of verdicts: curves by detector and chain.
 
-    through: the detectors whose measurement is complete.
+    `through` are the detectors whose measurement is complete.
     """
 
     curves: dict[str, dict[str, TauCurve]] = field(default_factory=dict)

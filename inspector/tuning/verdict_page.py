@@ -65,7 +65,7 @@ class ScopeModel(RowModel[ScopeLine]):
     ) -> None:
         """Show groups of verdicts at the current τ.
 
-        tau: the current τ in radians by chain; label: the names to display for chains.
+        `tau` is the current τ in radians by chain. `label` are the names to display for chains.
         """
         self.show([_line(s, tau, label) for s in scopes])
 

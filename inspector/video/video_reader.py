@@ -46,7 +46,8 @@ class VideoError(Exception):
 class Picture:
     """A picture that a video shows from `start` to `stop`, in seconds since its first frame.
 
-    pixels: uint8 values of red, green and blue, (height, width, 3), upright and with square pixels.
+    `pixels` are uint8 values of red, green and blue with shape (height, width, 3), upright and with
+    square pixels.
     """
 
     start: float
@@ -66,10 +67,19 @@ def can_play() -> bool:
 class VideoReader:
     """Reads the first video stream of a file; several threads may use one reader.
 
-    width, height: size of an upright picture with square pixels; fps: average frames per second;
-    duration: length in seconds according to the header, 0 if unknown; end: time at which the last
-    frame ends, in seconds since the first frame, infinite until it has been read; seeks: number of
-    jumps to another part of the file.
+    Parameters
+    ----------
+    width, height
+        Size of an upright picture with square pixels.
+    fps
+        Average frames per second.
+    duration
+        Length in seconds according to the header, 0 if unknown.
+    end
+        Time at which the last frame ends, in seconds since the first frame, infinite until it has
+        been read.
+    seeks
+        Number of jumps to another part of the file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -106,7 +116,7 @@ class VideoReader:
         """Return the picture at a time, at most `width` × `height` pixels,
         or None outside the video.
 
-        seconds: time since the video's first frame. Raises VideoError if reading fails.
+        `seconds` is the time since the video's first frame. Raises VideoError if reading fails.
         """
         import av
 

@@ -39,7 +39,10 @@ def icon(name: str, theme: Theme) -> QIcon:
 
 
 def _drawn(renderer: QSvgRenderer, side: int, scale: float) -> QPixmap:
-    """Return a square picture. side: its size in pixels at a screen scale of 1."""
+    """Return a square picture.
+
+    `side` is the size of the picture in pixels at a screen scale of 1.
+    """
     picture = QPixmap(round(side * scale), round(side * scale))
     picture.setDevicePixelRatio(scale)
     picture.fill(Qt.GlobalColor.transparent)

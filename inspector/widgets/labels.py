@@ -98,7 +98,7 @@ def capitalised(text: str) -> str:
 
 
 def inked(text: str, colour: str) -> str:
-    """Return rich text in a colour. colour: '#rrggbb'."""
+    """Return rich text in a colour. `colour` is given as '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
 
 

@@ -46,9 +46,7 @@ class ReviewKeys(QObject):
     """Watches the input fields of a window; call `watch` for widgets that are built later."""
 
     def __init__(self, window: QWidget, home: Callable[[], QWidget]) -> None:
-        """Start watching. home: function that returns the widget with the
-        focus while nothing is typed.
-        """
+        """Start watching. `home` returns the widget with the focus while nothing is typed."""
         super().__init__(window)
         self._window, self._home = window, home
         self._before = ""  # the text of the focused widget when it got the focus

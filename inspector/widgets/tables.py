@@ -51,11 +51,22 @@ _FEW = 64  # at most so many rows are added or removed one by one; more reset th
 class TableRow:
     """A row as shown in the table.
 
-    texts: the text of each column; sort: a sortable value for each column, or () to sort by the
-    texts; colours: '#rrggbb' by column; tips: one tool tip for all columns, or one per column;
-    tick: state of the check box in the first column, or None for no box; beside: secondary text
-    after the text of the first column, drawn by a BesideDelegate; spoken: texts for screen readers
-    by column, for symbols, bars and empty cells.
+    Attributes
+    ----------
+    texts
+        The text of each column.
+    sort
+        A sortable value for each column, or () to sort by the texts.
+    colours
+        '#rrggbb' by column.
+    tips
+        One tool tip for all columns, or one per column.
+    tick
+        State of the check box in the first column, or None for no box.
+    beside
+        Secondary text after the text of the first column, drawn by a BesideDelegate.
+    spoken
+        Texts for screen readers by column, for symbols, bars and empty cells.
     """
 
     texts: tuple[str, ...]
@@ -242,13 +253,13 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 class RowTable(QTableView):
     """A table with headings and without a grid.
 
-    room: height of a row in pixels, in addition to a line of text.
+    `room` is the height of a row in pixels, in addition to a line of text.
     """
 
     resized = Signal()
 
     def __init__(self, model: QAbstractItemModel, *, several: bool = False, room: int = 8) -> None:
-        """Build the table. several: True if several rows can be selected."""
+        """Build the table. `several` is True if several rows can be selected."""
         super().__init__(showGrid=False, wordWrap=False)
         mode = QAbstractItemView.SelectionMode
         self.setHorizontalHeader(_Heading(Qt.Orientation.Horizontal, self))
@@ -313,7 +324,7 @@ class _Heading(QHeaderView):
 class RowDelegate(QStyledItemDelegate):
     """Draws cells from the model's row descriptions, with one call to the model per cell.
 
-    Qt would call the model seven times. proxy: the proxy model of the table, or None.
+    Qt would call the model seven times. `proxy` is the table's proxy model, or None.
     """
 
     def __init__(

@@ -22,7 +22,7 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 class ChainActions:
     """Adds and removes chains, renames joints, and saves both for all clips with the same skeleton.
 
-    dock: the dock with the list of chains; its title shows how many chains were changed.
+    `dock` is the dock with the list of chains. Its title shows how many chains were changed.
     """
 
     document: Document

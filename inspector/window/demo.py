@@ -36,8 +36,8 @@ class Script(QObject):
     ) -> None:
         """Prepare a script.
 
-        path: a clip, a session or a folder, or None for the empty window; steps: function that
-        returns the steps in order, called once the clip is loaded.
+        `path` is a clip, a session or a folder, or None for the empty window. `steps` is a function
+        that returns the steps in order, called once the clip is loaded.
         """
         super().__init__(window)
         self.window = window

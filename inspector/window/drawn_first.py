@@ -15,7 +15,7 @@ from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QWindow
 class DrawnFirst(QObject):
     """Drops the keys of actions until the person can have seen what they decide about.
 
-    is_drawn: function that returns True if the selected interval was painted.
+    `is_drawn` returns True if the selected interval was painted.
     """
 
     def __init__(

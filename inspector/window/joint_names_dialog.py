@@ -242,8 +242,8 @@ class JointNamesDialog(QDialog):
     def _show(self, body: Body, said: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
         """Fill in the role of each joint, and the reason for it.
 
-        said: the roles that the user has chosen, by joint name; helpers: twist bones, by joint
-        index.
+        `said` are the roles that the user has chosen, by joint name. `helpers` are the twist bones,
+        by joint index.
         """
         by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
         for joint, taken in enumerate(body.taken_for):

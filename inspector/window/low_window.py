@@ -32,7 +32,7 @@ class LowWindow:
     def __init__(
         self, window: QMainWindow, docks: Mapping[str, QDockWidget], parts: Sequence[Compact]
     ) -> None:
-        """Prepare the layouts. parts: the widgets that have a layout for low windows."""
+        """Prepare the layouts. `parts` are the widgets that have a layout for low windows."""
         self._window, self._docks, self._parts = window, docks, parts
         self.low = False
         # After the change: during it a dock still has its old neighbours.

@@ -28,7 +28,7 @@ class Presentation:
         viewport: Viewport,
         timeline: Timeline,
     ) -> None:
-        """Prepare the presentation. docks: the docks by object name."""
+        """Prepare the presentation. `docks` are the docks by object name."""
         self._window, self._docks = window, docks
         self._viewport, self._timeline = viewport, timeline
         self._layout: QByteArray | None = None

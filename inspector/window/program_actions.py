@@ -29,7 +29,7 @@ _ICON = 64  # pixels
 class ProgramActions:
     """Theme, preferences, command palette and help.
 
-    ticks: check boxes for the features' settings in the preferences.
+    `ticks` are the check boxes for the features' settings in the preferences.
     """
 
     document: Document

@@ -25,7 +25,7 @@ _AUTOSAVE_MS = 60_000  # after the last step
 class Saving:
     """Saves decisions or leaves them in the journal, without a modal dialog during a review.
 
-    tell_saved: function that is called when the session is on disk.
+    `tell_saved` is called when the session is on disk.
     """
 
     window: HostWindow

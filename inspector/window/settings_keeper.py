@@ -26,9 +26,15 @@ class SettingsKeeper(QObject):
     ) -> None:
         """Start checking the settings.
 
-        path: the file to write, or None to write nothing; look: function that returns the geometry
-        and layout of the window, or None while they must not be saved; tell: function that shows a
-        message, called once if writing fails.
+        Parameters
+        ----------
+        path
+            The file to write, or None to write nothing.
+        look
+            Function that returns the geometry and layout of the window, or None while they must not
+            be saved.
+        tell
+            Function that shows a message, called once if writing fails.
         """
         super().__init__(parent)
         self._settings, self._path, self._look, self._tell = settings, path, look, tell

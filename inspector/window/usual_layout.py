@@ -32,7 +32,8 @@ class UsualLayout(QObject):
     ) -> None:
         """Prepare the layout.
 
-        docks: the docks by object name, in their initial places; compact: see :class:`LowWindow`.
+        `docks` are the docks by object name, in their initial places. For `compact`, see
+        :class:`LowWindow`.
         """
         super().__init__(window)
         self._window, self._docks = window, docks
@@ -83,7 +84,7 @@ class UsualLayout(QObject):
     def kept(self, geometry: str) -> tuple[str, str] | None:
         """Return geometry and layout for `restore`, or None while the window is not visible.
 
-        geometry: the geometry that the window had before it filled the screen.
+        `geometry` is the geometry that the window had before it filled the screen.
         """
         window = self._window
         if not window.isVisible() or window.isMinimized():

@@ -255,7 +255,7 @@ class ClipAnalysis:
     def by(self, method: str = DEFAULT_METHOD, tell: Tell | None = None) -> Analysis:
         """Return the analysis of the chains by a detector, computed on first use.
 
-        tell: callback for the progress. Raises TwistError for an unknown method.
+        `tell` is called with the progress. Raises TwistError for an unknown method.
         """
         tell, detector = tell or nobody, DETECTORS.named(method)
         if self._whole is not None:
@@ -289,7 +289,7 @@ class ClipAnalysis:
         return why if detector is not None and detector is DETECTORS.get(method) else ""
 
     def give_up(self, method: str, why: str) -> None:
-        """Stop using a detector on this clip; why: its error message."""
+        """Stop using a detector on this clip. `why` is the error message."""
         if self._whole is not None:
             self._whole.give_up(method, why)
         elif method != DEFAULT_METHOD:
@@ -428,7 +428,9 @@ class ClipAnalysis:
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def _search(self, method: str) -> KindSearch:
-        """Return the input for the finders of kinds; method: a detector, or '' for the raw clip."""
+        """Return the input for the finders of kinds. `method` is a detector, or '' for the raw
+        clip.
+        """
         whole, chosen = self._whole or self, self._of_limbs
         shared, chains = whole._shared, whole._of_limbs
         captured = KindSearch(
@@ -621,8 +623,8 @@ class ClipAnalysis:
         """Return an analysis of chains and limbs by name, limited to the given kinds.
 
         For a chain it combines :meth:`by` and :meth:`shown`; for a limb it uses :attr:`flips`.
-        Nothing is computed before it is needed. kinds: all if not given. Raises TwistError for an
-        unknown method.
+        Nothing is computed before it is needed. `kinds` are all kinds by default. Raises TwistError
+        for an unknown method.
         """
         DETECTORS.named(method)
         return _ByName(self, method, ALL_KINDS if kinds is None else frozenset(kinds))
@@ -687,8 +689,8 @@ class ClipAnalysis:
 class _ByName:
     """The detector for chains and the detector for limb flips, combined.
 
-    final: True to return the intervals of restless people as open ones; who is restless is known
-    only after all other kinds were searched.
+    Set `final` to True to return the intervals of restless people as open ones; who is restless is
+    known only after all other kinds were searched.
     """
 
     clip: ClipAnalysis
@@ -1127,7 +1129,7 @@ _COLUMNS = ("chain", "parent", "child", "start", "stop", "delta_deg", "confidenc
 def _row(
     interval: Interval, chain: Chain, names: Sequence[str], *, explain: bool
 ) -> dict[str, Any]:
-    """Return an interval as a row of `detect --json`; names: the joints' names."""
+    """Return an interval as a row of `detect --json`. `names` are the joints' names."""
     parent = names[chain.parent]
     values = (
         *(parent, parent, names[chain.child], interval.start, interval.stop),

@@ -72,7 +72,9 @@ def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
 
 
 def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, ...]:
-    """Return a body's limbs that no chain examines; chains: may include chains from a person."""
+    """Return a body's limbs that no chain examines. `chains` may include chains that a person
+    added.
+    """
     found = {(bone.parent, bone.child) for line in body.lines for bone in line.bones}
     covered = {
         (c.person, body.names[c.parent].side or body.names[c.child].side, _kind_of(body, c))

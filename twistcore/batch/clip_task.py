@@ -32,9 +32,18 @@ _RACY_NS = 2_000_000_000  # a file this recent may change again within the same 
 class ClipTask:
     """The task of processing one clip.
 
-    source: absolute path or URL; name: the clip's name in the manifest; size: bytes, 0 if unknown;
-    memory: bytes allowed beyond the needs of a clip of this size; data: the file's bytes for a
-    process that cannot see the file, or None.
+    Attributes
+    ----------
+    source
+        Absolute path or URL.
+    name
+        The clip's name in the manifest.
+    size
+        Bytes, 0 if unknown.
+    memory
+        Bytes allowed beyond the needs of a clip of this size.
+    data
+        The file's bytes for a process that cannot see the file, or None.
     """
 
     source: str
@@ -49,12 +58,23 @@ class ClipTask:
 class Outcome:
     """The outcome of processing a clip.
 
-    result: the document 'twistcore.batch_clip/1' without the clip's name, or None if it failed;
-    reason: one sentence that says why, or ''; again: True if another try may succeed; sha256,
-    bytes, signature: hash, size and signature of the file that was read (the signature is '' if a
-    change could go unnoticed); corrected: the bytes of the corrected clip, or None; companions:
-    files needed next to it, by name; unseen: True if the file cannot be seen from the machine that
-    carried the task out.
+    Attributes
+    ----------
+    result
+        The document 'twistcore.batch_clip/1' without the clip's name, or None if it failed.
+    reason
+        One sentence that says why, or ''.
+    again
+        True if another try may succeed.
+    sha256, bytes, signature
+        Hash, size and signature of the file that was read (the signature is '' if a change could go
+        unnoticed).
+    corrected
+        The bytes of the corrected clip, or None.
+    companions
+        Files needed next to it, by name.
+    unseen
+        True if the file cannot be seen from the machine that carried the task out.
     """
 
     result: dict[str, Any] | None = None

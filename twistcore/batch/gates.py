@@ -68,9 +68,18 @@ _CONFIDENCE = re.compile(rf"confidence\s*({_OP})\s*(\S+)")
 class Rule:
     """A parsed rule: a quantity, the intervals it applies to, and the limit.
 
-    text: the rule as given; total: True if it applies to the whole run instead of each clip; kinds:
-    the kinds of intervals that count, empty for all; confidence: pairs of operator and limit that
-    must all hold; limit: the limit of the quantity, for `affected` in per cent.
+    Parameters
+    ----------
+    text
+        The rule as given.
+    total
+        True if it applies to the whole run instead of each clip.
+    kinds
+        The kinds of intervals that count, empty for all.
+    confidence
+        Pairs of operator and limit that must all hold.
+    limit
+        The limit of the quantity, for `affected` in per cent.
     """
 
     text: str
@@ -99,7 +108,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Broken:
-    """A broken rule; clip: the name of the clip that breaks it, or '' for the whole run."""
+    """A broken rule. `clip` is the name of the clip that breaks it, or '' for the whole run."""
 
     rule: Rule
     clip: str

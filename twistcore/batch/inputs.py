@@ -24,9 +24,18 @@ from twistcore.work.frozen import dataclass
 class Source:
     """A clip to process.
 
-    path: absolute path or URL; name: unique path relative to its input, with '/'; size: bytes, 0 if
-    unknown; signature: see `clip_task.signature_of`, '' if unknown; settled: True if a later change
-    will show in the signature.
+    Parameters
+    ----------
+    path
+        Absolute path or URL.
+    name
+        Unique path relative to its input, with '/'.
+    size
+        Bytes, 0 if unknown.
+    signature
+        See `clip_task.signature_of`, '' if unknown.
+    settled
+        True if a later change will show in the signature.
     """
 
     path: str
@@ -40,7 +49,8 @@ class Source:
 class Inputs:
     """The clips in the order of the inputs, and a sentence for each input that has no clips.
 
-    exports: number of files left out because this program wrote them from clips in the same folder.
+    `exports` is the number of files left out because this program wrote them from clips in the same
+    folder.
     """
 
     sources: tuple[Source, ...]
@@ -55,8 +65,8 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
     folders and batch folders), a pattern with *, ? or [ ], in which ** matches folders with the
     same exceptions, '@FILE' for a list with one word per line, '@-' or '-' for a list on standard
     input, or a URL of a file or folder. Exports of other clips in a local folder or pattern are
-    left out: `exports_beside.exports_among`. without: a folder to leave out. Raises TwistError if a
-    word names something in that folder, a list cannot be read, or there is no clip at all.
+    left out: `exports_beside.exports_among`. `without` is a folder to leave out. Raises TwistError
+    if a word names something in that folder, a list cannot be read, or there is no clip at all.
     """
     found: dict[str, Source] = {}
     problems: list[str] = []
@@ -85,7 +95,7 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
     """Return the sources with the names they already have, by path, and new names for the others.
 
-    names: the existing names by path; no new name equals one of them.
+    `names` are the existing names by path. No new name equals one of them.
     """
     known: list[Source] = []
     new: list[Source] = []

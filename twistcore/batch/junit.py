@@ -28,9 +28,9 @@ def junit_xml(
     """Return the document in UTF-8.
 
     A clip is a failure if it breaks a rule, an error if it could not be processed or examined, and
-    skipped if it has not been processed yet. Its output lists limbs that were not examined. rules:
-    all requested rules; broken: from :func:`twistcore.batch.gates.broken`. Characters impossible in
-    XML are written as escapes.
+    skipped if it has not been processed yet. Its output lists limbs that were not examined. `rules`
+    are all requested rules. `broken` are the broken ones, from
+    :func:`twistcore.batch.gates.broken`. Characters impossible in XML are written as escapes.
     """
     by_clip: dict[str, list[Broken]] = defaultdict(list)
     for one in broken:

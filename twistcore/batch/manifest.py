@@ -36,12 +36,30 @@ _BUSY_S = 10.0  # waiting time while another process writes
 class ClipRecord:
     """A clip of a batch folder.
 
-    source: absolute path or URL; name: path relative to its input, with '/', unique; state: 'done',
-    'failed' or 'waiting'; reason: one sentence that says why it failed, or ''; sha256, bytes: hash
-    and size of the file; seconds, peak_bytes: time and memory used for processing; finished_at: ISO
-    8601, UTC, or ''; parameters, version: processing parameters and program version used; result:
-    the document 'twistcore.batch_clip/1', or None; corrected: path relative to the batch folder, or
-    ''; decisions: progress of a review, as given to :meth:`Manifest.note_decisions`, or {}.
+    Parameters
+    ----------
+    source
+        Absolute path or URL.
+    name
+        Path relative to its input, with '/', unique.
+    state
+        'done', 'failed' or 'waiting'.
+    reason
+        One sentence that says why it failed, or ''.
+    sha256, bytes
+        Hash and size of the file.
+    seconds, peak_bytes
+        Time and memory used for processing.
+    finished_at
+        ISO 8601, UTC, or ''.
+    parameters, version
+        Processing parameters and program version used.
+    result
+        The document 'twistcore.batch_clip/1', or None.
+    corrected
+        Path relative to the batch folder, or ''.
+    decisions
+        Progress of a review, as given to :meth:`Manifest.note_decisions`, or {}.
     """
 
     source: str
@@ -64,8 +82,12 @@ class ClipRecord:
 class ClipGlance:
     """Brief data about a clip for long lists: see ClipRecord and its result.
 
-    mark: mark of the parameters; signature: the file's signature when it was processed, '' if
-    unreliable.
+    Parameters
+    ----------
+    mark
+        Mark of the parameters.
+    signature
+        The file's signature when it was processed, '' if unreliable.
     """
 
     source: str
@@ -86,9 +108,16 @@ class ClipGlance:
 class ManifestRow:
     """A clip's row as a run reads and writes it: see ClipRecord.
 
-    again: True if a failed clip is worth another try; mark: mark of the parameters; signature: the
-    file's signature, '' if the file must be read to recognise it; corrected_sha256,
-    corrected_signature: hash and signature of the corrected file.
+    Parameters
+    ----------
+    again
+        True if a failed clip is worth another try.
+    mark
+        Mark of the parameters.
+    signature
+        The file's signature, '' if the file must be read to recognise it.
+    corrected_sha256, corrected_signature
+        Hash and signature of the corrected file.
     """
 
     source: str
@@ -260,8 +289,8 @@ class Manifest:
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
         """Store the progress of a clip's review, replacing the earlier one; {} removes it.
 
-        decisions: accepted, rejected, undecided (numbers), reviewers (names), session (path), at
-        (ISO 8601). Raises TwistError if the folder has no such clip.
+        `decisions` has the keys accepted, rejected, undecided (numbers), reviewers (names), session
+        (path) and at (ISO 8601). Raises TwistError if the folder has no such clip.
         """
         self.record(source)
         with self.transaction():

@@ -22,7 +22,8 @@ from twistcore.files.atomic import is_standard_output
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code; an error is one line, without a traceback.
 
-    argv: the arguments; None for those of this process, which then ends with the command.
+    `argv` are the arguments. By default, they are the arguments of this process, which then ends
+    with the command.
     """
     if argv is not None:
         return _main(argv)

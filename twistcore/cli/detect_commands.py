@@ -82,8 +82,14 @@ def _together(
 class _Info:
     """The contents of a clip, as `info` prints them.
 
-    partly: limbs that can be corrected only in flips that carried the end along; notes: sentences
-    for the text output; not_examined: sentence about a clip in which nothing can be examined.
+    Attributes
+    ----------
+    partly
+        Limbs that can be corrected only in flips that carried the end along.
+    notes
+        Sentences for the text output.
+    not_examined
+        Sentence about a clip in which nothing can be examined.
     """
 
     document: Document

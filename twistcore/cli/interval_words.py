@@ -68,7 +68,7 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
 def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
     """Return '5 of 7 intervals corrected (5 limb flips)', counting only correctable kinds.
 
-    applied: the corrected intervals; verb: 'corrected' or 'applied'.
+    `applied` are the corrected intervals. `verb` is 'corrected' or 'applied'.
     """
     every = tuple(every)
     repairable = sum(i.repairable for i in every)
@@ -78,7 +78,7 @@ def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: 
 def shown_only(intervals: Iterable[Interval], mark: str = "") -> str:
     """Return the counts of uncorrectable kinds, such as ', 6 lone jumps, 1 noise burst', or ''.
 
-    mark: a word to add after each kind.
+    `mark` is a word to add after each kind.
     """
     count = Counter(i.kind for i in intervals if not i.repairable)
     return "".join(f", {_counted(count[k], k)}{mark}" for k in _in_order(count))

@@ -28,7 +28,7 @@ class Voice:
     """How much is printed: quiet prints results and errors only, verbose adds steps and their
     times.
 
-    document: True if a JSON document replaces the remarks on standard output.
+    `document` is True if a JSON document replaces the remarks on standard output.
     """
 
     quiet: bool = False
@@ -66,7 +66,7 @@ def terminal_text(text: object) -> str:
 
 
 def say(text: str = "", *, head: bool = False) -> None:
-    """Print a line of the result on standard output; head: True for a heading."""
+    """Print a line of the result on standard output. `head` is True for a heading."""
     _line(text, sys.stdout, _BOLD if head else "")
 
 
@@ -142,7 +142,9 @@ def print_json(document: dict[str, Any]) -> None:
 
 
 def tell_problems(problems: Sequence[str], done: int) -> int:
-    """Print the problems and return the exit code; done: number of clips that were processed."""
+    """Print the problems and return the exit code. `done` is the number of clips that were
+    processed.
+    """
     for sentence in problems:
         problem(sentence)
     return int(bool(problems)) if done else 2
@@ -151,7 +153,7 @@ def tell_problems(problems: Sequence[str], done: int) -> int:
 def count_of(number: int, what: str, several: str = "") -> str:
     """Return a count with its noun, such as '1 clip' or '2 clips'.
 
-    several: the plural, if it is not formed by adding 's'.
+    `several` is the plural, if it is not formed with 's'.
     """
     return f"{number} {what if number == 1 else several or f'{what}s'}"
 

@@ -200,7 +200,7 @@ def _of_both(
 ) -> Iterator[_Line]:
     """Yield two lines for each chain and for all, at the suggested and at the automatic τ.
 
-    minutes: total duration of all clips, since their chains may differ.
+    `minutes` is the total duration of all clips, since their chains may differ.
     """
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))

@@ -42,7 +42,7 @@ def burst_intervals(
 ) -> dict[str, tuple[Interval, ...]]:
     """Return the bursts of noise in the chains' joints, by chain name and start.
 
-    chosen: the chains to list. A burst that affects a chosen chain is always listed: with the
+    `chosen` are the chains to list. A burst that affects a chosen chain is always listed: with the
     joint's own chain if that is chosen, or with the first chosen chain that it affects. Bursts of a
     chain that overlap, or nearly do, are merged into one interval, which is named after the
     noisiest joint. `residual` is σ of the noise about each axis in that joint; the offset is 0,
@@ -72,7 +72,7 @@ def frozen_intervals(
 ) -> dict[str, tuple[Interval, ...]]:
     """Return the frames in which a limb does not move, by name of the limb's first chosen chain.
 
-    chains: all chains of the limbs; chosen: the chains to list, all if not given.
+    `chains` are all chains of the limbs. `chosen` are the chains to list, all if not given.
     """
     chosen = chains if chosen is None else chosen
     first: dict[str, Chain] = {}

@@ -39,9 +39,14 @@ _OUTSTANDING = 4.0  # times the usual turn beyond the pace: the least turn that 
 class CarriedRolls:
     """The carried rolls of chains before a threshold is chosen.
 
-    known: the analyses that the consistency detector makes of the chains without C's own roll;
-    signals: the signals of the same chains. Chains in which no edge looks like a carried roll are
-    in neither.
+    Chains in which no edge looks like a carried roll are in neither.
+
+    Attributes
+    ----------
+    known
+        The analyses that the consistency detector makes of the chains without C's own roll.
+    signals
+        The signals of the same chains.
     """
 
     known: Mapping[str, ConsistencyAnalysis | NotatedAnalysis]
@@ -83,7 +88,7 @@ class RollsOfChains:
 def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRolls:
     """Analyse carried rolls, except for the part that depends on τ.
 
-    motion: the motion without its counter-twists, which would be found a second time here.
+    `motion` is the motion without its counter-twists, which would be found a second time here.
     """
     signals = {}
     for chain in chains:
@@ -169,7 +174,7 @@ def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
 def is_carried(signals: Witnesses, found: Interval) -> bool:
     """True if the limb is always bent and C rolls with P wherever an interval begins or ends.
 
-    found: an interval of a detector of counter-twists.
+    `found` is an interval of a detector of counter-twists.
     """
     around = slice(max(found.start - 1, 0), found.stop + 1)
     if signals.bend[around].min() < LEAST_BEND:

@@ -30,8 +30,12 @@ _CLEARLY = math.radians(30.0)  # one side is farther from the rest pose than the
 class ConstantOffset:
     """A chain whose P is turned by `degrees` against C in every frame.
 
-    other: the same chain on the other side; clear: True if the rest poses show that this chain is
-    wrong and not the other one.
+    Attributes
+    ----------
+    other
+        The same chain on the other side.
+    clear
+        True if the rest poses show that this chain is wrong and not the other one.
     """
 
     chain: Chain
@@ -89,7 +93,7 @@ def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantO
 def _compared(pair: _Pair, below: _Pair | None) -> ConstantOffset | None:
     """Return the constant offset of a bone that exists on both sides, or None.
 
-    below: the next bone of the limb.
+    `below` is the next bone of the limb.
     """
     if pair.usual is None:
         return None

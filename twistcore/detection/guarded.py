@@ -37,7 +37,7 @@ def one_sentence(what: str) -> Iterator[None]:
 class GuardedDetector:
     """A detector whose results are checked.
 
-    place: the file and class from which it was loaded, or ''.
+    `place` is the file and class from which the detector was loaded, or ''.
     """
 
     def __init__(self, detector: Detector, place: str = "") -> None:

@@ -34,7 +34,8 @@ _AXIS = np.array([1.0, 0.0, 0.0])
 class HelperAnalysis:
     """The analysis of helpers before a threshold is chosen: their jumps about the bone.
 
-    own: how far each helper turns by itself in each frame, radians, (frames,), by name.
+    `own` is the angle by which each helper turns by itself in each frame, by name, radians, shape
+    (frames,).
     """
 
     helpers: Mapping[str, ChainAnalysis]

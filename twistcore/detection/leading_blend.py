@@ -34,7 +34,9 @@ BEHIND = 6  # frames of capture that must follow the blend
 
 
 def held_frames(rotations: Array) -> int:
-    """Return how many frames after frame 0 repeat its pose; rotations: (frames, joints, 4)."""
+    """Return how many frames after frame 0 repeat its pose. `rotations` has the shape (frames,
+    joints, 4).
+    """
     if len(rotations) < 2 or not np.array_equal(rotations[0], rotations[1]):
         return 0
     moved = (rotations != rotations[0]).any(axis=(1, 2))
@@ -51,8 +53,8 @@ def rest_frames(rotations: Array, fps: float) -> int:
 def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
     """Return the first frame after a blend out of frame 0; 0 if there is no blend.
 
-    rotations: (frames, joints, 4); from_rest: search only for blends out of a rest pose, in which
-    the rotations of most joints are zero.
+    `rotations` has the shape (frames, joints, 4). If `from_rest` is True, search only for blends
+    out of a rest pose, in which the rotations of most joints are zero.
     """
     longest = max(FRAMES, round(SECONDS * fps))
     q = rotations[: 2 * longest + 1].transpose(1, 0, 2)
@@ -95,7 +97,9 @@ def _left(way: Array, length: int) -> Array | None:
 
 
 def _like_a_blend(s: Array) -> bool:
-    """True if s rises from 0 to 1 over several frames and begins immediately; s: (frames,)."""
+    """True if s rises from 0 to 1 over several frames and begins immediately. `s` has the shape
+    (frames,).
+    """
     begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
     return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
 
@@ -103,8 +107,8 @@ def _like_a_blend(s: Array) -> bool:
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
     """Return, for joints that move far, their paths, directions to frame `length`, and s(t).
 
-    way: the chords from the first rotation, (joints, frames, 4). The returned ways are in units of
-    the chord to frame `length`.
+    `way` holds the chords from the first rotation, shape (joints, frames, 4). The returned ways are
+    in units of the chord to frame `length`.
     """
     to = way[:, length]
     far = np.sqrt(np.einsum("jc,jc->j", to, to))

@@ -52,12 +52,12 @@ def lone_jumps(
 ) -> dict[str, tuple[Interval, ...]]:
     """Return the lone jumps of the chains' joints by chain name and start, with the joints' names.
 
-    refined: function that returns the frames [start, stop) of the motion without the known errors,
-    so that a jump that belongs to one of them is not listed a second time. A joint must jump both
-    in world space and in its parent's frame: a child that only follows its parent does not jump,
-    and neither does a child that keeps its place while its parent turns. Jumps at a cut are left
-    out. `residual` is the turn in the jump's fastest frame; the offset is 0, because no correction
-    is known.
+    `refined` returns the frames [start, stop) of the motion without the known errors, so that a
+    jump that belongs to one of them is not listed a second time. A joint must jump both in world
+    space and in its parent's frame: a child that only follows its parent does not jump, and neither
+    does a child that keeps its place while its parent turns. Jumps at a cut are left out.
+    `residual` is the turn in the jump's fastest frame; the offset is 0, because no correction is
+    known.
     """
     if motion.frames < 2 or not chains:
         return {chain.name: () for chain in chains}
@@ -96,8 +96,8 @@ def _turns_too_fast(
 ) -> dict[int, Array]:
     """Return the turns of joints where they are too fast, else 0; radians, (frames,), by joint.
 
-    among: mask of the frames to examine, (frames,). The clip is processed in blocks so that no copy
-    of all its rotations is needed.
+    `among` is the mask of the frames to examine, shape (frames,). The clip is processed in blocks
+    so that no copy of all its rotations is needed.
     """
     axes = {joint: own_axis(motion.skeleton, joint) for joint in joints}
     found: dict[int, Array] = {}
@@ -153,8 +153,8 @@ def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
 def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
     """Return a mask of the frames in which a joint turns about its axis faster than any body does.
 
-    in_room, own: turns from :func:`turns_about`, (frames,), in world space and in the parent's
-    frame.
+    `in_room` and `own` are the turns from :func:`turns_about` in world space and in the parent's
+    frame, both (frames,).
     """
     return np.asarray((np.abs(in_room) > limit(fps)) & may_be_too_fast(own, fps))
 
@@ -178,7 +178,14 @@ def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
 def turns_about(rotations: Array, axis: Array) -> Array:
     """Return the turn about a joint's own axis since the previous frame, without swing, radians.
 
-    rotations: (frames, …, 4); axis: unit vector, (…, 3); result: (frames, …).
+    Parameters
+    ----------
+    rotations
+        (frames, …, 4).
+    axis
+        Unit vector, shape (…, 3).
+    result
+        (frames, …).
     """
     out = np.zeros(rotations.shape[:-1])
     out[1:] = twist_angle(multiply(conjugate(rotations[:-1]), rotations[1:]), axis)

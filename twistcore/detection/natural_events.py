@@ -38,9 +38,14 @@ FLIP_DEGREES, FLIP_SIGMA = 60.0, 10.0
 class NaturalEvent:
     """An event in a clip without injected errors, in frames [start, stop) of a chain or limb.
 
-    kind: 'interval', 'open', 'flip' or 'limb flip'; degrees: the angle of the flip about the bone,
-    or the interval's offset; joint: the joint that flips, P or C; it is P for an interval or a limb
-    flip.
+    Attributes
+    ----------
+    kind
+        'interval', 'open', 'flip' or 'limb flip'.
+    degrees
+        The angle of the flip about the bone, or the interval's offset.
+    joint
+        The joint that flips, P or C. It is P for an interval or a limb flip.
     """
 
     chain: str

@@ -37,7 +37,9 @@ _EDGE = 1.2  # σ: how far a frame is off the mean of its neighbours at the bord
 
 @dataclass(frozen=True)
 class NoiseBurst:
-    """A burst of noise in frames [start, stop) of a joint; degrees: σ about each axis."""
+    """A burst of noise in frames [start, stop) of a joint. `degrees` is the standard deviation
+    about each axis.
+    """
 
     joint: int
     start: int
@@ -123,9 +125,15 @@ def burst_sentences(
 ) -> tuple[str, ...]:
     """Return the notes about a clip's bursts of noise.
 
-    count: the number of intervals in chains, including intervals that are not listed; outside: the
-    bursts in joints of no chain, by start; their frames are given in the notes, and overlapping
-    bursts share a note; names: the joints' names.
+    Parameters
+    ----------
+    count
+        The number of intervals in chains, including intervals that are not listed.
+    outside
+        The bursts in joints of no chain, by start. Their frames are given in the notes, and
+        overlapping bursts share a note.
+    names
+        The joints' names.
     """
     spans = overlapping(outside)
     said = [_said(span, names) for span in spans[:_MOST]]
@@ -161,7 +169,7 @@ def turns_of(q: Array) -> Array:
 def noise_level(turns: Array, fps: float) -> Array:
     """Return σ of the noise in the frames of a burst, degrees, (frames,); 0 in all other frames.
 
-    turns: the rotation vectors since the previous frame, degrees, (frames, 3).
+    `turns` are the rotation vectors since the previous frame, degrees, shape (frames, 3).
     """
     frames = len(turns)
     width = max(_FEWEST, round(_WINDOW * fps))

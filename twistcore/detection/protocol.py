@@ -98,5 +98,5 @@ class Detector(Protocol):
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> Analysis:
-        """Analyse a motion as far as possible without τ; tell: callback for the progress."""
+        """Analyse a motion as far as possible without τ. `tell` is called with the progress."""
         ...

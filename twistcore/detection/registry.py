@@ -77,8 +77,8 @@ class Detectors(Mapping[str, Detector]):
         """Add a detector, replacing an earlier one with the same name.
 
         Returns the detector in its guarded form: an error in it becomes a TwistError that names it.
-        place: the file and class from which it was loaded. Raises TwistError if it is not a
-        detector.
+        `place` is the file and class from which the detector was loaded. Raises TwistError if it is
+        not a detector.
         """
         if isinstance(detector, GuardedDetector):
             return detector
@@ -176,7 +176,7 @@ def register(detector: Detector) -> Detector:
 def detector_of_file(place: str) -> Iterator[str]:
     """Register the detector of a Python file, also for new processes, and yield its name.
 
-    place: 'FILE.py:Class'. Raises TwistError if it cannot be loaded.
+    `place` has the form 'FILE.py:Class'. Raises TwistError if it cannot be loaded.
     """
     name = DETECTORS.load(place).info.name
     os.environ[FILE_VARIABLE] = DETECTORS.place(name)

@@ -42,7 +42,8 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 class SmoothedSpan:
     """Frames [start, stop) in which a joint was filled in or smoothed.
 
-    times: the factor by which its fine movement is smaller than elsewhere, at least.
+    `times` is the factor by which fine movement is at least reduced compared with the rest of the
+    clip.
     """
 
     joint: int
@@ -70,7 +71,10 @@ def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
 
 
 def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSpan]:
-    """Yield the smoothed spans of a block of joints; width: of the window, in frames."""
+    """Yield the smoothed spans of a block of joints.
+
+    `width` is the length of the window in frames.
+    """
     pace, fine, every = _measured(motion.rotations[:, joints.start : joints.stop], width)
     step = max(1, width // _A_WINDOW)
     pace, fine = pace[::step], fine[::step]
@@ -89,8 +93,8 @@ def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSp
 def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
     """Return the notes about spans, which are sorted by start; overlapping spans share a note.
 
-    Only the first few notes are written out, and the remaining ones are counted. names: the joints'
-    names.
+    Only the first few notes are written out, and the remaining ones are counted. `names` are the
+    joints' names.
     """
     groups = overlapping(spans)
     said = [_said(group, names) for group in groups[:_MOST]]

@@ -29,7 +29,12 @@ class JointDifference:
 class JointMove:
     """The largest change of a joint's position, and the number of frames with a change.
 
-    largest: in the file's unit; of_height: as a fraction of the skeleton's height.
+    Parameters
+    ----------
+    largest
+        In the file's unit.
+    of_height
+        As a fraction of the skeleton's height.
     """
 
     joint: str
@@ -42,8 +47,12 @@ class JointMove:
 class Difference:
     """All differences between two motions, by joint.
 
-    moved: joints whose position changed by more than the file's decimals explain; rest_of_height:
-    the largest change of position among the other joints, as a fraction of the height.
+    Parameters
+    ----------
+    moved
+        Joints whose position changed by more than the file's decimals explain.
+    rest_of_height
+        The largest change of position among the other joints, as a fraction of the height.
     """
 
     joints: tuple[JointDifference, ...]

@@ -28,7 +28,7 @@ _SCHEMA = "twistcore.applied/1"
 
 @dataclass(frozen=True)
 class SessionClip:
-    """A session and its clip; name: the clip's relative path, with '/' as separator."""
+    """A session and its clip. `name` is the clip's relative path, with '/' as separator."""
 
     session: Path
     clip: Path
@@ -37,10 +37,15 @@ class SessionClip:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Sessions paired with their clips; problems: one sentence for each session without a clip.
+    """Sessions paired with their clips. `problems` has one sentence for each session without a
+    clip.
 
-    older: sessions whose clip has a later session; alone: clips without a session, except exports
-    of other clips.
+    Parameters
+    ----------
+    older
+        Sessions whose clip has a later session.
+    alone
+        Clips without a session, except exports of other clips.
     """
 
     pairs: tuple[SessionClip, ...]
@@ -51,11 +56,20 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replayed:
-    """The result for a clip; sha256: hash of its corrected bytes; new: True if they were not there
-    yet.
+    """The result for a clip.
 
-    applied, repairable: numbers of intervals; jumps: unavoidable jumps of channels; left, beside:
-    sentences returned by :func:`twistcore.export.replay.uncorrected_sentences`.
+    Parameters
+    ----------
+    sha256
+        Hash of its corrected bytes.
+    new
+        True if they were not there yet.
+    applied, repairable
+        Numbers of intervals.
+    jumps
+        Unavoidable jumps of channels.
+    left, beside
+        Sentences returned by :func:`twistcore.export.replay.uncorrected_sentences`.
     """
 
     sha256: str
@@ -153,8 +167,9 @@ class _Clips:
 def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
     """Write a clip corrected by its session, with the same bytes as `apply` on the two files.
 
-    own: SHA-256 by name of the files that this command wrote into the folder. Raises TwistError,
-    with nothing written, if another file is there, and as :func:`twistcore.export.replay.replayed`.
+    `own` has the SHA-256, by name, of the files that this command wrote into the folder. Raises
+    TwistError, with nothing written, if another file is there, and as
+    :func:`twistcore.export.replay.replayed`.
     """
     replay = replayed(pair.session, pair.clip)
     patch = rewritten(replay.clip, replay.motion)

@@ -25,7 +25,8 @@ def accepted_motion(
 ) -> Motion:
     """Return the motion corrected by the accepted intervals and then tracked, as it is exported.
 
-    chains: chains and, for their flips, limbs; tell: called with the completed share of tracking.
+    `chains` are the chains and, for their flips, limbs. `tell` is called with the completed share
+    of tracking.
     """
     refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
@@ -128,7 +129,7 @@ def check_bytes(session: Session, clip: Clip) -> None:
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
     """Raise ClipMismatchError unless bytes, chains, frames and tracking of a session fit the clip.
 
-    chains: the chains and limbs of the clip.
+    `chains` are the chains and limbs of the clip.
     """
     check_bytes(session, clip)
     by_name = {chain.name: chain for chain in chains}

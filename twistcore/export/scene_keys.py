@@ -27,9 +27,13 @@ _SAME = 1e-7  # radians: limit for an unchanged global rotation
 class Reference:
     """A frame with uncorrected joints: their positions and rotations in the clip's axes.
 
-    positions: (joints, 3), in the file's length unit; joints: by index, for each joint that gets
-    keys and is uncorrected here, the global rotations of its parent (the identity for a root) and
-    its own, quaternions (w, x, y, z).
+    Attributes
+    ----------
+    positions
+        Shape (joints, 3), in the file's length unit.
+    joints
+        By index, for each joint that gets keys and is uncorrected here, the global rotations of its
+        parent (the identity for a root) and its own, quaternions (w, x, y, z).
     """
 
     frame: int
@@ -41,8 +45,8 @@ class Reference:
 class SceneKeys:
     """A clip's corrections as keys: for each joint the frames (n,), and q and q', each (n, 4).
 
-    unseen: joints corrected in every frame, whose axes in the scene can only be measured before any
-    key is set.
+    `unseen` are the joints corrected in every frame, whose axes in the scene can only be measured
+    before any key is set.
     """
 
     frames: Mapping[int, NDArray[np.intp]]

@@ -56,10 +56,20 @@ TOLERANCE = {tolerance:g}  # degrees
 class SceneOptions:
     """The scene, and how the clip's frames are placed in it.
 
-    program: one of PROGRAMS; namespace: put before every name with ':', '' removes the clip's own
-    namespace, None keeps the names; take: the take (in Blender the action) that must be active;
-    fps: the scene's frame rate, None for the clip's; start: the scene's frame for frame 0, None for
-    the default of the program's importers; dry_run: True to only report.
+    Parameters
+    ----------
+    program
+        One of PROGRAMS.
+    namespace
+        Put before every name with ':', '' removes the clip's own namespace, None keeps the names.
+    take
+        The take (in Blender the action) that must be active.
+    fps
+        The scene's frame rate, None for the clip's.
+    start
+        The scene's frame for frame 0, None for the default of the program's importers.
+    dry_run
+        True to only report.
     """
 
     program: str
@@ -77,7 +87,8 @@ def scene_script(
     intervals: Iterable[Judged],
     options: SceneOptions,
 ) -> str:
-    """Return the script's text; clip: the file's name; intervals: the intervals it lists.
+    """Return the script's text. `clip` is the file's name, and `intervals` are the intervals that
+    the script lists.
 
     Raises TwistError if nothing is corrected, or if a name does not belong to exactly one joint.
     """

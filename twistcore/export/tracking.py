@@ -50,10 +50,18 @@ DEMONSTRATION = (
 class Traces:
     """The tracker's values, with one row per step.
 
-    frames: time of each step in frames of the clip, (n,); gains: κP, κD, κA, means over the three
-    axes, (n, joints, 3); parts: sizes of the P, D, bias and acceleration parts, rad/s², (n, joints,
-    4); names: the joints' names. After a forward and a backward pass, gains and parts are the means
-    of the two.
+    After a forward and a backward pass, gains and parts are the means of the two.
+
+    Attributes
+    ----------
+    frames
+        Time of each step in frames of the clip, shape (n,).
+    gains
+        κP, κD, κA, means over the three axes, shape (n, joints, 3).
+    parts
+        Sizes of the P, D, bias and acceleration parts, rad/s², shape (n, joints, 4).
+    names
+        The joints' names.
     """
 
     frames: Array
@@ -104,7 +112,7 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
 def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None) -> Motion:
     """Return the motion with the joints tracked; T-pose frames at the start stay unchanged.
 
-    tell: called with the completed share. Raises TwistError like :func:`check_tracking`.
+    `tell` is called with the completed share. Raises TwistError like :func:`check_tracking`.
     """
     return _tracked(motion, tracking, tell or nobody, keep_steps=False).motion
 

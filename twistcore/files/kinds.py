@@ -94,7 +94,7 @@ def kind_of(head: bytes) -> FileKind | None:
 def found_instead(head: bytes, *expected: FileKind) -> str | None:
     """Return 'expected a BVH file, but this is a PNG picture'; None for expected or unknown kinds.
 
-    expected: the kinds that the reader accepts; the message names the first of them.
+    `expected` are the kinds that the reader accepts. The message names the first of them.
     """
     kind = kind_of(head)
     if kind is None or kind in expected:

@@ -68,8 +68,8 @@ def is_file(path: Path | str) -> bool:
 def own_folder(find: Callable[[], Path]) -> Path:
     """Return one of the user's folders or, without a home, a path where nothing can be created.
 
-    find: a function of platformdirs. Without a home it raises, or in older versions returns a path
-    that begins with '~', which would be created in the current folder.
+    `find` is a function of platformdirs. Without a home it raises, or in older versions returns a
+    path that begins with '~', which would be created in the current folder.
     """
     with suppress(RuntimeError):
         if (folder := find()).is_absolute():

@@ -20,7 +20,12 @@ _PRINTED = frozenset(b"\t\n\r") | frozenset(range(32, 127))
 class WideText:
     """A file's text as UTF-8, including its byte order mark, with the data to write it back.
 
-    codec: 'utf-16-le' or similar; rest: bytes at the end that do not form a whole character.
+    Attributes
+    ----------
+    codec
+        'utf-16-le' or similar.
+    rest
+        Bytes at the end that do not form a whole character.
     """
 
     text: bytes = field(repr=False)

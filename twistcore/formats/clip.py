@@ -62,8 +62,15 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
 class ChannelJump:
     """A step of more than 180° in a written channel that no equivalent angles could avoid.
 
-    frame: the later frame of the step; channel: its name, such as 'Zrotation'. The pose is right in
-    every frame; only a program that interpolates the channels between frames shows a spin.
+    The pose is right in every frame; only a program that interpolates the channels between frames
+    shows a spin.
+
+    Parameters
+    ----------
+    frame
+        The later frame of the step.
+    channel
+        Its name, such as 'Zrotation'.
     """
 
     joint: str
@@ -201,8 +208,8 @@ class Clip(ABC):
     ) -> Patch:
         """Return the bytes with the rotations at `changed` (frames, joints) taken from `motion`.
 
-        positions: also write the positions that differ. All other bytes are kept. Raises ValueError
-        for a joint that the file's channels cannot turn about three axes.
+        If `positions` is True, also write the positions that differ. All other bytes are kept.
+        Raises ValueError for a joint that the file's channels cannot turn about three axes.
         """
 
 

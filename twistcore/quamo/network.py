@@ -62,7 +62,8 @@ VARIANTS = {
 class Network:
     """A network: its weights by name (float32) and the variant, one of VARIANTS, it was trained as.
 
-    note: one line about the weights' origin (data, seed, epochs), stored in the file.
+    `note` is a line about the origin of the weights (data, seed, epochs), which is stored in the
+    file.
     """
 
     weights: Mapping[str, Float32]
@@ -80,7 +81,9 @@ class Network:
         return len(self.weights["control.b1"])
 
     def started(self, q_hat: Array, r_hat: Array) -> NetworkController:
-        """Return a controller for a clip; q_hat, r_hat: the clip's first one or two references."""
+        """Return a controller for a clip. `q_hat` and `r_hat` are the clip's first one or two
+        references.
+        """
         return NetworkController(self, q_hat[:2], r_hat[:2])
 
 

@@ -43,10 +43,20 @@ _PERSONS = 10_000
 class Poses:
     """One person's poses in the file's own axes, one row per video frame.
 
-    rotations: rotations of the 24 joints relative to SMPL's rest pose, (frames, 24, 4); places: the
-    root's positions, metres, (frames, 3); up: the layout's up axis ('y', 'z', '-y'), None if
-    unknown; rate: frames per second or None; offsets: rest offsets in the file, (24, 3) metres, or
-    None; notes: one sentence for each assumption and each part that was left out.
+    Attributes
+    ----------
+    rotations
+        Rotations of the 24 joints relative to SMPL's rest pose, shape (frames, 24, 4).
+    places
+        The root's positions, metres, shape (frames, 3).
+    up
+        The layout's up axis ('y', 'z', '-y'), None if unknown.
+    rate
+        Frames per second or None.
+    offsets
+        Rest offsets in the file, (24, 3) metres, or None.
+    notes
+        One sentence for each assumption and each part that was left out.
     """
 
     rotations: Array
@@ -60,8 +70,9 @@ class Poses:
 def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
     """Return the poses of one person in a file.
 
-    person: the person's number in the file, required if there are several people. Missing frames
-    are filled by slerp between their neighbours, and a note reports this. Raises PosesError.
+    `person` is the person's number in the file, which is required if there are several people.
+    Missing frames are filled by slerp between their neighbours, and a note reports this. Raises
+    PosesError.
     """
     persons = _persons(path, names)
     if None in persons:
@@ -86,8 +97,8 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
 def _persons(path: Path, names: Names, *, inside: bool = False) -> dict[Any, Names]:
     """Return each person's arrays by the person's number; the key is None if there is no number.
 
-    inside: True for the contents of a dict in the file's dict. At most one such dict is opened,
-    since a dict in a pickle may contain itself.
+    `inside` is True for the contents of a dict within the file's dict. At most one such dict is
+    opened, since a dict in a pickle may contain itself.
     """
     if not inside and isinstance(held := names.get("outputs"), dict):
         return _persons(path, held, inside=True)

@@ -39,7 +39,8 @@ def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
 
 
 def response_words(name: str, late: float, over: float) -> str:
-    """Describe how a causal pass follows `name`; late: the lag in seconds, over: the overshoot.
+    """Describe how a causal pass follows `name`. `late` is the lag in seconds, and `over` is the
+    overshoot.
 
     A pass at a few frames per second runs ahead of a steady motion; with κP = 0 it does not follow.
     """

@@ -53,7 +53,12 @@ _SHORT = 1e-6  # of the body's size: too short to have a direction
 class RestChange:
     """The rotations from a skeleton's rest pose into SMPL's rest pose.
 
-    turns: unit quaternions A, (24, 4); notes: one sentence for each turned part of the body.
+    Attributes
+    ----------
+    turns
+        Unit quaternions A, shape (24, 4).
+    notes
+        One sentence for each turned part of the body.
     """
 
     turns: Array
@@ -71,10 +76,10 @@ class RestChange:
 def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
     """Return how the rest pose of 24 joints with offsets (24, 3) differs from SMPL's.
 
-    rest: SMPL's own offsets for this body, (24, 3), if available. The limbs are then turned onto
-    these, even by small angles; without them, onto the axes of the T-pose. The trunk keeps its
-    shape: hips, spine and collars, where several bones meet at one joint, turn with the whole body
-    by quarter turns. Raises TwistError if the quarter turns are ambiguous.
+    `rest` are SMPL's own offsets for this body, shape (24, 3), if available. The limbs are then
+    turned onto these, even by small angles; without them, onto the axes of the T-pose. The trunk
+    keeps its shape: hips, spine and collars, where several bones meet at one joint, turn with the
+    whole body by quarter turns. Raises TwistError if the quarter turns are ambiguous.
     """
     body = _body(offsets)
     directions = rotate(body, offsets)

@@ -22,7 +22,7 @@ class Gains:
 
     kp (1/s²), kd (1/s), ka (rad/s² for a difference of 1 in vec at 25 Hz) and bias (rad/s²) act on
     rotations, shape (…, joints, 3); root_kp, root_kd and root_bias (length/s²) act on the root's
-    position, shape (…, 3). clip: upper limit of the size of each component of ω, rad/s.
+    position, shape (…, 3). `clip` is the upper limit of the size of each component of ω, in rad/s.
     """
 
     kp: Array | float = 600.0
@@ -39,11 +39,11 @@ class Gains:
         """Return the hand-tuned gains for a frame time in seconds: stiffer at higher frame rates.
 
         The gains are the defaults at 25 Hz, and κP/s² and κD/s with s = 0.3 + 0.7 Δt/0.04 s at
-        other rates. A joint that turns steadily lies 2κD/κP − Δt behind its reference: 10 ms at
-        25 Hz, less than 15 ms at any rate. The gains are stable at any rate. causal: False for
-        tracking forward and backward, where the lag is 0: there κP 550, κD 17, root 200, 14 at
-        25 Hz give a lower Accel at no higher MPJPE, on CMU's subjects 02, 08 and 12 with
-        synthetic noise.
+        other rates. A joint that turns steadily lies 2κD/κP − Δt behind its reference: 10 ms at 25
+        Hz, less than 15 ms at any rate. The gains are stable at any rate. `causal` is False for
+        tracking forward and backward, where the lag is 0. In this case, κP 550, κD 17 and, for the
+        root, 200 and 14 at 25 Hz give a lower Accel at no higher MPJPE, on CMU's subjects 02, 08
+        and 12 with synthetic noise.
         """
         at_25_hz = cls() if causal else cls(kp=550.0, kd=17.0, root_kp=200.0, root_kd=14.0)
         s = 0.3 + 0.7 * (dt / NETWORK_DT)
@@ -81,8 +81,8 @@ def angular_acceleration(
 ) -> AccelerationTerms:
     """Return the four terms of the angular acceleration [Le26 Eq. 5].
 
-    curvature: δ(t+1) − δ(t), see :func:`increment`. It is a difference per frame², so κA, which was
-    tuned at 25 Hz, is scaled by (0.04/Δt)².
+    `curvature` is δ(t+1) − δ(t), with δ from :func:`increment`. It is a difference per frame², so
+    κA, which was tuned at 25 Hz, is scaled by (0.04/Δt)².
     """
     error = short_vector(multiply(q_hat, conjugate(q)))
     ka = gains.ka * (NETWORK_DT / dt) ** 2

@@ -32,9 +32,13 @@ JOINTS = len(CMU_NAMES)
 class Topology:
     """The 24 joints within another skeleton.
 
-    joints: index of each of the 24 joints in that skeleton; folded: for each of them, the joints
-    between it and its parent among the 24, from the top (their rotations are combined with its
-    own).
+    Attributes
+    ----------
+    joints
+        Index of each of the 24 joints in that skeleton.
+    folded
+        For each of them, the joints between it and its parent among the 24, from the top (their
+        rotations are combined with its own).
     """
 
     joints: NDArray[np.int64]

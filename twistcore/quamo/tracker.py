@@ -69,7 +69,12 @@ class Controller(ABC):
 class HandGains(Controller):
     """The same hand-tuned gains in every frame; they must be stable at the clip's frame time.
 
-    gains: None for :meth:`Gains.by_hand` at the clip's frame time; causal: passed on to it.
+    Parameters
+    ----------
+    gains
+        None for :meth:`Gains.by_hand` at the clip's frame time.
+    causal
+        Passed on to it.
     """
 
     def __init__(self, gains: Gains | None = None, *, causal: bool = True) -> None:
@@ -96,9 +101,14 @@ class HandGains(Controller):
 class Step:
     """The result of one frame.
 
-    state: the state after the step; snapped: True for joints set onto the reference because they
-    had lost it, shape (…, joints); gains, parts: gains and acceleration terms of the step, None in
-    the first frame, where tracking starts.
+    Attributes
+    ----------
+    state
+        The state after the step.
+    snapped
+        True for joints set onto the reference because they had lost it, shape (…, joints).
+    gains, parts
+        Gains and acceleration terms of the step, None in the first frame, where tracking starts.
     """
 
     state: State
@@ -110,7 +120,7 @@ class Step:
 class Tracker:
     """Online tracking: one call per frame, all joints at once.
 
-    integration: 'exact' or 'first-order'.
+    `integration` is 'exact' or 'first-order'.
     """
 
     def __init__(self, controller: Controller, *, integration: str = EXACT) -> None:
@@ -160,9 +170,15 @@ class Tracker:
 class TrackResult:
     """A tracked clip: q (frames, …, joints, 4), r (frames, …, 3), snapped (frames, …, joints).
 
-    steps: if requested, every step with its gains and acceleration terms; steps_back: the steps of
-    the backward pass, if there was one, in the order of the frames; apart: True where the two
-    passes differ by more than 90°, with the shape of snapped, or None for a single pass.
+    Attributes
+    ----------
+    steps
+        If requested, every step with its gains and acceleration terms.
+    steps_back
+        The steps of the backward pass, if there was one, in the order of the frames.
+    apart
+        True where the two passes differ by more than 90°, with the shape of snapped, or None for a
+        single pass.
     """
 
     q: Array
@@ -185,7 +201,7 @@ def track(
 ) -> TrackResult:
     """Track a whole clip, with bit for bit the same result as calling :class:`Tracker` per frame.
 
-    tell: called now and then with the completed share; an exception from it ends the tracking.
+    `tell` is called now and then with the completed share. An exception from it ends the tracking.
     """
     tell = tell or nobody
     tracker = Tracker(controller, integration=integration)
@@ -207,7 +223,7 @@ def snap_sentences(
 ) -> tuple[str, ...]:
     """Report which joints were set onto the reference and where, one sentence per joint.
 
-    causal: False if this happened in one of two passes, so that the result lies halfway between
+    `causal` is False if this happened in one of two passes, so that the result lies halfway between
     them.
     """
     lost, was = ("", "") if causal else (" in a pass", " there")
@@ -233,7 +249,7 @@ def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
 def frames_listed(there: NDArray[np.bool_]) -> str:
     """Return 'frame 7' or 'frames 7, 12–15' (15 excluded); more than ten runs are cut short by '…'.
 
-    there: True for the frames to list, shape (frames,), with at least one True.
+    `there` is the mask of the frames to list, shape (frames,); at least one value is True.
     """
     at = [f"{a}" if b == a + 1 else f"{a}–{b}" for a, b in runs(there)]
     some = ", ".join(at[:_NAMED]) + (" …" if len(at) > _NAMED else "")
@@ -241,7 +257,9 @@ def frames_listed(there: NDArray[np.bool_]) -> str:
 
 
 def _where(there: NDArray[np.bool_], names: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the joint names with their frames in words; there: mask (frames, joints)."""
+    """Return the joint names with their frames in words. `there` is a mask with the shape (frames,
+    joints).
+    """
     joints = np.flatnonzero(there.any(axis=0)).tolist()
     return [(names[joint], frames_listed(there[:, joint])) for joint in joints]
 

@@ -49,10 +49,19 @@ class JointChange:
 class FidelityCheck:
     """Comparison of a written file, read back, with its source.
 
-    what: 'columns' of numbers, compared byte for byte, or 'joints', whose rotations are compared
-    bit for bit; total: their number; same: how many have no difference; outside: number of
-    differences in frames without a correction; head: True if the bytes before the numbers are
-    equal, None if the format has no such part.
+    Attributes
+    ----------
+    what
+        'columns' of numbers, compared byte for byte, or 'joints', whose rotations are compared bit
+        for bit.
+    total
+        Their number.
+    same
+        How many have no difference.
+    outside
+        Number of differences in frames without a correction.
+    head
+        True if the bytes before the numbers are equal, None if the format has no such part.
     """
 
     name: str
@@ -67,9 +76,16 @@ class FidelityCheck:
 class MeasureSum:
     """One protected measure, summed over all corrections.
 
-    measured: number of corrections that have this measure; better, worse: how many of them improved
-    or worsened it; most: the largest increase, 0 if there is none; rows: the corrections that made
-    it worse, by chain and frames.
+    Attributes
+    ----------
+    measured
+        Number of corrections that have this measure.
+    better, worse
+        How many of them improved or worsened it.
+    most
+        The largest increase, 0 if there is none.
+    rows
+        The corrections that made it worse, by chain and frames.
     """
 
     name: str
@@ -101,8 +117,8 @@ def protected_sums(
 ) -> tuple[MeasureSum, ...]:
     """Return how the corrections changed the limbs and their neighbours, as a sum per measure.
 
-    applied: the corrections, each measured with the others also applied; finds: all intervals of
-    the clip.
+    `applied` are the corrections, each measured with the others also applied. `finds` are all
+    intervals of the clip.
     """
     hinges = Hinges(motion, finds)
     every: dict[str, list[tuple[Interval, ProtectedMeasure]]] = {name: [] for name in NAMES}

@@ -51,8 +51,8 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
 def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
     """Raise TwistError if a report would replace a file of another program or of another clip.
 
-    clip: the clip of the report, if `name` is its own name. A clip of the same name with other
-    bytes is a new version of the reported one.
+    `clip` is the clip of the report, if `name` is the report's own name. A clip of the same name
+    with other bytes is a new version of the reported one.
     """
     *others, listing = report_files(folder, name)
     marks = report_marks(listing)

@@ -42,7 +42,8 @@ class CurvePath:
 class CurveRow:
     """One quantity over time: its symbol, and the values at the bottom and the top, in degrees.
 
-    tau: y of the threshold, from 0 at the top to HEIGHT; None for a quantity without a threshold.
+    `tau` is the y of the threshold, from 0 at the top to HEIGHT, or None for a quantity without a
+    threshold.
     """
 
     symbol: str
@@ -80,8 +81,12 @@ class Panel:
 class ClipCurves:
     """The curves of a clip under review.
 
-    tau: τ in radians by name of a chain or limb; verdict: function that returns the text for an
-    interval.
+    Parameters
+    ----------
+    tau
+        τ in radians by name of a chain or limb.
+    verdict
+        Function that returns the text for an interval.
     """
 
     def __init__(
@@ -106,7 +111,7 @@ class ClipCurves:
         """Return the panels of chains with intervals, worst first, and how many chains were left
         out.
 
-        corrected: the motion with the accepted intervals applied.
+        `corrected` is the motion with the accepted intervals applied.
         """
         every = self._analysis.chains_and_limbs
         known = [c for c in every if c.name in self._by_chain and c.name in self._tau]

@@ -60,12 +60,26 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
 class Report:
     """The data of a report: the clip, the review, and the motion before and after the correction.
 
-    chains: the examined chains and limbs; name: name of the report's files, by default the clip
-    file's; files: SHA-256 by name of other files written with the report; by: the person who
-    requested it; at: the time, ISO 8601; analysis: an existing analysis of the clip with these
-    chains; written: the corrected clip's file, which is read back and compared; parameters:
-    parameters of the run, as given; left: intervals already found in the corrected clip, as in
-    `detect --json`.
+    Attributes
+    ----------
+    chains
+        The examined chains and limbs.
+    name
+        Name of the report's files, by default the clip file's.
+    files
+        SHA-256 by name of other files written with the report.
+    by
+        The person who requested it.
+    at
+        The time, ISO 8601.
+    analysis
+        An existing analysis of the clip with these chains.
+    written
+        The corrected clip's file, which is read back and compared.
+    parameters
+        Parameters of the run, as given.
+    left
+        Intervals already found in the corrected clip, as in `detect --json`.
     """
 
     clip: Clip
@@ -314,7 +328,7 @@ def _why_moved(report: Report, joint: str) -> str:
 def _moves(
     motion: Motion, chain: Chain, chosen: Sequence[Interval], joint: int, above: set[int]
 ) -> bool:
-    """True if correcting a chain or limb moves a joint; above: all ancestors of the joint.
+    """True if correcting a chain or limb moves a joint. `above` are all ancestors of the joint.
 
     A flip moves joints below P, but not E, and joints below E only if E was carried along.
     """

@@ -20,11 +20,22 @@ _BINS = 180 // BIN
 class ClipRow:
     """A row of the table of clips; a clip that was not processed has only name, state and reason.
 
-    counts: number of intervals by kind; severity, max_deg, rms_deg: degrees; affected: number of
-    affected frames; missing: number of frames that the file's header declares but the file does not
-    have; unexamined: limbs that no chain examines, each with the reason; left: number of intervals
-    found after the correction, None if nothing was corrected; decided, of: numbers of decided and
-    of all intervals, None if nobody reviewed the clip.
+    Attributes
+    ----------
+    counts
+        Number of intervals by kind.
+    severity, max_deg, rms_deg
+        In degrees.
+    affected
+        Number of affected frames.
+    missing
+        Number of frames that the file's header declares but the file does not have.
+    unexamined
+        Limbs that no chain examines, each with the reason.
+    left
+        Number of intervals found after the correction, None if nothing was corrected.
+    decided, of
+        Numbers of decided and of all intervals, None if nobody reviewed the clip.
     """
 
     name: str
@@ -62,10 +73,20 @@ class ClipRow:
 class FolderNumbers:
     """Sums over all clips, which are added one at a time.
 
-    joints: number of intervals by name of a chain, limb or joint, and by kind; sizes: number of
-    repairable intervals by kind, in bins of BIN degrees; missing: number of frames that headers
-    declare but files do not have; cut: number of clips with such frames; in_part: number of clips
-    with limbs that no chain examines; how: versions and parameters used for processing.
+    Attributes
+    ----------
+    joints
+        Number of intervals by name of a chain, limb or joint, and by kind.
+    sizes
+        Number of repairable intervals by kind, in bins of BIN degrees.
+    missing
+        Number of frames that headers declare but files do not have.
+    cut
+        Number of clips with such frames.
+    in_part
+        Number of clips with limbs that no chain examines.
+    how
+        Versions and parameters used for processing.
     """
 
     states: Counter[str] = field(default_factory=Counter)

@@ -36,7 +36,10 @@ class HistogramBar:
 def folder_page(
     title: str, rows: Sequence[ClipRow], numbers: FolderNumbers, broken: Sequence[Broken]
 ) -> str:
-    """Return the page of a folder; rows: in the order of the table, unprocessed clips first."""
+    """Return the page of a folder.
+
+    `rows` are in the order of the table, unprocessed clips first.
+    """
     done = [row for row in rows if row.state == "done"]
     joints = sorted(numbers.joints.items(), key=lambda j: (-j[1].total(), j[0]))
     return rendered(
@@ -60,7 +63,7 @@ def folder_page(
 
 
 def known_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page without curves and pictures; why: the reason why they are missing."""
+    """Return a clip's page without curves and pictures. `why` is the reason why they are missing."""
     numbers = FolderNumbers()
     return rendered(
         "known.html",

@@ -43,7 +43,12 @@ _SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # unset, since drawing needs no screen
 class BeforeAfter:
     """Two pictures from the same side: before and after a correction.
 
-    chain: name of the chain to look at; first, second: frames of the two poses in the motion.
+    Attributes
+    ----------
+    chain
+        Name of the chain to look at.
+    first, second
+        Frames of the two poses in the motion.
     """
 
     chain: str
@@ -55,7 +60,8 @@ class BeforeAfter:
 class Figure:
     """The figure to draw for one clip: a motion with the poses of its pairs of pictures.
 
-    chains: chains and limbs, which decide which limbs have a skin and which way the figure faces.
+    `chains` are the chains and limbs, which decide which limbs have a skin and which way the figure
+    faces.
     """
 
     motion: Motion
@@ -143,7 +149,9 @@ def _read_pictures(folder: Path, number: int, figure: Figure, problem: str) -> D
 
 
 def picture_path(folder: Path, figure: int, pair: int, which: int) -> Path:
-    """Return the path of one of a job's pictures; which: 0 for before, 1 for after."""
+    """Return the path of one of a job's pictures. `which` is 0 for the picture before and 1 for the
+    picture after.
+    """
     return folder / f"{figure}-{pair}-{which}.jpg"
 
 

@@ -76,8 +76,8 @@ class Review:
     def accept(self, at_least: float | None = None, *, include_open: bool = False) -> int:
         """Accept all intervals that qualify for automatic correction, in one step; return how many.
 
-        at_least: lowest confidence, 0…1; see
-        `automatic_corrections` in twistcore.analysis.correction.
+        `at_least` is the lowest confidence, 0…1; see `automatic_corrections` in
+        twistcore.analysis.correction.
         """
         ids = self.state.automatic_ids(at_least, include_open=include_open)
         if ids:

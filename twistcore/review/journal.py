@@ -180,9 +180,15 @@ class Journal:
 class Recovered:
     """The contents of a journal: the session at its start, and the review after replaying it.
 
-    steps: number of unsaved steps of the review, including steps before the journal; size: bytes of
-    the replayed lines; damaged: number of lines that could not be replayed, 0 for a journal that
-    ends in a complete line or in one cut short.
+    Parameters
+    ----------
+    steps
+        Number of unsaved steps of the review, including steps before the journal.
+    size
+        Bytes of the replayed lines.
+    damaged
+        Number of lines that could not be replayed, 0 for a journal that ends in a complete line or
+        in one cut short.
     """
 
     path: Path
@@ -197,8 +203,8 @@ class Recovered:
 def recover(path: Path, clip: Clip | None = None) -> Recovered:
     """Replay a journal; raises TwistError if nothing in it can be used.
 
-    clip: the clip to replay it on; if it is the journal's own clip, entries about frames that it
-    does not have count as damaged.
+    `clip` is the clip to replay it on. If it is the journal's own clip, entries about frames that
+    it does not have count as damaged.
     """
     lines = bytes_of(path, _MOST_BYTES).split(b"\n")
     try:

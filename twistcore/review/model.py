@@ -48,11 +48,20 @@ class Decision(StrEnum):
 class Tracking:
     """The joints tracked with QuaMo after the twist correction, and the settings.
 
-    joints: names, in the skeleton's order, empty if only the position is tracked; learned: True to
-    use the gains of the shipped networks instead of κP (1/s²), κD (1/s) and κA; weights: the first
-    16 digits of the SHA-256 of the networks' file, '' with gains set by hand; causal: False to
-    track forward and backward; place: True to track also the figure's position. In sessions without
-    the last two keys, these have their defaults.
+    In sessions without the last two keys, these have their defaults.
+
+    Parameters
+    ----------
+    joints
+        Names, in the skeleton's order, empty if only the position is tracked.
+    learned
+        True to use the gains of the shipped networks instead of κP (1/s²), κD (1/s) and κA.
+    weights
+        The first 16 digits of the SHA-256 of the networks' file, '' with gains set by hand.
+    causal
+        False to track forward and backward.
+    place
+        True to track also the figure's position.
     """
 
     joints: tuple[str, ...]
@@ -75,10 +84,19 @@ class Tracking:
 class Judged:
     """An interval under review.
 
-    id: number that stays the same during the review; by_hand: True if a person created it; edited:
-    True if its frames or offset were changed; supported: True if the detector still finds it at the
-    present τ; reviewer, decided_at (ISO 8601), note, reason (for a rejection): as entered; in_bulk:
-    True if accepted together with all equally confident intervals, without looking at each.
+    Parameters
+    ----------
+    id
+        Number that stays the same during the review.
+    by_hand
+        True if a person created it.
+    edited
+        True if its frames or offset were changed.
+    supported
+        True if the detector still finds it at the present τ. Reviewer, decided_at (ISO 8601), note,
+        reason (for a rejection): as entered.
+    in_bulk
+        True if accepted together with all equally confident intervals, without looking at each.
     """
 
     id: int
@@ -121,9 +139,18 @@ class Judged:
 class ReviewState:
     """The state of a review: its intervals, sorted by chain order and start, and its settings.
 
-    method: name of the detector; tau: τ in radians by name of a chain or limb; tracking: the
-    tracking after the twist correction, None for none; rig: the chains and limbs that the names
-    refer to; left_out: spans excluded from tuning.
+    Parameters
+    ----------
+    method
+        Name of the detector.
+    tau
+        τ in radians by name of a chain or limb.
+    tracking
+        The tracking after the twist correction, None for none.
+    rig
+        The chains and limbs that the names refer to.
+    left_out
+        Spans excluded from tuning.
     """
 
     method: str
@@ -198,8 +225,8 @@ class ReviewState:
     ) -> int | None:
         """Return the id of the next (+1) or previous (−1) interval, wrapping around; None if none.
 
-        undecided: True to skip decided ones; order: ids in the order of a list, by default sorted
-        by chain and start.
+        Set `undecided` to True to skip decided intervals. `order` lists ids in the order of a list;
+        by default, intervals are sorted by chain and start.
         """
         by_id = {j.id: j for j in self.intervals}
         ids = [
@@ -288,7 +315,8 @@ def flattened(interval: Interval) -> Interval:
 def following(interval: Interval, theta_p: Array) -> Interval:
     """Return the interval with offsets per frame that turn P's twist into a straight line.
 
-    theta_p: twist of P, radians, (frames,). This is for errors that drift or jitter inside.
+    `theta_p` is the twist of P in radians, shape (frames,). This is for errors that drift or jitter
+    inside.
     """
     if interval.frames >= len(theta_p):
         return interval
@@ -314,9 +342,9 @@ def carried_over(
 
     An untouched interval takes verdict, reviewer, note and reason from the earlier interval of its
     chain that shares most frames with it, and also frames and offset if they were edited. An
-    interval that a person has changed here stays. Intervals made by hand are added. same_clip: True
-    to add also, marked as unsupported by the detector, all other kept intervals that overlap none
-    here; in another take their error may not exist.
+    interval that a person has changed here stays. Intervals made by hand are added. If `same_clip`
+    is True, all other kept intervals that overlap none here are added as well, marked as
+    unsupported by the detector. In another take, the error may not exist.
     """
     left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
     by_hand = {_frames(j) for j in state.intervals if j.by_hand}

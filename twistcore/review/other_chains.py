@@ -19,7 +19,7 @@ def changed_chains(
 
     A chain that stays keeps its τ, unless it was the automatic one, which is then computed again.
     Chains of one line are explained together, so a neighbour of an added or removed chain may have
-    other intervals now; such chains are detected again. what: name of the command.
+    other intervals now; such chains are detected again. `what` is the name of the command.
     """
     method = before.usable(state.method)
     old, new = before.detector(method), after.detector(method)

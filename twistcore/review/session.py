@@ -320,7 +320,7 @@ def tracking_from_json(entry: Any) -> Tracking:
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
     """Return an interval as JSON data; its offset in degrees is one number, or one per frame.
 
-    kinds: True to write the kind also for a counter-twist.
+    Set `kinds` to True to write the kind also for a counter-twist.
     """
     degrees = [degrees_to_json(offset) for offset in interval.offset]
     entry = {
@@ -379,7 +379,9 @@ def _offset(entry: Any, frames: int) -> Array:
 
 
 def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval under review as JSON data; kinds: see :func:`interval_to_json`."""
+    """Return an interval under review as JSON data. `kinds` has the same meaning as in
+    :func:`interval_to_json`.
+    """
     return {
         "id": judged.id,
         **interval_to_json(judged.interval, kinds=kinds),
@@ -392,7 +394,7 @@ def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
 def judged_from_json(entry: Any, *, kinds: bool = False) -> Judged:
     """Return an interval under review from JSON data; raise FormatError if it is damaged.
 
-    kinds: True if the kind is required also for a counter-twist.
+    If `kinds` is True, the kind is required also for a counter-twist.
     """
     has(entry, "id", "decision", *(k for k in _JUDGED if k != "reason"), what="an interval")
     has(entry, *(("kind", "carried") if kinds else ()))

@@ -125,7 +125,7 @@ class Chain:
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
         """Return P and its children, which are the joints that an error or its correction changes.
 
-        carried: only for limbs: True if the end of the limb turned with it.
+        `carried` is only for limbs, and is True if the end of the limb turned with it.
         """
         del carried
         return self.parent, *skeleton.children[self.parent]
@@ -236,8 +236,8 @@ def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False)
     """Return the joints that prevent a correction: it changes them, but they cannot rotate freely.
 
     These joints lack three rotation channels; the result is empty if the chain is correctable.
-    carried: True for a limb flip in which the end turned with the limb, so that its own rotation
-    does not change.
+    `carried` is True for a limb flip in which the end turned with the limb, so that its own
+    rotation does not change.
     """
     skeleton = motion.skeleton
     rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)
@@ -252,9 +252,9 @@ _NAME, _LABELS = ("name",), ("label", "list_label")
 def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain:
     """Return the chain or limb with a name or label, as `twistcore info` lists them.
 
-    Case and spaces are ignored unless chains differ only in these. where: the clip, for messages.
-    Raises TwistError that lists similar names if no chain has the name, or all matching chains if
-    there are several.
+    Case and spaces are ignored unless chains differ only in these. `where` is the name of the clip
+    for messages. Raises TwistError that lists similar names if no chain has the name, or all
+    matching chains if there are several.
     """
     chains = tuple(chains)
     for key, attributes in (

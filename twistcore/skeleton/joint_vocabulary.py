@@ -48,11 +48,25 @@ _KEYS = (*_SIDES, *ROLES, *_MARKS, "pairs", "either", "whole")
 class JointName:
     """The meaning of a joint's name.
 
-    side: 'Left', 'Right' or ''; stem: the rest in lower-case letters, without accents; number: its
-    digits; roles: those of ROLES that the word can mean, the likeliest first, () for none; helper:
-    True if the joint only distributes the twist of its bone; other: True if the joint belongs to
-    the head or hand, or to something carried, and never to an arm or leg; trunk: True if the joint
-    is the pelvis, spine or neck; word: the word that has this meaning.
+    Attributes
+    ----------
+    side
+        'Left', 'Right' or ''.
+    stem
+        The rest in lower-case letters, without accents.
+    number
+        Its digits.
+    roles
+        Those of ROLES that the word can mean, the likeliest first, () for none.
+    helper
+        True if the joint only distributes the twist of its bone.
+    other
+        True if the joint belongs to the head or hand, or to something carried, and never to an arm
+        or leg.
+    trunk
+        True if the joint is the pelvis, spine or neck.
+    word
+        The word that has this meaning.
     """
 
     side: str
@@ -88,9 +102,14 @@ class Meaning:
 class Vocabulary:
     """Words, in the form that `folded` returns, with their meanings.
 
-    pairs: words for left and right that mean a side only in mirrored names; languages: vocabularies
-    whose words count only if the whole skeleton is named in that language; joints: a person's
-    meanings of single joints, by their full names.
+    Attributes
+    ----------
+    pairs
+        Words for left and right that mean a side only in mirrored names.
+    languages
+        Vocabularies whose words count only if the whole skeleton is named in that language.
+    joints
+        A person's meanings of single joints, by their full names.
     """
 
     words: Mapping[str, Meaning]

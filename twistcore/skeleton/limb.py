@@ -130,7 +130,7 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
 def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
     """Yield chains from P over C to E, each spanning a whole bone and the next one.
 
-    line: the chains of one limb.
+    `line` are the chains of one limb.
     """
     by_parent = {c.parent: c for c in line}
     inner = {c.child for c in line if not c.ends}
@@ -145,7 +145,7 @@ def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
 
 
 def _last_piece(chain: Chain, by_parent: Mapping[int, Chain]) -> Chain:
-    """Return the chain of the last piece of a bone; chain: the chain of its first piece."""
+    """Return the chain of the last piece of a bone. `chain` is the chain of its first piece."""
     while not chain.ends and chain.child in by_parent:
         chain = by_parent[chain.child]
     return chain

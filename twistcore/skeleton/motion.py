@@ -258,7 +258,8 @@ def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
 def _descend(q: Array, p: Array, level: NDArray[np.int64], above: NDArray[np.int64]) -> None:
     """Convert local to global values for the joints of one depth, in place.
 
-    q: (4, joints, n), p: (3, joints, n); above: the parents' indices.
+    `q` has the shape (4, joints, n), and `p` has the shape (3, joints, n). `above` are the parents'
+    indices.
     """
     aw, ax, ay, az = q[:, above]
     bw, bx, by, bz = q[:, level]

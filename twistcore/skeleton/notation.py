@@ -50,8 +50,8 @@ UNSEEN = 3.0  # steps of written angles: a smaller error may be rounding
 def angle_step(angles: Iterable[Array]) -> float:
     """Return the step size of a clip's written angles, radians; 0 if it is finer than 0.1°.
 
-    angles: one array per joint, degrees, (frames, channels). Only angles that differ from the
-    previous frame count, since constant ones such as 0 fit any step.
+    `angles` has one array per joint, in degrees, shape (frames, channels). Only angles that differ
+    from the previous frame count, since constant ones such as 0 fit any step.
     """
     told = np.zeros(len(STEPS), dtype=np.int64)
     many = 0
@@ -82,9 +82,16 @@ def _middle(frames: int) -> slice:
 class DistinctFrames:
     """The frames that determine a clip: the frames that are not repeated, or the linear keys.
 
-    motion: the motion in these frames only, at their own rate; first: index of each in the clip,
-    (kept,); frames: number of frames of the clip; even: True if the motion between them is linear,
-    False if it is held.
+    Attributes
+    ----------
+    motion
+        The motion in these frames only, at their own rate.
+    first
+        Index of each in the clip, shape (kept,).
+    frames
+        Number of frames of the clip.
+    even
+        True if the motion between them is linear, False if it is held.
     """
 
     motion: Motion

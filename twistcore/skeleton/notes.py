@@ -15,7 +15,7 @@ RESTLESS_CLIP = "restless"  # too many lone jumps for any find to be sure
 
 @dataclass(frozen=True)
 class Note:
-    """A sentence about a clip; kind: a short word that notes on the same subject share."""
+    """A sentence about a clip. `kind` is a short word that notes on the same subject share."""
 
     kind: str
     text: str

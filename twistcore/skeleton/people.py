@@ -39,8 +39,12 @@ _LATEST = 8  # people to whom another limb may belong
 class Person:
     """One of the people in a skeleton; `name` is '' if there is only one.
 
-    joints: indices in file order; words: the joints' names, in the same order, without the part
-    that identifies the person.
+    Attributes
+    ----------
+    joints
+        Indices in file order.
+    words
+        The joints' names, in the same order, without the part that identifies the person.
     """
 
     name: str
@@ -61,8 +65,12 @@ class _Mark:
 class _Top:
     """A joint with all joints below it.
 
-    words: these joints' names without the person's mark; limbs: (side, 'hand' or 'foot') of each
-    limb whose end has a known name.
+    Attributes
+    ----------
+    words
+        These joints' names without the person's mark.
+    limbs
+        (side, 'hand' or 'foot') of each limb whose end has a known name.
     """
 
     joint: int

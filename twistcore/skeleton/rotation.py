@@ -31,7 +31,7 @@ def wrap(angle: ArrayLike) -> Array:
 def largest_and_rms(angles: ArrayLike) -> tuple[float, float]:
     """Return the largest and the RMS of wrapped angles (n,) in degrees; 0 if there are none.
 
-    angles: radians.
+    `angles` are in radians.
     """
     sizes = np.degrees(np.abs(wrap(angles)))
     if not sizes.size:

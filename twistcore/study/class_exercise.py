@@ -52,7 +52,12 @@ COLUMNS = (
 class ClassExercise:
     """An exercise: the intervals of a clip to judge.
 
-    clip: name of the BVH file in the same folder; listed: the intervals.
+    Attributes
+    ----------
+    clip
+        Name of the BVH file in the same folder.
+    listed
+        The intervals.
     """
 
     clip: str

@@ -118,7 +118,8 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
 def error_angle(clean: Array, other: Array, chain: Chain) -> Array:
     """Return the angle between two rotations of P, or for a limb the larger angle of P and E.
 
-    clean, other: rotations, (frames, joints, 4). The angle is in radians, (frames,).
+    `clean` and `other` are rotations, shape (frames, joints, 4). The angle is in radians,
+    (frames,).
     """
     joints = [chain.parent, chain.end] if isinstance(chain, Limb) else [chain.parent]
     return np.asarray(geodesic_angle(clean[:, joints], other[:, joints]).max(axis=1))

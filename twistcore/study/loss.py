@@ -33,7 +33,7 @@ def consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
 def _twist_increment(before: Any, after: Any, axis: Any, xp: Any, *, inverse_first: bool) -> Any:
     """Return the twist of q(t−1)⁻¹ q(t) (parent) or q(t) q(t−1)⁻¹ (child), (frames − 1,).
 
-    inverse_first: True for the parent's form.
+    Set `inverse_first` to True for the parent's form.
     """
     (bw, bx, by, bz), (aw, ax, ay, az) = ([q[:, k] for k in range(4)] for q in (before, after))
     w = bw * aw + bx * ax + by * ay + bz * az

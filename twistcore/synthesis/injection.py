@@ -128,9 +128,17 @@ def draw_errors(
 ) -> tuple[InjectedError, ...]:
     """Draw 2 to 5 errors per chain according to the protocol, at least 2 frames apart.
 
-    motion: the clean motion; chains: limbs only, for a protocol of limb flips; first: the first
-    frame of the capture; 1 leaves a T-pose in frame 0 unchanged. Except in the border protocols,
-    every edge lies inside the capture. A clip too short for 2 intervals gets fewer.
+    Except in the border protocols, every edge lies inside the capture. A clip too short for 2
+    intervals gets fewer.
+
+    Parameters
+    ----------
+    motion
+        The clean motion.
+    chains
+        Limbs only, for a protocol of limb flips.
+    first
+        The first frame of the capture. 1 leaves a T-pose in frame 0 unchanged.
     """
     errors: list[InjectedError] = []
     shared: list[Place] = []

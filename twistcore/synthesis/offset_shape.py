@@ -33,7 +33,7 @@ def shaped(
 ) -> Array:
     """Return the offset in each frame, radians, (length,), longer at both ends if low-passed.
 
-    onset, end: True if the error begins, or ends, inside the clip.
+    `onset` and `end` are True if the error begins, or ends, inside the clip.
     """
     offset = np.full(length, delta)
     if protocol.drift:

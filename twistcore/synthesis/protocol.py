@@ -30,22 +30,55 @@ _RICH_LIMIT = 0.2  # radians per frame
 class Protocol:
     """Parameters of the injection; the defaults are P0 [Choi26 §4.1].
 
-    text: a short description; step: keep only every step-th frame before injecting; rich: True to
-    first give the quiet joint of each chain a motion of its own; length: number of frames; delta:
-    degrees; ramp: frames of a soft onset, inside the interval; low_pass: cut-off in Hz of a
-    zero-phase second-order Butterworth filter for the offset; jitter, leak: degrees of white noise
-    on the offset and on the compensation; stairs: number of equal steps up to δ; flicker: True for
-    an offset in every other frame only; compensated: fraction of δ by which the child turns back.
-
-    drift: seconds over which the offset grows and decays, or, with jump_out, only grows; eased:
-    True for half a cosine instead of a ramp; both: True for errors in two chains that share a
-    joint; together: number of chains with errors in the same frames; border: True if the first two
-    intervals touch the clip's ends; persists: True if these are the only ones; clean: True if
-    nothing is injected; limb: True if P turns about its limb's line instead of its bone, with the
-    limb's end kept or carried at even odds; carried: True if C rolls along with P, while the limb
-    is bent; fill: how P's twist over a gap is filled, 'held' or 'interpolated', where δ is the
-    twist that is then missing; straight: range of seconds over which δ sets in and ends, with δ in
-    every spell in which the limb is straight.
+    Parameters
+    ----------
+    text
+        A short description.
+    step
+        Keep only every step-th frame before injecting.
+    rich
+        True to first give the quiet joint of each chain a motion of its own.
+    length
+        Number of frames.
+    delta
+        In degrees.
+    ramp
+        Frames of a soft onset, inside the interval.
+    low_pass
+        Cut-off in Hz of a zero-phase second-order Butterworth filter for the offset.
+    jitter, leak
+        In degrees of white noise on the offset and on the compensation.
+    stairs
+        Number of equal steps up to δ.
+    flicker
+        True for an offset in every other frame only.
+    compensated
+        Fraction of δ by which the child turns back.
+    drift
+        Seconds over which the offset grows and decays, or, with jump_out, only grows.
+    eased
+        True for half a cosine instead of a ramp.
+    both
+        True for errors in two chains that share a joint.
+    together
+        Number of chains with errors in the same frames.
+    border
+        True if the first two intervals touch the clip's ends.
+    persists
+        True if these are the only ones.
+    clean
+        True if nothing is injected.
+    limb
+        True if P turns about its limb's line instead of its bone, with the limb's end kept or
+        carried at even odds.
+    carried
+        True if C rolls along with P, while the limb is bent.
+    fill
+        How P's twist over a gap is filled, 'held' or 'interpolated', where δ is the twist that is
+        then missing.
+    straight
+        Range of seconds over which δ sets in and ends, with δ in every spell in which the limb is
+        straight.
     """
 
     name: str

@@ -45,7 +45,7 @@ SUCCESS = 0.2  # a frame is repaired if at most this share of its error is left 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """The errors injected into a clip; sha256: hash of the clip's file, to identify it, if
+    """The errors injected into a clip. `sha256` is the hash of the clip's file, to identify it, if
     given.
     """
 

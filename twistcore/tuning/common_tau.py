@@ -20,9 +20,14 @@ _DOUBT = 0.05  # probability that any chain gets its own τ by chance
 class ChainTau:
     """A chain compared with the common τ.
 
-    own: the τ suggested for this chain alone, None if it has too few verdicts; apart: True if this
-    τ also costs less than the common one on verdicts not used to choose it; gain: how much less, as
-    a fraction of the chain's errors.
+    Attributes
+    ----------
+    own
+        The τ suggested for this chain alone, None if it has too few verdicts.
+    apart
+        True if this τ also costs less than the common one on verdicts not used to choose it.
+    gain
+        How much less, as a fraction of the chain's errors.
     """
 
     chain: str
@@ -49,7 +54,7 @@ class CommonTau:
     def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
         """Yield sentences that say whether one τ is enough, and why a chain needs its own.
 
-        label: function that returns the displayed name of a chain.
+        `label` returns the displayed name of a chain.
         """
         if self.common is None:
             return
@@ -106,7 +111,7 @@ class CommonTau:
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
     """Return how many more errors are found, and fewer rejected intervals listed, with `own`.
 
-    own, common: the two τ to compare.
+    `own` and `common` are the two τ to compare.
     """
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)

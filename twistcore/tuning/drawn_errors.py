@@ -19,10 +19,18 @@ _SAME_SIZE = 1e-9  # radians
 class DrawnErrors:
     """Errors injected into clips.
 
-    size: the largest |δ| of each error, radians, (errors,); frames: each error's number of frames,
-    (errors,); kind: number of its protocol, (errors,); draw: number of its draw, which is the set
-    of errors injected together, (errors,); repaired: its number of repaired frames at every τ,
-    (errors, n).
+    Parameters
+    ----------
+    size
+        The largest |δ| of each error, radians, shape (errors,).
+    frames
+        Each error's number of frames, shape (errors,).
+    kind
+        Number of its protocol, shape (errors,).
+    draw
+        Number of its draw, which is the set of errors injected together, shape (errors,).
+    repaired
+        Its number of repaired frames at every τ, shape (errors, n).
     """
 
     size: Array
@@ -47,7 +55,7 @@ class DrawnErrors:
     def between(self, below: int, share: float) -> DrawnErrors:
         """Return the errors at a single τ, interpolated between grid point `below` and the next.
 
-        share: fraction of the way to the next grid point.
+        `share` is the fraction of the way to the next grid point.
         """
         pair = self.repaired[:, below : below + 2]
         mixed = pair @ [1.0 - share, share] if pair.shape[1] > 1 else pair[:, 0]

@@ -23,8 +23,8 @@ _REPLAY = ".replay.json"  # the record of an export: its review is in the clip's
 class Damaged:
     """A session that cannot be read, with the reason.
 
-    clip: the clip of the session, if its content or file name reveals a clip in the same folder; or
-    the folder.
+    `clip` is the clip of the session if its content or file name reveals a clip in the same folder,
+    and the folder if not.
     """
 
     path: Path
@@ -69,8 +69,8 @@ def read_sessions(
 ) -> Iterator[tuple[Path, Session | TwistError]]:
     """Yield every session of a folder in the order of names, or the error from reading it.
 
-    below: True to include subfolders. Other documents are skipped, as are records of exports, whose
-    review is in the clip's own session.
+    Set `below` to True to include subfolders. Other documents are skipped, as are records of
+    exports, whose review is in the clip's own session.
     """
     for path in sorted((folder.rglob if below else folder.glob)("*.json")):
         if path.name.endswith(_REPLAY):

@@ -71,7 +71,7 @@ class Seen:
 class Bin:
     """Intervals of similar confidence: their number, mean confidence and accepted fraction.
 
-    low, high: 90 % confidence interval of the accepted fraction.
+    `low` and `high` are the limits of the 90 % confidence interval of the accepted fraction.
     """
 
     count: int

@@ -28,9 +28,17 @@ from twistcore.tuning.verdicts_of import JudgedClip
 class LearnedProfile:
     """A profile learned from verdicts, with its evidence.
 
-    reasons: the evidence for each chain's τ; apart: chains with a τ of their own; before, after:
-    reliability of the detector's confidences, and of the learned ones on held-out verdicts, None if
-    there are too few verdicts; held_out: word for the held-out part.
+    Parameters
+    ----------
+    reasons
+        The evidence for each chain's τ.
+    apart
+        Chains with a τ of their own.
+    before, after
+        Reliability of the detector's confidences, and of the learned ones on held-out verdicts,
+        None if there are too few verdicts.
+    held_out
+        Word for the held-out part.
     """
 
     profile: Profile

@@ -37,9 +37,18 @@ _Value = TypeVar("_Value")
 class Profile:
     """A profile: the τ to use for other clips.
 
-    tau: τ in radians by the name of a chain or limb; method: the detector it was tuned for, '' if
-    unknown; rig: mark of the skeleton, and performer: name of the performer, '' for any;
-    confidence: the confidence learned from verdicts, used only if a person asks for it.
+    Parameters
+    ----------
+    tau
+        τ in radians by the name of a chain or limb.
+    method
+        The detector it was tuned for, '' if unknown.
+    rig
+        Mark of the skeleton.
+    performer
+        Name of the performer, '' for any.
+    confidence
+        The confidence learned from verdicts, used only if a person asks for it.
     """
 
     tau: Mapping[str, float]
@@ -58,7 +67,8 @@ class TauReasons:
     """The evidence for a chain's τ: numbers of accepted and rejected intervals, and its
     uncertainty.
 
-    low, high: degrees; 90 % of the suggestions from resampled verdicts lie between them.
+    `low` and `high` are in degrees; 90 % of the suggestions from resampled verdicts lie between
+    them.
     """
 
     accepted: int
@@ -78,9 +88,9 @@ def write_profile(
 ) -> None:
     """Write one TOML table per joint, with evidence, for :func:`read_profile`; raises OSError.
 
-    whose: a profile whose rig, performer and confidence are written into every table, since earlier
-    versions ignore unknown keys only inside a table. verdicts: the evidence by chain. The file is
-    written atomically.
+    `whose` is a profile whose rig, performer and confidence are written into every table, since
+    earlier versions ignore unknown keys only inside a table. `verdicts` holds the evidence by
+    chain. The file is written atomically.
     """
     clip, by = legible(source), legible(method)  # without line breaks
     lines = [f"# τ per joint for twistcore --profile, tuned on {clip} with detector {by}."]

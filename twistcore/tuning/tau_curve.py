@@ -24,11 +24,24 @@ class TauCurve:
     """The cost of every τ of a grid for a chain, as counts, so that the curves of clips can be
     added.
 
-    tau: radians, (n,); repaired: number of error frames repaired by at least 80 %, (n,); errors:
-    number of error frames; alarms: number of intervals applied in the cleaned clips, (n,); minutes:
-    total duration of the clips; noise: radians, one value per clip; drawn: the errors one by one,
-    None if unknown (the FSR then has no band) or if there are none; own: the detector's automatic
-    τ, radians, one per clip, if it differs from the noise.
+    Parameters
+    ----------
+    tau
+        In radians, shape (n,).
+    repaired
+        Number of error frames repaired by at least 80 %, shape (n,).
+    errors
+        Number of error frames.
+    alarms
+        Number of intervals applied in the cleaned clips, shape (n,).
+    minutes
+        Total duration of the clips.
+    noise
+        In radians, one value per clip.
+    drawn
+        The errors one by one, None if unknown (the FSR then has no band) or if there are none.
+    own
+        The detector's automatic τ, radians, one per clip, if it differs from the noise.
     """
 
     tau: Array
@@ -86,8 +99,8 @@ class TauCurve:
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
         """Return the loss of every τ, (n,): the fraction of missed error frames plus priced alarms.
 
-        price: the fraction of the error frames that avoiding one false alarm may cost, counted per
-        clip, or per minute of a longer clip; smallest: radians, smaller errors need not be found.
+        `price` is the fraction of the error frames that avoiding one false alarm may cost, counted
+        per clip, or per minute of a longer clip. Errors below `smallest` radians need not be found.
         """
         fsr = self.fsr
         if self.drawn is not None and (wanted := self.drawn.from_size(smallest)).frames.sum():
@@ -141,7 +154,14 @@ class TauCurve:
 class Cost:
     """The cost of a τ; values are NaN if not measured.
 
-    fsr: 0…1; low, high: 95 % confidence interval of the FSR; alarms: number in `minutes` of clip.
+    Parameters
+    ----------
+    fsr
+        0…1.
+    low, high
+        95 % confidence interval of the FSR.
+    alarms
+        Number in `minutes` of clip.
     """
 
     fsr: float
@@ -165,9 +185,9 @@ class Cost:
 def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None = None) -> Cost:
     """Return the total cost of several chains, each at its own τ in radians.
 
-    The error frames and alarms of all chains are added. minutes: duration of the clips, which does
-    not grow with the number of chains; if not given, all chains are assumed to be from the same
-    clips.
+    The error frames and alarms of all chains are added. `minutes` is the duration of the clips,
+    which does not grow with the number of chains. By default, all chains are assumed to be from the
+    same clips.
     """
     alarms = errors = repaired = 0.0
     drawn: list[DrawnErrors] = []

@@ -36,7 +36,7 @@ def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """A suggested τ in radians; low, high: the range of 90 % of the resampled suggestions."""
+    """A suggested τ in radians. 90 % of the resampled suggestions lie between `low` and `high`."""
 
     tau: float
     low: float
@@ -48,11 +48,23 @@ class VerdictCurve:
     """Counts over a grid of τ, with a row for each clip, or for each verdict if there are few
     clips.
 
-    Curves can be added. tau: radians, (n,); errors, natural: numbers of decided intervals of each
-    kind, (rows,); found, alarms: how many of them are detected at each τ, (rows, n); clips: number
-    of clips, or of minutes if larger, times the reviewed chains; reviewed: the τ in radians from
-    which intervals were listed, median of chains and clips; others: recall of the errors of other
-    chains, (n,), and their number, which is 0 for a curve of all chains.
+    Curves can be added.
+
+    Attributes
+    ----------
+    tau
+        In radians, shape (n,).
+    errors, natural
+        Numbers of decided intervals of each kind, shape (rows,).
+    found, alarms
+        How many of them are detected at each τ, shape (rows, n).
+    clips
+        Number of clips, or of minutes if larger, times the reviewed chains.
+    reviewed
+        The τ in radians from which intervals were listed, median of chains and clips.
+    others
+        Recall of the errors of other chains, shape (n,), and their number, which is 0 for a curve
+        of all chains.
     """
 
     tau: Array
@@ -113,7 +125,8 @@ class VerdictCurve:
         clip.
 
         If a chain has few errors, those of other chains show how large errors are in these clips.
-        weight: how often each row counts, (draws, rows); the result then has the shape (draws, n).
+        `weight` is how often each row counts, shape (draws, rows); the result then has the shape
+        (draws, n).
         """
         weight = np.ones((1, len(self.errors))) if weight is None else weight
         errors, rows = weight @ self.errors, max(len(self.errors), 1)

@@ -41,10 +41,18 @@ _PERFORMER = re.compile(
 class Verdict:
     """A person's verdict on one interval.
 
-    error: True if the interval was accepted; found: mask of the grid's τ at which the detector
-    finds it, (n,); confidence: the detector's confidence, None for an interval made by hand or if
-    the detector gives none; size: the largest offset, radians; by_hand: True if the detector had
-    not listed it.
+    Attributes
+    ----------
+    error
+        True if the interval was accepted.
+    found
+        Mask of the grid's τ at which the detector finds it, shape (n,).
+    confidence
+        The detector's confidence, None for an interval made by hand or if the detector gives none.
+    size
+        The largest offset, radians.
+    by_hand
+        True if the detector had not listed it.
     """
 
     chain: str
@@ -61,10 +69,20 @@ class Verdict:
 class JudgedClip:
     """The verdicts on a clip, with its rig and performer.
 
-    method: the detector whose intervals were listed; rig: mark of the skeleton; performer: '' if
-    unknown; minutes: the clip's duration, without frames left out of tuning; reviewed: for each
-    reviewed chain, the τ in radians from which intervals were listed; shares: by chain, the
-    fraction of these intervals that were decided, 1 if not given.
+    Attributes
+    ----------
+    method
+        The detector whose intervals were listed.
+    rig
+        Mark of the skeleton.
+    performer
+        '' if unknown.
+    minutes
+        The clip's duration, without frames left out of tuning.
+    reviewed
+        For each reviewed chain, the τ in radians from which intervals were listed.
+    shares
+        By chain, the fraction of these intervals that were decided, 1 if not given.
     """
 
     name: str
@@ -103,8 +121,8 @@ def judged_clip(
 ) -> JudgedClip:
     """Return the verdicts of a review as evidence for the τ of its detector.
 
-    performer: by default taken from the file's name. Frames left out of tuning do not count here
-    either.
+    `performer` is taken from the file's name by default. Frames left out of tuning do not count
+    here either.
     """
     decided = _decided(state)
     detector = analysis.by(state.method)

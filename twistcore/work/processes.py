@@ -65,8 +65,8 @@ class Apart:
     def call(self, work: Callable[[Name], Result], name: Name, seconds: float | None) -> Result:
         """Return `work(name)`, with both pickled; raises the exception that `work` raised.
 
-        seconds: limit of processor time, after which the process is ended; None for no limit.
-        Raises ProcessEndedError and ProcessTimeError.
+        `seconds` is the limit of processor time, after which the process is ended, or None for no
+        limit. Raises ProcessEndedError and ProcessTimeError.
         """
         order = _packed((work, name, seconds))
         process = self._running()
@@ -153,10 +153,10 @@ def each(
     """Yield each name with `work(name)` or the exception it raised, in order of completion.
 
     One worker runs in this process unless `apart` is True. More workers run in processes of their
-    own, with `work`, its arguments and its results pickled. seconds: processor time allowed for a
-    name in another process. A name whose process died is tried once more (:meth:`Apart.tried`).
-    Names are taken as needed, at most twice as many as there are workers ahead of the reader. The
-    processes end with the iterator, at once if it is closed early.
+    own, with `work`, its arguments and its results pickled. `seconds` is the processor time allowed
+    for a name in another process. A name whose process died is tried once more
+    (:meth:`Apart.tried`). Names are taken as needed, at most twice as many as there are workers
+    ahead of the reader. The processes end with the iterator, at once if it is closed early.
     """
     if isinstance(names, Sequence):
         workers = min(workers, len(names))

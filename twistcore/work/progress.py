@@ -35,8 +35,8 @@ def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
     """Yield a function to call with the name of each finished clip, shown as a bar on standard
     error.
 
-    If standard error is not a terminal, a line is printed at every twentieth of the clips. done:
-    number of clips that were finished before.
+    If standard error is not a terminal, a line is printed at every twentieth of the clips. `done`
+    is the number of clips that were finished before.
     """
     if sys.stderr.isatty():
         from tqdm import tqdm  # takes 20 ms to load, which most commands can save

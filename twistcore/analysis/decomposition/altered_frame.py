@@ -67,8 +67,9 @@ def altered(
 
     Bend, swing and nudge are applied first, because they do not change the twist's own quaternion;
     then the twist. With `counter` every child of P turns back, as in a twist error (Eq. 14). Last,
-    the fraction `applied` of `offset`, in radians, is removed. stage: how much of P's rotation is
-    included, with the children carried: 0 none, 1 the whole swing, 2 also the whole twist.
+    the fraction `applied` of `offset`, in radians, is removed. `stage` is the part of P's rotation
+    that is included, with the children carried along: 0 for none, 1 for the whole swing, 2 for the
+    whole twist as well.
     """
     one = motion.sliced(frame, frame + 1)
     here = replace(chain, axis=at_frame(chain.axis, frame), arm=at_frame(chain.arm, frame))

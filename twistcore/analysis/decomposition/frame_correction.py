@@ -67,8 +67,8 @@ def correct_frame(
 ) -> FrameCorrection:
     """Detect an error with τ in a captured or altered frame, and apply the what-if's correction.
 
-    offset_before: offset(t−1), radians; own: the offset of a known interval to remove, or None to
-    remove offset(t).
+    `offset_before` is offset(t−1) in radians. `own` is the offset of a known interval to remove, or
+    None to remove offset(t).
     """
     untouched = replace(what_if, applied=0.0)
     before = decompose(motion, chain, frame, untouched if untouched.changes else None)

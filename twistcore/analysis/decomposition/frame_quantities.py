@@ -118,8 +118,8 @@ def decompose(
 ) -> Decomposition:
     """Return the quantities of a chain at a frame, altered or as captured, and the previous frame.
 
-    offset, stage: see :func:`altered`. Frame 0 is compared with itself as captured, so that its
-    increments are 0.
+    For `offset` and `stage`, see :func:`altered`. Frame 0 is compared with itself as captured, so
+    that its increments are 0.
     """
     before = max(frame - 1, 0)
     captured = what_if is None and stage is None

@@ -33,9 +33,15 @@ def unwrapped_twist(q: ArrayLike, axis: Array) -> float:
 class EulerChannels:
     """A rotation as the Euler angles of a BVH file.
 
-    order: the axes in the file's order, such as 'ZYX'; angles: radians, (3,); between: the angle
-    from the first axis to the last axis as turned by the middle angle, [0, π/2]; at 0 both turn
-    about the same line (gimbal lock).
+    Parameters
+    ----------
+    order
+        The axes in the file's order, such as 'ZYX'.
+    angles
+        In radians, shape (3,).
+    between
+        The angle from the first axis to the last axis as turned by the middle angle, [0, π/2]. At 0
+        both turn about the same line (gimbal lock).
     """
 
     order: str

@@ -23,9 +23,15 @@ CONTACT_MM = 30.0
 class FigureQuality:
     """Quality measures of a figure; a high value is not in itself an error.
 
-    deviation: the mean distance from the input with both roots aligned, mm, or None for the input
-    itself; jitter: the mean size of the third difference, mm per frame³; foot_slide: the percentage
-    of frame pairs in which a foot slides, with contact estimated from the motion itself.
+    Parameters
+    ----------
+    deviation
+        The mean distance from the input with both roots aligned, mm, or None for the input itself.
+    jitter
+        The mean size of the third difference, mm per frame³.
+    foot_slide
+        The percentage of frame pairs in which a foot slides, with contact estimated from the motion
+        itself.
     """
 
     deviation: float | None
@@ -34,7 +40,10 @@ class FigureQuality:
 
 
 def quality(places: Array, given: Array | None = None) -> FigureQuality:
-    """Return the quality of positions (frames, 24, 3) in mm; given: the input for comparison."""
+    """Return the quality of positions (frames, 24, 3) in mm.
+
+    `given` is the input for comparison.
+    """
     third = np.diff(places, n=3, axis=0)
     return FigureQuality(
         None if given is None else mean_distance(root_aligned(places), root_aligned(given)),

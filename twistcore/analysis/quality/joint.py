@@ -86,9 +86,9 @@ class JointQuality:
 def joint_quality(clip: Clip, positions: Array, up: int = 1) -> JointQuality:
     """Return the quality measures of a clip's joints.
 
-    positions: global, (frames, joints, 3), in the file's unit; up: the axis that points up. Lengths
-    are in metres if the unit is known or the skeleton looks like one of CMU's; if not, they are
-    relative to a figure of 1.75 m.
+    `positions` are global positions with shape (frames, joints, 3), in the file's unit. `up` is the
+    axis that points up. Lengths are in metres if the unit is known or the skeleton looks like one
+    of CMU's; if not, they are relative to a figure of 1.75 m.
     """
     motion = clip.motion
     frames, joints = positions.shape[:2]

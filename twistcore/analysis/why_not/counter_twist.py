@@ -50,8 +50,7 @@ def no_counter_twist(
 ) -> Reason:
     """Return why no interval has an edge at a frame.
 
-    edges_in: function that finds edges of other chains and limbs; chains: all chains that were
-    analysed.
+    `edges_in` finds edges of other chains and limbs. `chains` are all chains that were analysed.
     """
     t, own = place.frame, analysis.chains[place.chain.name]
     if analysis.cut[t]:

@@ -29,9 +29,9 @@ _ENOUGH = 0.5  # of a strength: a soft error must change by this share to accoun
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
     """Return why no interval has an edge at a frame of a chain or limb.
 
-    found: the existing intervals with their τ, such as a detection or a review; first: the number
-    by which the sentence refers to the clip's first frame. Raises TwistError for a name that the
-    clip does not have.
+    `found` holds the existing intervals with their τ, such as a detection or a review. `first` is
+    the number by which the sentence refers to the clip's first frame. Raises TwistError for a name
+    that the clip does not have.
     """
     clip = found.analysis
     chain, tau = clip.chain(name), found.tau[name]
@@ -82,7 +82,9 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
 
 
 def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
-    """Return why a helper has no edge at a frame; own: the turns of the helper alone, radians."""
+    """Return why a helper has no edge at a frame. `own` is the angle by which the helper alone
+    turns in each frame, in radians.
+    """
     helper, driver = place.joints
     if place.strength < place.tau:
         return place.reason(Why.BELOW, f"{helper} does not jump about its bone")
@@ -117,7 +119,9 @@ def _in_notation(
 
 
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
-    """Return the reasons for :func:`unexplained_peaks`; first: as in :func:`why_not`."""
+    """Return the reasons for :func:`unexplained_peaks`. `first` has the same meaning as in
+    :func:`why_not`.
+    """
     return [why_not(found, name, t, first=first) for t in unexplained_peaks(found, name)]
 
 

@@ -44,9 +44,16 @@ EdgesIn = Callable[[int, int], Sequence[tuple[Interval, Chain]]]
 class Reason:
     """The reason why no interval has an edge at a frame of a chain or limb.
 
-    strength, tau: radians; strength is the value of the curve at the frame; text: the sentence;
-    numbers: the numbers in it by name as in JSON, angles in degrees; suspicious: True above τ if a
-    person should look at the frame.
+    Parameters
+    ----------
+    strength, tau
+        In radians. Strength is the value of the curve at the frame.
+    text
+        The sentence.
+    numbers
+        The numbers in it by name as in JSON, angles in degrees.
+    suspicious
+        True above τ if a person should look at the frame.
     """
 
     chain: str
@@ -76,8 +83,14 @@ class Reason:
 class AskedFrame:
     """A frame for which the reason is requested.
 
-    joints: the names of the chain's parent and child; first: the number of the clip's first frame
-    in sentences; kept: the frames that were examined, if these are not all frames of the clip.
+    Attributes
+    ----------
+    joints
+        The names of the chain's parent and child.
+    first
+        The number of the clip's first frame in sentences.
+    kept
+        The frames that were examined, if these are not all frames of the clip.
     """
 
     chain: Chain

@@ -25,7 +25,7 @@ _LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # frames a second that a file may have
 class Parser(argparse.ArgumentParser):
     """Parser whose errors are a single line that says where to find help, without the usage.
 
-    late: function that adds texts that load slowly, called when the help is printed.
+    `late` is called when the help is printed, and adds the texts that load slowly.
     """
 
     late: Callable[[argparse.ArgumentParser], None] | None = None

@@ -28,8 +28,14 @@ class HelpFormatter(argparse.HelpFormatter):
 class CommandHelp:
     """The texts of one command's help.
 
-    summary: line for the list of commands, without a full stop; about: sentences after the summary;
-    note: sentences after the options, such as exit codes.
+    Attributes
+    ----------
+    summary
+        Line for the list of commands, without a full stop.
+    about
+        Sentences after the summary.
+    note
+        Sentences after the options, such as exit codes.
     """
 
     summary: str

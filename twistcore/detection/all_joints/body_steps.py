@@ -37,8 +37,12 @@ _PLACE_TIMES, _PLACE_FLOOR, _REACH = 8.0, 5e-4, 10
 class BodyStep:
     """A step of many joints into one frame, or into a few successive frames.
 
-    share: the fraction of the moving joints that step, at most, in one of the frames; degrees: the
-    median angle of these joints, at most, in one of the frames.
+    Attributes
+    ----------
+    share
+        The fraction of the moving joints that step, at most, in one of the frames.
+    degrees
+        The median angle of these joints, at most, in one of the frames.
     """
 
     start: int
@@ -52,7 +56,7 @@ class BodyStep:
 class PlaceStep:
     """A jump in a joint's position in frames [start, stop).
 
-    way: how far the position departs from its path, as a fraction of the skeleton's height.
+    `way` is the distance of the position from its path, as a fraction of the skeleton's height.
     """
 
     joint: int
@@ -95,8 +99,8 @@ def _of_person(
 ) -> Iterator[BodyStep]:
     """Yield the steps of one person's body.
 
-    step: the turns of the person's joints, degrees, (frames, joints); first, last: the frames that
-    count, [first, last).
+    `step` is the angle by which each joint of the person turns, in degrees, shape (frames, joints).
+    The frames in [first, last) count.
     """
     off = np.zeros_like(step)
     off[1:-1] = np.abs(step[1:-1] - 0.5 * (step[:-2] + step[2:]))
@@ -161,8 +165,9 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
 def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
     """Return the jumps in position of roots and of all joints with position channels, by start.
 
-    motion: the motion without held frames; counted: mask of the frames that may have a jump,
-    (frames,). A position that is off its path for a frame or two and comes back is one jump.
+    `motion` is the motion without held frames. `counted` is the mask of the frames that may have a
+    jump, shape (frames,). A position that is off its path for a frame or two and comes back is one
+    jump.
     """
     frames = motion.frames
     if frames < 4 * _REACH or not motion.positioned:

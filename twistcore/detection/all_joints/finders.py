@@ -158,9 +158,15 @@ def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], lis
 class _Others:
     """The other errors of a clip, which may explain a step of a joint.
 
-    errors: the errors that can be corrected, by each joint that they turn; of_joints: masks of the
-    frames with lone jumps or noise, by joint; of_body: the size of a person's body steps in
-    degrees, 0 in all other frames, (frames,), by each joint of a person who steps.
+    Attributes
+    ----------
+    errors
+        The errors that can be corrected, by each joint that they turn.
+    of_joints
+        Masks of the frames with lone jumps or noise, by joint.
+    of_body
+        The size of a person's body steps in degrees, 0 in all other frames, shape (frames,), by
+        each joint of a person who steps.
     """
 
     search: KindSearch

@@ -40,8 +40,12 @@ _TOGETHER = 2048  # candidates in a block
 class JointStep:
     """A spike or a jump of a joint in frames [start, stop).
 
-    degrees: how far the joint is off its path, or how far it steps; usual: the same for its motion
-    nearby, in degrees.
+    Attributes
+    ----------
+    degrees
+        How far the joint is off its path, or how far it steps.
+    usual
+        The same for its motion nearby, in degrees.
     """
 
     joint: int
@@ -55,8 +59,14 @@ class JointStep:
 class StepLimits:
     """The smallest spikes and jumps that count.
 
-    spike, jump: degrees, (joints,); longest: the longest spike, in frames; floor: the noise in
-    degrees of the angles as they are written.
+    Attributes
+    ----------
+    spike, jump
+        In degrees, shape (joints,).
+    longest
+        The longest spike, in frames.
+    floor
+        The noise in degrees of the angles as they are written.
     """
 
     spike: Array
@@ -68,8 +78,14 @@ class StepLimits:
     def of(joints: int, fps: float, small: set[int], angle_step: float = 0.0) -> StepLimits:
         """Return the limits for a clip.
 
-        joints: the number of joints; small: the toes and fingers; angle_step: the rounding step of
-        the angles in the file, degrees.
+        Parameters
+        ----------
+        joints
+            The number of joints.
+        small
+            The toes and fingers.
+        angle_step
+            The rounding step of the angles in the file, degrees.
         """
         slow = fps < _SLOW
         spike = np.full(joints, SPIKE_SLOW if slow else SPIKE)
@@ -88,8 +104,8 @@ def margin(limits: StepLimits) -> int:
 def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
     """Return the spikes of all joints, by start.
 
-    rotations: (frames, joints, 4); counted: mask of the frames in which a spike may begin,
-    (frames,).
+    `rotations` has the shape (frames, joints, 4). `counted` is the mask of the frames in which a
+    spike may begin, shape (frames,).
     """
     found: list[JointStep] = []
     moves = _steps_over(rotations, 0.5 * limits.spike)
@@ -110,8 +126,14 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
 def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
     """Return the size of a spike or jump, in degrees, with the given rotations instead.
 
-    rotations: (frames, joints, 4); step: the spike or jump, in frames of these rotations; jump:
-    True if it is a jump.
+    Parameters
+    ----------
+    rotations
+        Shape (frames, joints, 4).
+    step
+        The spike or jump, in frames of these rotations.
+    jump
+        True if it is a jump.
     """
     own = rotations[:, step.joint]
     at = np.array([step.start])
@@ -123,7 +145,9 @@ def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> flo
 def _spikes_at(
     q: Array, parents: Index, start: Index, joint: Index, n: int, limits: StepLimits
 ) -> list[JointStep]:
-    """Return the candidates that are spikes over n frames; start, joint: one each per candidate."""
+    """Return the candidates that are spikes over n frames. `start` and `joint` have one value for
+    each candidate.
+    """
 
     def own(t: Index) -> Array:
         return q[t, joint]
@@ -180,8 +204,8 @@ def _jumps_at(
 def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: int) -> Array:
     """Return rotations of joints relative to an ancestor, (n, 4).
 
-    levels: the number of levels from each joint's parent up; beyond the root, rotations are in
-    world space.
+    `levels` is the number of levels above each joint, beginning with its parent. Beyond the root,
+    rotations are in world space.
     """
     turned, above = q[t, joint], parents[joint]
     for _ in range(levels):
@@ -202,7 +226,7 @@ def _steps_over(rotations: Array, least: Array) -> Mask:
 def _departure(of: Callable[[Index], Array], start: Index, n: int) -> Array:
     """Return the smallest angle of n frames from the path between their neighbours, in degrees.
 
-    of: function that returns the rotations at given frames.
+    `of` returns the rotations at given frames.
     """
     before, behind = of(start - 1), of(start + n)
     every = [_angle(of(start + k), _between(before, behind, (k + 1) / (n + 1))) for k in range(n)]
@@ -227,7 +251,7 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
 def _between(a: Array, b: Array, share: float) -> Array:
     """Return a rotation between a and b, (…, 4), which must be close to each other.
 
-    share: the fraction of the way from a to b, 0…1.
+    `share` is the fraction of the way from a to b, 0…1.
     """
     same = np.einsum("...i,...i->...", a, b)[..., None] >= 0.0
     sum_ = (1.0 - share) * a + share * np.where(same, b, -b)

@@ -50,7 +50,7 @@ TAU_IN_SIGMA = 6.0  # an automatic τ: higher where σ of natural motion itself 
 class FixedInterval:
     """An interval that does not depend on τ; it is listed if its strength is at least τ.
 
-    peak: the frame at which its strength appears in the curve.
+    `peak` is the frame at which its strength appears in the curve.
     """
 
     interval: Interval
@@ -62,10 +62,18 @@ class FixedInterval:
 class ChainAnalysis:
     """The analysis of one chain before a threshold is chosen.
 
-    standing: intervals that do not depend on τ: errors of straight limbs, whose jumps are in no
-    table, and soft errors; instead: frames [low, high) in which soft errors replace the intervals
-    between jumps; left: frames [low, high) of the chain's limb that the search for soft errors did
-    not reach within its budget; rounded: True if the clip's angles are written in coarse steps.
+    Attributes
+    ----------
+    standing
+        Intervals that do not depend on τ: errors of straight limbs, whose jumps are in no table,
+        and soft errors.
+    instead
+        Frames [low, high) in which soft errors replace the intervals between jumps.
+    left
+        Frames [low, high) of the chain's limb that the search for soft errors did not reach within
+        its budget.
+    rounded
+        True if the clip's angles are written in coarse steps.
     """
 
     name: str
@@ -114,7 +122,7 @@ class ChainAnalysis:
     ) -> ChainAnalysis:
         """Return the analysis with soft errors added.
 
-        instead: frames [low, high) in which they replace all other intervals.
+        `instead` are the frames [low, high) in which they replace all other intervals.
         """
         kept = (
             s for s in self.standing if not any(_meet(s.interval, frames) for frames in instead)
@@ -181,9 +189,14 @@ class ChainAnalysis:
 class ConsistencyAnalysis:
     """The analysis of all chains before a threshold is chosen.
 
-    cut: mask of the steps that are not motion, including the step into frame 0, (frames,);
-    own_twist: the increments from `pieces.own_twist` for the first of two pieces of one bone, by
-    chain; witnesses: the signals by which the intervals of a chain are judged.
+    Attributes
+    ----------
+    cut
+        Mask of the steps that are not motion, including the step into frame 0, shape (frames,).
+    own_twist
+        The increments from `pieces.own_twist` for the first of two pieces of one bone, by chain.
+    witnesses
+        The signals by which the intervals of a chain are judged.
     """
 
     chains: Mapping[str, ChainAnalysis]

@@ -27,8 +27,14 @@ CLEAR = 0.5  # confidence
 class NotatedAnalysis:
     """The analysis of a clip in which only some frames are examined.
 
-    kept: these frames; coarse: the analysis of these frames; fine: the analysis of jumps in all
-    frames, None if the clip has held frames.
+    Attributes
+    ----------
+    kept
+        These frames.
+    coarse
+        The analysis of these frames.
+    fine
+        The analysis of jumps in all frames, None if the clip has held frames.
     """
 
     kept: DistinctFrames

@@ -32,7 +32,7 @@ def own_twist(motion: Motion, chain: Chain) -> Array:
 def shows(twist: Array, interval: Interval) -> bool:
     """True if P's own twist contains at least half of an interval's steps.
 
-    twist: the increments from :func:`own_twist`.
+    `twist` are the increments from :func:`own_twist`.
     """
     level = np.zeros(len(twist) + 1)
     level[interval.start : interval.stop] = interval.offset

@@ -43,11 +43,24 @@ STEADY_GAP = 4.0  # frames; residuals across wider gaps do not show the local σ
 class CounterRotation:
     """The part of limbs' increments that natural motion does not explain.
 
-    x, y: the captured increments; rx, ry: their residuals, without the effects of errors in
-    neighbouring chains; sigma_x, sigma_y: the scales of the residuals; d: the counter-rotation that
-    both residuals show (inverse-variance weighted, circular); sigma: its scale; event: True where d
-    is significant and both signals agree; lone: True where one signal jumps far, whether or not the
-    other agrees. All are (chains, frames), in radians.
+    All are (chains, frames), in radians.
+
+    Attributes
+    ----------
+    x, y
+        The captured increments.
+    rx, ry
+        Their residuals, without the effects of errors in neighbouring chains.
+    sigma_x, sigma_y
+        The scales of the residuals.
+    d
+        The counter-rotation that both residuals show (inverse-variance weighted, circular).
+    sigma
+        Its scale.
+    event
+        True where d is significant and both signals agree.
+    lone
+        True where one signal jumps far, whether or not the other agrees.
     """
 
     x: Array
@@ -67,8 +80,8 @@ def counter_rotation(
 ) -> CounterRotation:
     """Return the counter-rotation of all chains of limbs.
 
-    cut: mask of increments that cross a cut and are never used, (frames,); tell: callback for the
-    progress, called before every round.
+    `cut` is the mask of increments that cross a cut, shape (frames,); these are never used. `tell`
+    is called before every round.
     """
     tell = tell or nobody
     captured = limbs.increments()

@@ -23,10 +23,23 @@ FOLLOWED = 6.0  # gain from which the frames of a run count as steps of the erro
 class Edges:
     """The possible edges of a chain, by start; a run of frames may be read in several ways.
 
-    start, stop: the edge's frames [start, stop); peak: the frame with the largest change; jump: its
-    angle in radians; sigma: the scale of the jump; gain: the log-likelihood ratio of an error over
-    natural motion, in nats; primary: True for the best interpretation of its frames, which is the
-    one counted among the inner steps of an interval. All are (n,).
+    All are (n,).
+
+    Attributes
+    ----------
+    start, stop
+        The edge's frames [start, stop).
+    peak
+        The frame with the largest change.
+    jump
+        Its angle in radians.
+    sigma
+        The scale of the jump.
+    gain
+        The log-likelihood ratio of an error over natural motion, in nats.
+    primary
+        True for the best interpretation of its frames, which is the one counted among the inner
+        steps of an interval.
     """
 
     start: Index

@@ -25,9 +25,14 @@ CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
 class Course:
     """The error of an interval from frame `start` on.
 
-    offset: the twist error of P in each frame, radians, (frames,); residual: the angle left open at
-    the closing edge, radians; followed: the fraction of the error that C turns back, 1 unless both
-    edges show that it is less.
+    Attributes
+    ----------
+    offset
+        The twist error of P in each frame, radians, shape (frames,).
+    residual
+        The angle left open at the closing edge, radians.
+    followed
+        The fraction of the error that C turns back, 1 unless both edges show that it is less.
     """
 
     start: int

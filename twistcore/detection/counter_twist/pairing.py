@@ -53,7 +53,12 @@ LEVEL, STEPS, ALL = 0, 1, 2  # what an interval's offset follows: its edges, its
 class Pair(NamedTuple):
     """An interval by the indices of its two edges in the table, −1 for a border.
 
-    follows: how its offset is computed (LEVEL, STEPS or ALL); gain: in nats.
+    Attributes
+    ----------
+    follows
+        How its offset is computed (LEVEL, STEPS or ALL).
+    gain
+        In nats.
     """
 
     opening: int
@@ -66,9 +71,18 @@ class Pair(NamedTuple):
 class Block:
     """The gains of the closing edges from `first_row` on with the openings from `first_column` on.
 
-    Only gains above 0 are stored, because few pairs have one. shape: (rows, columns); at: the flat
-    positions of the stored pairs, ascending; gains: their gains in nats; kinds: their `follows`;
-    (n,) each.
+    Only gains above 0 are stored, because few pairs have one.
+
+    Attributes
+    ----------
+    shape
+        Shape (rows, columns).
+    at
+        The flat positions of the stored pairs, ascending.
+    gains
+        Their gains in nats.
+    kinds
+        Their `follows`. (n,) each.
     """
 
     first_row: int
@@ -137,7 +151,9 @@ def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
 
 
 def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
-    """Return the gains of all pairs of edges within [low, high); sums: the chain's running sums."""
+    """Return the gains of all pairs of edges within [low, high). `sums` are the chain's running
+    sums.
+    """
     inside = (low < edges.start) & (edges.stop <= high) & (np.abs(edges.jump) >= SMALLEST)
     edges = edges[inside]
     between = sums[:, edges.start], sums[:, edges.stop]
@@ -151,7 +167,7 @@ def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
 def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Block:
     """Return the gains of the closing edges first…last − 1.
 
-    sums: the running sums at each edge's start and at its stop, from :func:`running_sums`.
+    `sums` are the running sums at each edge's start and at its stop, from :func:`running_sums`.
     """
     row, begin = slice(first, last), max(0, first - BAND)
     col = slice(begin, last)

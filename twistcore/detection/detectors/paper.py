@@ -30,7 +30,7 @@ class PaperDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> PaperAnalysis:
-        """Compute the signals of chains, independent of τ; tell: callback for the progress."""
+        """Compute the signals of chains, independent of τ. `tell` is called with the progress."""
         return PaperAnalysis(signals_of_chains(motion, chains, tell))
 
 

@@ -63,11 +63,20 @@ MIDDLE = {
 class Judgement:
     """The result of weighing the evidence about an interval.
 
-    score: the log odds that the correction is right; doubts: the reasons against it in words, the
-    strongest first; terms: the parts of the score by name; motion: True if the odds are twenty to
-    one that the interval is natural motion, or the roll of one joint alone, and not an error;
-    small: True if it turns by so little that a person has to decide, because neither the azimuth
-    nor a silent joint shows it.
+    Attributes
+    ----------
+    score
+        The log odds that the correction is right.
+    doubts
+        The reasons against it in words, the strongest first.
+    terms
+        The parts of the score by name.
+    motion
+        True if the odds are twenty to one that the interval is natural motion, or the roll of one
+        joint alone, and not an error.
+    small
+        True if it turns by so little that a person has to decide, because neither the azimuth nor a
+        silent joint shows it.
     """
 
     score: float
@@ -124,8 +133,8 @@ def unanswered(t: Terms) -> bool:
 def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judgement:
     """Return the judgement of the evidence.
 
-    segment: the chain's segment, which names the joint in the words; straight: True if the error
-    was found as an error of a straight limb, so that both bones must turn at its ends.
+    `segment` is the chain's segment, which names the joint in the words. `straight` is True if the
+    error was found as an error of a straight limb, so that both bones must turn at its ends.
     """
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
     motion = sum(parts.values()) < _MOTION

@@ -37,7 +37,7 @@ _NEAR = 0.6  # seconds in which an edge's neighbours have more weight
 class Find:
     """An error in frames [start, stop), with the angles to remove from P's twist, in degrees.
 
-    silent: True if the error shows at a joint that never twists elsewhere in the clip.
+    `silent` is True if the error shows at a joint that never twists elsewhere in the clip.
     """
 
     start: int
@@ -54,7 +54,7 @@ class Find:
 
 @dataclass(frozen=True)
 class Edge:
-    """Frames [start, stop) in which the offset rises or falls; turn: its change in degrees."""
+    """Frames [start, stop) in which the offset rises or falls. `turn` is the change in degrees."""
 
     start: int
     stop: int
@@ -122,7 +122,7 @@ def terms_of(background: Background, find: Find) -> Terms:
 class Background:
     """The motion of a chain outside its errors, with which each error is compared.
 
-    taken: mask of the frames of all errors of the chain, (frames,).
+    `taken` is the mask of the frames of all errors of the chain, shape (frames,).
     """
 
     chain: Witnesses
@@ -132,7 +132,7 @@ class Background:
 
     @classmethod
     def of(cls, chain: Witnesses, finds: Iterable[Find]) -> Background:
-        """Return the background of a chain; finds: all its errors."""
+        """Return the background of a chain. `finds` are all errors of the chain."""
         return cls(chain, taken_by(chain.frames, finds))
 
     def without(self, find: Find) -> Background:
@@ -190,7 +190,7 @@ class Background:
     def usual(self, name: str, width: int) -> _Usual:
         """Return the turns of a signal over `width` frames minus its pace, and their scale.
 
-        name: the signal's name. Frames with errors are left out.
+        `name` is the signal's name. Frames with errors are left out.
         """
         if (name, width) not in self._known:
             chain = self.chain
@@ -234,8 +234,14 @@ class Background:
 class _Usual:
     """The usual turns of a signal.
 
-    turned: the turns minus the pace, in degrees; free: mask of the frames without errors; scale:
-    the scale of the turns, NaN if there are too few.
+    Attributes
+    ----------
+    turned
+        The turns minus the pace, in degrees.
+    free
+        Mask of the frames without errors.
+    scale
+        The scale of the turns, NaN if there are too few.
     """
 
     turned: Array
@@ -247,8 +253,14 @@ class _Usual:
 class _Against:
     """Turns of P and C against each other.
 
-    turned: degrees, −1 near errors; free: the number of frames without errors; natural: the 99 %
-    quantile of the turns in these frames.
+    Attributes
+    ----------
+    turned
+        In degrees, −1 near errors.
+    free
+        The number of frames without errors.
+    natural
+        The 99 % quantile of the turns in these frames.
     """
 
     turned: Array
@@ -437,8 +449,14 @@ class _Measured:
 class Side:
     """The usual side of C's bone.
 
-    off: the bone's angle from that side, degrees, (frames,); furthest: its 95 % quantile; exact:
-    True if the bone is on that side whenever the limb is bent at all, as if built into the rig.
+    Attributes
+    ----------
+    off
+        The bone's angle from that side, degrees, shape (frames,).
+    furthest
+        Its 95 % quantile.
+    exact
+        True if the bone is on that side whenever the limb is bent at all, as if built into the rig.
     """
 
     off: Array
@@ -449,7 +467,7 @@ class Side:
 def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
     """Return the side to which C's bone leaves P's in most of the clip; None if it is unknown.
 
-    busy: mask of the frames to leave out, (frames,).
+    `busy` is the mask of the frames to leave out, shape (frames,).
     """
     if not chain.hinged:
         return None

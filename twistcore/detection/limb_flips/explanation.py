@@ -47,9 +47,18 @@ _ANYWHERE = 0.1  # share of a density that is even
 class Run:
     """Frames from `start` on in which a limb is flipped by `offset`, radians, (frames,).
 
-    first, last: the jumps at its edges; followed: the jumps inside it; residual: the angle that
-    these jumps leave open, radians; side: the evidence that the limb belongs on the other side;
-    odds: how much more the cheapest explanation without this run costs.
+    Attributes
+    ----------
+    first, last
+        The jumps at its edges.
+    followed
+        The jumps inside it.
+    residual
+        The angle that these jumps leave open, radians.
+    side
+        The evidence that the limb belongs on the other side.
+    odds
+        How much more the cheapest explanation without this run costs.
     """
 
     start: int
@@ -74,7 +83,7 @@ Density = Callable[[Array], Array]
 class _Arc:
     """One step of an explanation: from node `source` (so many jumps explained) to node `target`.
 
-    run: the run between the two, or None if the step leaves a jump unexplained.
+    `run` is the run between the two, or None if the step leaves a jump unexplained.
     """
 
     source: int
@@ -88,8 +97,14 @@ def explain(
 ) -> list[Run]:
     """Return the runs that explain the jumps best, by start.
 
-    jumps: sorted by start; angle, height: the swivel's angle and height, (frames,); capture: mask
-    of the frames from which the clip's usual side is estimated, (frames,).
+    Parameters
+    ----------
+    jumps
+        Sorted by start.
+    angle, height
+        The swivel's angle and height, shape (frames,).
+    capture
+        Mask of the frames from which the clip's usual side is estimated, shape (frames,).
     """
     if not any(j.leads for j in jumps):
         return []
@@ -104,8 +119,14 @@ def explain(
 class Left:
     """The costs of a jump that stays unexplained, and the best run with it as an edge, if any.
 
-    cost: the cost of leaving the jump; price: the cost of that run; spared: the cost of leaving all
-    jumps of that run.
+    Attributes
+    ----------
+    cost
+        The cost of leaving the jump.
+    price
+        The cost of that run.
+    spared
+        The cost of leaving all jumps of that run.
     """
 
     cost: float

@@ -50,9 +50,16 @@ SEVERAL, TOGETHER = 3, 0.5
 class LimbFlips:
     """The analysis of one limb before a threshold is chosen.
 
-    departures: the limb's turns minus the median of nearby frames, radians; capture: mask of the
-    frames that are neither a border nor at a cut; noisy: mask of the frames with a burst of noise
-    in any limb of the person; (frames,) each. soft: the jumps over several frames.
+    Attributes
+    ----------
+    departures
+        The limb's turns minus the median of nearby frames, radians.
+    capture
+        Mask of the frames that are neither a border nor at a cut.
+    noisy
+        Mask of the frames with a burst of noise in any limb of the person. (frames,) each.
+    soft
+        The jumps over several frames.
     """
 
     limb: Limb
@@ -121,7 +128,7 @@ class LimbFlips:
         """True if E rotated with the limb in a flip, that is, if its edges shrink when E is turned
         back.
 
-        start, offset: the flip's first frame, and its angles in radians.
+        `start` is the flip's first frame, and `offset` holds its angles in radians.
         """
         along, kept = (_end_turns(self.swivel, start, offset, along=a) for a in (True, False))
         return along < kept
@@ -163,7 +170,7 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
 def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
     """Return how far E still turns at the edges of a flip after the flip is removed, radians.
 
-    along: True if E rotated with the limb and is turned back with it.
+    `along` is True if E rotated with the limb and is turned back with it.
     """
     end = swivel.end
     total = 0.0
@@ -231,7 +238,7 @@ class LimbFlipAnalysis:
 def analyse_limbs(
     motion: Motion, limbs: Sequence[Limb], tell: Tell | None = None
 ) -> LimbFlipAnalysis:
-    """Analyse limbs, except for the part that depends on τ; tell: callback for the progress."""
+    """Analyse limbs, except for the part that depends on τ. `tell` is called with the progress."""
     tell = tell or nobody
     border = find_cuts(motion)
     swivels = []

@@ -27,11 +27,21 @@ SHARP = float(np.radians(40.0))  # a larger turn in a frame is not part of a sof
 class Jump:
     """A jump of a limb about its line in frames [start, stop).
 
-    turns: radians per frame; scale: the natural size of the limb's own departures there, radians;
-    step: how far the limb's end moves in the jump beyond its motion nearby, as a fraction of the
-    limb's length; sharp: True for a jump in one frame, False for a jump over several frames that
-    only together turn the limb over; leads: True if the jump exceeds τ and needs an explanation,
-    False if it can only be the other edge of a run.
+    Attributes
+    ----------
+    turns
+        In radians per frame.
+    scale
+        The natural size of the limb's own departures there, radians.
+    step
+        How far the limb's end moves in the jump beyond its motion nearby, as a fraction of the
+        limb's length.
+    sharp
+        True for a jump in one frame, False for a jump over several frames that only together turn
+        the limb over.
+    leads
+        True if the jump exceeds τ and needs an explanation, False if it can only be the other edge
+        of a run.
     """
 
     start: int
@@ -78,8 +88,9 @@ def _median(windows: Array) -> Array:
 def scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
     """Return how far a limb naturally departs from its own median near each of the given frames.
 
-    height: distance of the middle joint from the line between the limb's ends, as a fraction of the
-    limb's length. The smaller it is, the more the same jitter turns the limb about its line.
+    `height` is the distance of the middle joint from the line between the limb's ends, as a
+    fraction of the limb's length. The smaller it is, the more the same jitter turns the limb about
+    its line.
     """
     half = max(NEAR, round(_SCALE_SECONDS * fps))
     padded = np.pad(np.abs(departures), half, mode="symmetric")
@@ -97,8 +108,8 @@ def sharp_jumps(
 ) -> list[Jump]:
     """Return the jumps in one frame: departures of τ radians, or smaller but unusual for the limb.
 
-    scale_at, steps_at: functions that return the limb's scale, and how far its end moves, at the
-    given frames.
+    `scale_at` and `steps_at` return the scale of the limb and the movement of its end at the given
+    frames.
     """
     size = np.abs(departures)
     at = np.flatnonzero(size >= min(tau, _WEAK))

@@ -24,12 +24,28 @@ _LARGE = np.radians(90.0)  # a turn that may take two frames
 class Swivel:
     """A limb's rotation about its own line; radians, or fractions of the limb's length.
 
-    angle: the angle φ of C about the line from P to E, (frames,), measured from `side`; side: the
-    direction in which C is in most of the clip, fixed in the frame of P's parent, (3,); jump: how
-    far the limb turned about its line since the previous frame, even if it is straight, (frames,);
-    height: the distance of C from the line, (frames,); step: how far E moved relative to P,
-    (frames,); line: the unit vector from P to E, (frames, 3); child: the position of C relative to
-    P, (frames, 3); end: the rotation of E, (frames, 4). The last three are in world space.
+    The last three are in world space.
+
+    Attributes
+    ----------
+    angle
+        The angle φ of C about the line from P to E, shape (frames,), measured from `side`.
+    side
+        The direction in which C is in most of the clip, fixed in the frame of P's parent, shape
+        (3,).
+    jump
+        How far the limb turned about its line since the previous frame, even if it is straight,
+        shape (frames,).
+    height
+        The distance of C from the line, shape (frames,).
+    step
+        How far E moved relative to P, shape (frames,).
+    line
+        The unit vector from P to E, shape (frames, 3).
+    child
+        The position of C relative to P, shape (frames, 3).
+    end
+        The rotation of E, shape (frames, 4).
     """
 
     angle: Array
@@ -111,8 +127,8 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
     """Return how far a limb turns from some frames to others, (n,), and where the measures agree.
 
-    before, after: P's rotation and the rotation of the bone before E, (n, 4); the line and C's
-    offset from it, (n, 3); and the height of C, (n,).
+    `before` and `after` each consist of P's rotation and the rotation of the bone before E, both
+    (n, 4), the line and C's offset from it, both (n, 3), and the height of C, (n,).
     """
     upper, lower, line, aside, height = after
     way = _least_turn(before[2], line)
@@ -142,7 +158,7 @@ def _least_turn(a: Array, b: Array) -> Array:
 def _roll(before: Array, after: Array, way: Array, line: Array) -> Array:
     """Return how far a rotation turns about the line, apart from the line's own rotation, (n,).
 
-    before, after: the two rotations; way: the shortest rotation of the line.
+    `before` and `after` are the two rotations. `way` is the shortest rotation of the line.
     """
     turn = multiply(after, conjugate(before))
     return twist_angle(multiply(turn, conjugate(way)), line)
@@ -162,7 +178,7 @@ def _usual_side(line: Array, aside: Array, height: Array) -> Array:
 
 
 def _angle(line: Array, aside: Array, side: Array) -> Array:
-    """Return φ of C relative to the direction `side`; aside: C's offset from the line."""
+    """Return φ of C relative to the direction `side`. `aside` is the offset of C from the line."""
     return angle_about(line, side - (line @ side)[:, None] * line, aside)
 
 

@@ -29,7 +29,7 @@ GRID = 4  # positions of a span's start, for each span length
 class Span:
     """Spans of `length` frames that start every `step` frames.
 
-    reach: the number of frames over which the slopes at both ends are measured.
+    `reach` is the number of frames over which the slopes at both ends are measured.
     """
 
     length: int

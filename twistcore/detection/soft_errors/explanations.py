@@ -50,8 +50,14 @@ Frames: TypeAlias = tuple[int, int]  # [start, stop)
 class Tried(NamedTuple):
     """An offset that was tried, over the frames of a stretch.
 
-    left: the remaining surprise plus the price of the offset, in nats; offset: radians, (frames,);
-    sigma: its standard deviation, radians.
+    Attributes
+    ----------
+    left
+        The remaining surprise plus the price of the offset, in nats.
+    offset
+        In radians, shape (frames,).
+    sigma
+        Its standard deviation, radians.
     """
 
     left: float
@@ -66,8 +72,20 @@ NONE = Tried(np.inf, np.zeros(0), 0.0)
 class Seed:
     """A span with a departure that is too large, from which a search begins.
 
-    gain: nats; row: its chain; at: the index of the span; position: its position; middle: its
-    middle frame; length: its length in frames.
+    Attributes
+    ----------
+    gain
+        Nats.
+    row
+        Its chain.
+    at
+        The index of the span.
+    position
+        Its position.
+    middle
+        Its middle frame.
+    length
+        Its length in frames.
     """
 
     gain: float
@@ -107,7 +125,7 @@ class Explanations:
     def best(self, fit_below: float) -> SoftError | None:
         """Return the soft error with the lowest cost, or None if none gains enough.
 
-        fit_below: an offset of fewer σ than this is also fitted as a softened level.
+        An offset of fewer than `fit_below` σ is also fitted as a softened level.
         """
         best = self._free
         if best is None:
@@ -163,7 +181,7 @@ class Explanations:
         """Return the softened level with the lowest cost, or a clear free offset if that is
         cheaper.
 
-        ratio: the largest value of the free offset, in σ.
+        `ratio` is the largest value of the free offset, in σ.
         """
         stretch, place, low = self._stretch, self._place, self._low
         self._surprise.work += LEVELS * (TO_BEGIN + len(stretch.u))
@@ -212,7 +230,7 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
 def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
     """Return the levels around a seed that explain u best, each with the widening of the scales.
 
-    length, middle: the length and the middle of the seed's span, in frames of the stretch.
+    `length` and `middle` describe the seed's span, in frames of the stretch.
     """
     n, shift, onset = (v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS))
     start = middle + shift * np.maximum(n, length) - 0.5 * n

@@ -40,8 +40,12 @@ def cost(z: Array, cap: float = CAP) -> Array:
 class Natural:
     """The scales of natural departures over one span.
 
-    beta: β of each chain, (chains,); sigma, sigma_sum: the scales of u and of x + y, radians,
-    (probes, chains, positions).
+    Attributes
+    ----------
+    beta
+        β of each chain, shape (chains,).
+    sigma, sigma_sum
+        The scales of u and of x + y, radians, shape (probes, chains, positions).
     """
 
     span: Span
@@ -65,8 +69,15 @@ def natural_scales(
 ) -> list[Natural]:
     """Return the natural scales over every span, measured in the frames that are not marked bad.
 
-    x, y: increments, radians, (chains, frames); bad: mask of the same shape; step: the rounding
-    step of the angles in the file; no scale is smaller than the noise of that rounding.
+    Parameters
+    ----------
+    x, y
+        Increments, radians, shape (chains, frames).
+    bad
+        Mask of the same shape.
+    step
+        The rounding step of the angles in the file. No scale is smaller than the noise of that
+        rounding.
     """
     frames = x.shape[1]
     level_x, level_y = np.cumsum(x, axis=1), np.cumsum(y, axis=1)
@@ -113,8 +124,8 @@ def natural_scales(
 def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
     """Return the β in 0…1 that minimises Σ|x − β(x + y)| over the clean positions.
 
-    x, total, clean: (chains, n); β: (chains,). Absolute values are summed so that remaining errors
-    have little influence.
+    `x`, `total` and `clean` have the shape (chains, n), and β has the shape (chains,). Absolute
+    values are summed so that remaining errors have little influence.
     """
     step = max(1, x.shape[1] // SAMPLES)
     x, total = x[:, ::step], total[:, ::step]
@@ -156,7 +167,8 @@ def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array
 def unlikely_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Mask:
     """Return a mask of the frames with conspicuous increments, (chains, frames).
 
-    These frames are excluded from measurements. step: the rounding step of the angles in the file.
+    These frames are excluded from measurements. `step` is the rounding step of the angles in the
+    file.
     """
     least = max(0.5 * FLOOR, math.sqrt(2.0) * ROUNDED * step)
     everywhere = np.ones(x.shape, dtype=bool)

@@ -43,9 +43,9 @@ BESIDE = 8  # at least so many frames nearby, to measure P's own motion
 def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
     """Return how far the level is from its constant value, radians, (frames,); None if it has none.
 
-    increments, other: the increments of the joint and of the other joint of its chain, radians,
-    (frames,); cut: mask of the clip's cuts. The change of the level across a cut is unknown, so the
-    constant value is determined separately for each part between cuts.
+    `increments` and `other` are the increments of the joint and of the other joint of its chain,
+    radians, shape (frames,). `cut` is the mask of the clip's cuts. The change of the level across a
+    cut is unknown, so the constant value is determined separately for each part between cuts.
     """
     moving = np.abs(other) > MOVES
     still = np.abs(increments) < STILL
@@ -124,7 +124,7 @@ def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
 def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
     """Return the errors that appear at silent joints of a limb, found and removed one at a time.
 
-    sides: the rows with a silent joint, as from :func:`silent_sides`. If several silent joints
+    `sides` are the rows with a silent joint, as from :func:`silent_sides`. If several silent joints
     twist in the same frames, one error may cause all of it: the error whose removal leaves the
     smallest turns is taken.
     """

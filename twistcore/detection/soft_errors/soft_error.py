@@ -27,10 +27,20 @@ LEAST_BEHIND = 2.0  # an error at an end of the clip must be so many times short
 class SoftError:
     """The twist error of joint P in the chain of `row`, from frame `start` on.
 
-    offset: the error in radians, (frames,); gain: the log-likelihood ratio of the error over
-    natural motion, in nats; sigma: the standard deviation of the correction, radians; followed: the
-    fraction of the error that C turns back; unsure: True if the error is reported but not
-    corrected; silent: True if it shows at a joint that never twists elsewhere in the clip.
+    Attributes
+    ----------
+    offset
+        The error in radians, shape (frames,).
+    gain
+        The log-likelihood ratio of the error over natural motion, in nats.
+    sigma
+        The standard deviation of the correction, radians.
+    followed
+        The fraction of the error that C turns back.
+    unsure
+        True if the error is reported but not corrected.
+    silent
+        True if it shows at a joint that never twists elsewhere in the clip.
     """
 
     row: int
@@ -61,10 +71,17 @@ def judged(
 ) -> SoftError:
     """Return the error, marked unsure if only one joint moved or the wrong side may be corrected.
 
-    x, y: the captured increments of the error's chain, (frames,); cut: mask of the clip's cuts,
-    (frames,); side: 1 if the error shows at a P that never twists, −1 if at such a C, 0 if at
-    neither; last: True if no chain continues from C, so that an error that only C shows may belong
-    to a joint below it.
+    Parameters
+    ----------
+    x, y
+        The captured increments of the error's chain, shape (frames,).
+    cut
+        Mask of the clip's cuts, shape (frames,).
+    side
+        1 if the error shows at a P that never twists, −1 if at such a C, 0 if at neither.
+    last
+        True if no chain continues from C, so that an error that only C shows may belong to a joint
+        below it.
     """
     frames = len(x)
     at_end = error.start == 0 or error.stop == frames

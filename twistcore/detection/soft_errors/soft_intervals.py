@@ -41,8 +41,13 @@ BESIDE = 2  # frames around an interval in which a departure casts doubt on it
 class Known:
     """An interval that was found before the search for soft errors.
 
-    offset: the error of P from frame `start` on, in radians; firm: True for an error of a straight
-    limb, which is questioned only if a silent joint explains it better.
+    Attributes
+    ----------
+    offset
+        The error of P from frame `start` on, in radians.
+    firm
+        True for an error of a straight limb, which is questioned only if a silent joint explains it
+        better.
     """
 
     row: int
@@ -60,8 +65,14 @@ class Known:
 class Searched:
     """The result of a search for soft errors.
 
-    found: the soft errors; replaced: the known intervals that they replace; left: mask of the
-    frames that the search did not reach within its budget, (limbs, frames).
+    Attributes
+    ----------
+    found
+        The soft errors.
+    replaced
+        The known intervals that they replace.
+    left
+        Mask of the frames that the search did not reach within its budget, shape (limbs, frames).
     """
 
     found: list[SoftError]
@@ -85,7 +96,7 @@ def budget_of(frames: int, joints: int) -> float:
 def search(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known], budget: float = math.inf
 ) -> Searched:
-    """Search limbs for soft errors; budget: the work allowed, in units of `Surprise.work`.
+    """Search limbs for soft errors. `budget` is the work allowed, in units of `Surprise.work`.
 
     The known errors are removed first. Where the remaining motion is not natural at some time
     scale, the known errors are put back, and everything there is explained again.
@@ -286,7 +297,7 @@ def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
 def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
     """Return the sentences about frames that were not searched; chains with equal frames share one.
 
-    left: the frame ranges [low, high) that were not searched, by chain name.
+    `left` lists the frame ranges [low, high) that were not searched, by chain name.
     """
     chains: dict[tuple[tuple[int, int], ...], list[str]] = {}
     for name, spans in left.items():
@@ -317,7 +328,7 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
 
 
 def confidence(gain: float) -> float:
-    """Return the probability that the correction is right, 0…1; gain: in nats."""
+    """Return the probability that the correction is right, 0…1. `gain` is in nats."""
     return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 80.0) / 12.0))))
 
 

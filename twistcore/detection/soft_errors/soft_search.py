@@ -33,7 +33,8 @@ def gains(surprise: Surprise, k: int, rows: Index) -> Array:
 def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) -> bool:
     """Explain the seeds of several limbs, strongest first; return True if all were examined.
 
-    budget: the work after which no further seed is examined, in units of `surprise.work`.
+    `budget` is the amount of work after which no further seed is examined, in units of
+    `surprise.work`.
     """
     end = surprise.work + budget
     while True:
@@ -70,7 +71,7 @@ class Search:
     def _seed(self, row: int, k: int, near: tuple[int, int] | None = None) -> Seed | None:
         """Return the best seed of the k-th span in the unfinished frames of a row, or None.
 
-        near: the first and last frame to consider; the whole row if None.
+        `near` is the first and last frame to consider, or None for the whole row.
         """
         span = self._surprise.at[k].natural.span
         gain = self._gain[row, k]

@@ -31,8 +31,14 @@ NARROWER = 5.0  # factor from one width to the next
 class Level(NamedTuple):
     """A softened level by its four numbers.
 
-    size: δ in radians; onset, end: the frames in the middle of the first and the last transition;
-    width: the duration of a transition, in frames.
+    Attributes
+    ----------
+    size
+        δ in radians.
+    onset, end
+        The frames in the middle of the first and the last transition.
+    width
+        The duration of a transition, in frames.
     """
 
     size: float
@@ -89,7 +95,7 @@ def fitted(
 ) -> tuple[Array, float]:
     """Return the course with the smallest residuals, (frames,), and the sum of their squares.
 
-    coarsest: see :func:`all_fitted`.
+    `coarsest` has the same meaning as in :func:`all_fitted`.
     """
     return all_fitted([(start, kernel, coarsest)], frames, residuals)[0]
 

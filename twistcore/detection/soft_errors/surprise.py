@@ -40,8 +40,14 @@ LONGEST = 2.0  # spans up to so many times as long as a stretch are used for it
 class _AtSpan:
     """The departures over one span.
 
-    u, total: the departures of u and of x + y; spread: the scale of u. All are in radians, (probes,
-    chains, positions).
+    All are in radians, (probes, chains, positions).
+
+    Attributes
+    ----------
+    u, total
+        The departures of u and of x + y.
+    spread
+        The scale of u.
     """
 
     natural: Natural
@@ -111,7 +117,7 @@ class Surprise:
     def measure(self, bad: Mask) -> None:
         """Measure the natural scales in the frames that are not bad, and all departures.
 
-        bad: mask of frames, (rows, frames).
+        `bad` is the mask of frames, shape (rows, frames).
         """
         natural = natural_scales(self.x, self.y, self.fps, self.spans, bad, self.limbs.step)
         level_x, level_y = np.cumsum(self.x, axis=1), np.cumsum(self.y, axis=1)

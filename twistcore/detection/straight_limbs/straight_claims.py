@@ -52,7 +52,7 @@ BESIDE = 1  # frames next to an error to which its transitions extend
 class _Jumping:
     """An interval between jumps: its error from frame `start` on, and the peak frames of its edges.
 
-    offset: δ in radians, (frames,).
+    `offset` is δ in radians, shape (frames,).
     """
 
     start: int
@@ -67,7 +67,7 @@ class _Jumping:
 
 @dataclass(frozen=True, eq=False)
 class Jumps:
-    """The data for finding the intervals between the jumps of a chain; tau: in radians."""
+    """The data for finding the intervals between the jumps of a chain. `tau` is in radians."""
 
     counter: CounterRotation
     row: int
@@ -107,7 +107,7 @@ class Jumps:
 class StraightLimb:
     """The errors of a limb while it is straight, by start.
 
-    claimed: mask of the frames in which they begin and end.
+    `claimed` is the mask of the frames in which they begin and end.
     """
 
     errors: tuple[StraightError, ...]
@@ -146,8 +146,8 @@ def straight_limb(
     None if there are none, or if the chain has no hinge, for example because it has no grandchild.
     Which of two spells contains the error is decided by the bend, not by the length: an interval
     between jumps takes priority only if it brings the bent limb back to its hinge, or if it leaves
-    hardly more counter-turn unexplained. by_itself: function that returns the increments of P and C
-    without the effect of jumps in neighbouring chains, radians, (frames,) each.
+    hardly more counter-turn unexplained. `by_itself` returns the increments of P and C, each
+    (frames,), in radians and without the effect of jumps in neighbouring chains.
     """
     if chain.grandchild < 0:
         return None
@@ -179,7 +179,7 @@ def straight_limb(
 
 
 def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
-    """Return limbs without errors; offsets: the errors in radians, (frames,), by row of
+    """Return limbs without errors. `offsets` are the errors in radians, shape (frames,), by row of
     `increments`.
     """
     joints = limbs.joints.copy()
@@ -202,9 +202,9 @@ def _error_of(
 ) -> list[StraightError]:
     """Return the errors of a spell whose removal brings it closer to its hinge.
 
-    There are none if the intervals between jumps suffice. scales: the scales of the increments in
-    the whole clip; jumping: the intervals between jumps in the spell's segment. Only the frames of
-    the spell are examined, because a long clip has thousands of spells.
+    There are none if the intervals between jumps suffice. `scales` are the scales of the increments
+    in the whole clip. `jumping` are the intervals between jumps in the spell's segment. Only the
+    frames of the spell are examined, because a long clip has thousands of spells.
     """
     low, high = spell.low, spell.high
     x, y = (v[low:high] for v in increments)

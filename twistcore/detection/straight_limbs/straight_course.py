@@ -37,8 +37,9 @@ def course(
 ) -> Array:
     """Return δ in frames [start, stop), radians; outside, within the segment [low, high), it is 0.
 
-    increments: x and y, radians, (frames,) each; scales: the scale of each, from :func:`scale_of`.
-    At the segment's ends δ is free, because the motion before and after is unknown.
+    `increments` are x and y, each (frames,), in radians, and `scales` are their scales from
+    :func:`scale_of`. At the segment's ends δ is free, because the motion before and after is
+    unknown.
     """
     rows = _smooth(increments, scales, start, stop, low, high, fps)
     n = stop - start
@@ -57,7 +58,7 @@ def course(
 def scale_of(increments: Array, step: float = 0.0) -> float:
     """Return the usual difference between successive increments, radians.
 
-    step: the rounding step of the angles in the file, which sets a lower limit.
+    `step` is the rounding step of the angles in the file; it sets a lower limit.
     """
     bends = np.abs(np.diff(increments[2:]))
     least = max(LEAST_SCALE, ROUNDED * step)
@@ -99,9 +100,14 @@ def _columns(frames: NDArray[np.int64], start: int, stop: int) -> NDArray[np.int
 def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: float) -> Array:
     """Return the least-squares δ, reweighted so that it changes by much or not at all.
 
-    band: the upper diagonals of the normal equations, the main one last, (3, n); begins, ends: True
-    if δ is 0 before the first frame and after the last; step: the smallest change that counts,
-    radians per frame.
+    Parameters
+    ----------
+    band
+        The upper diagonals of the normal equations, the main one last, shape (3, n).
+    begins, ends
+        True if δ is 0 before the first frame and after the last.
+    step
+        The smallest change that counts, radians per frame.
     """
     from scipy.linalg import solveh_banded  # as slow to load as all the rest; few clips need it
 

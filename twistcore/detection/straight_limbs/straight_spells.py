@@ -34,10 +34,15 @@ HINGE, MOSTLY = float(np.radians(2.0)), 0.75  # a hinge's play in the bent limb,
 class Bend:
     """The bend of a limb in each frame.
 
-    angle: the angle between C's bone and P's, in [0, π], (frames,); azimuth: the direction in which
-    C's bone leaves P's, relative to the direction in most frames with a bent limb, radians in (−π,
-    π], (frames,), or None if the joint is not a hinge; spread: the deviation of the azimuth from 0
-    that the bent limb seldom exceeds, radians.
+    Attributes
+    ----------
+    angle
+        The angle between C's bone and P's, in [0, π], shape (frames,).
+    azimuth
+        The direction in which C's bone leaves P's, relative to the direction in most frames with a
+        bent limb, radians in (−π, π], shape (frames,), or None if the joint is not a hinge.
+    spread
+        The deviation of the azimuth from 0 that the bent limb seldom exceeds, radians.
     """
 
     angle: Array
@@ -54,10 +59,17 @@ class Bend:
     ) -> bool | None:
         """True if removing the offset brings the limb closer to its hinge axis; None if unknown.
 
-        offset: radians, one per frame of `frames`; where: mask of the frames to use; share: the
-        largest fraction of the original distance that may remain. Frames are weighted by how far
-        the limb is bent. An almost straight limb that bends slightly backward is naturally on the
-        opposite side.
+        Frames are weighted by how far the limb is bent. An almost straight limb that bends slightly
+        backward is naturally on the opposite side.
+
+        Parameters
+        ----------
+        offset
+            In radians, one per frame of `frames`.
+        where
+            Mask of the frames to use.
+        share
+            The largest fraction of the original distance that may remain.
         """
         if self.azimuth is None or (where is not None and not where.any()):
             return None
@@ -94,9 +106,18 @@ class Spell:
 class StraightError:
     """An error of a straight limb from frame `start` on.
 
-    offset: δ in each frame, radians; peak: the middle frame of its clearest transition; turns: the
-    turns of P and C in that transition, radians; strength: the size of the change of δ there,
-    radians; closed: the number of ends at which the limb is bent.
+    Attributes
+    ----------
+    offset
+        δ in each frame, radians.
+    peak
+        The middle frame of its clearest transition.
+    turns
+        The turns of P and C in that transition, radians.
+    strength
+        The size of the change of δ there, radians.
+    closed
+        The number of ends at which the limb is bent.
     """
 
     start: int
@@ -115,8 +136,8 @@ class StraightError:
 def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     """Return the bend of a limb.
 
-    q_child: C's local rotation, (frames, 4); axis, arm: unit vectors along P's bone and C's, (3,)
-    or (frames, 3).
+    `q_child` are C's local rotations, (frames, 4). `axis` and `arm` are unit vectors along P's bone
+    and C's, (3,) or (frames, 3).
     """
     v = rotate(q_child, arm)
     axis = np.broadcast_to(axis, v.shape)
@@ -153,7 +174,7 @@ def errors_in(
 ) -> list[StraightError]:
     """Return the errors of a spell: runs of δ that begin or end with opposite turns of both joints.
 
-    delta: δ of all frames, radians, 0 outside the spell.
+    `delta` is δ in all frames, in radians, and 0 outside the spell.
     """
     window = window_of(fps)
     first = spell.windows(window).start
@@ -193,8 +214,9 @@ def left_over(
 ) -> float:
     """Return how far P and C still turn against each other after δ is removed, radians.
 
-    This is the maximum over windows, beyond the pace next to each. scales: the scales of both
-    increments; delta: δ of all frames, (frames,). The quieter signal has the greater weight.
+    This is the maximum over windows, beyond the pace next to each. `scales` are the scales of both
+    increments. `delta` is δ in all frames, shape (frames,). The quieter signal has the greater
+    weight.
     """
     steps = np.diff(delta, prepend=delta[:1])
     x, y = increments

@@ -34,11 +34,21 @@ _OF_BONE = frozenset(
 class Asf:
     """A skeleton, and the layout of the numbers in an AMC for its bones.
 
-    data: the file's bytes; skeleton: a joint at the start of every bone, the root first; channels:
-    columns of each joint's numbers in a frame, with letters and columns in reverse order, since
-    Acclaim's X Y Z turns about fixed axes: R = R_z · R_y · R_x; axes: C of every bone, (joints, 4),
-    where the local rotation is C · R · C⁻¹; start: offset added to the root's translation, (3,);
-    radians: True if angles are in radians, None if the file does not say.
+    Parameters
+    ----------
+    data
+        The file's bytes.
+    skeleton
+        A joint at the start of every bone, the root first.
+    channels
+        Columns of each joint's numbers in a frame, with letters and columns in reverse order, since
+        Acclaim's X Y Z turns about fixed axes: R = R_z · R_y · R_x.
+    axes
+        C of every bone, shape (joints, 4), where the local rotation is C · R · C⁻¹.
+    start
+        Offset added to the root's translation, shape (3,).
+    radians
+        True if angles are in radians, None if the file does not say.
     """
 
     path: Path

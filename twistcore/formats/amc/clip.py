@@ -25,10 +25,18 @@ _UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 class AmcClip(Clip):
     """An AMC file.
 
-    asf: its skeleton, from another file; values: its numbers in the order of the joints, lengths in
-    the file's unit and angles in degrees, (frames, columns); places: the position of each number
-    among the file's tokens, in reading order, (frames, columns); radians: True if the file has
-    angles in radians.
+    Parameters
+    ----------
+    asf
+        Its skeleton, from another file.
+    values
+        Its numbers in the order of the joints, lengths in the file's unit and angles in degrees,
+        shape (frames, columns).
+    places
+        The position of each number among the file's tokens, in reading order, shape (frames,
+        columns).
+    radians
+        True if the file has angles in radians.
     """
 
     format = "amc"
@@ -97,9 +105,9 @@ class AmcClip(Clip):
     ) -> Patch:
         """Return the bytes with the numbers at `changed` (frames, joints) taken from `motion`.
 
-        positions: also write the root's translation where it differs. All other bytes are kept. A
-        number keeps its number of decimals, at least 6, and never gets an exponent. Raises
-        ValueError for a bone without three degrees of freedom.
+        If `positions` is True, also write the root's translation where it differs. All other bytes
+        are kept. A number keeps its number of decimals, at least 6, and never gets an exponent.
+        Raises ValueError for a bone without three degrees of freedom.
         """
         rotations = motion.rotations.copy()
         for joint in np.flatnonzero(changed.any(axis=0)).tolist():

@@ -40,9 +40,20 @@ _NEEDED = (
 class Handover:
     """Data that Blender has read, in its world: Z up, metres.
 
-    names, parents: names and parent indices of the bones, −1 for roots, parents before children;
-    rest: (bones, 4, 4) and tails: (bones, 3) in the rest pose; poses: (frames, bones, 4, 4); fps:
-    frames per second; figure, take: the chosen ones; blender: its version.
+    Parameters
+    ----------
+    names, parents
+        Names and parent indices of the bones, −1 for roots, parents before children.
+    rest
+        (bones, 4, 4) and tails: (bones, 3) in the rest pose.
+    poses
+        Shape (frames, bones, 4, 4).
+    fps
+        Frames per second.
+    figure, take
+        The chosen ones.
+    blender
+        Its version.
     """
 
     names: tuple[str, ...]
@@ -88,9 +99,17 @@ def read_scene(
 ) -> Handover:
     """Open a scene in Blender and sample its skeleton; Blender ends before this returns.
 
-    take, figure: the ones to read if there are several; fps: frame rate to use instead of the
-    scene's; time_limit: seconds. Raises TwistError with one sentence if Blender finds no skeleton
-    or several, takes too long or fails.
+    Raises TwistError with one sentence if Blender finds no skeleton or several, takes too long or
+    fails.
+
+    Parameters
+    ----------
+    take, figure
+        The ones to read if there are several.
+    fps
+        Frame rate to use instead of the scene's.
+    time_limit
+        Seconds.
     """
     if not source.is_file():
         raise TwistError(f"{source}: expected a file, but there is none")

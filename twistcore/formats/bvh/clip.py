@@ -23,9 +23,16 @@ _BLOCK = 1 << 18  # bytes
 class BvhClip(Clip):
     """A BVH file.
 
-    text: the file's bytes or, for a file in UTF-16 or UTF-32 (`wide`), the same text as UTF-8;
-    data_start: offset of the first motion number in the text; channels: one entry per joint;
-    values: the numbers as written (degrees and length units), shape (frames, columns).
+    Parameters
+    ----------
+    text
+        The file's bytes or, for a file in UTF-16 or UTF-32 (`wide`), the same text as UTF-8.
+    data_start
+        Offset of the first motion number in the text.
+    channels
+        One entry per joint.
+    values
+        The numbers as written (degrees and length units), shape (frames, columns).
     """
 
     format = "bvh"
@@ -71,9 +78,9 @@ class BvhClip(Clip):
     ) -> Patch:
         """Return the bytes with the numbers at `changed` (frames, joints) taken from `motion`.
 
-        positions: also write the position numbers that differ. All other bytes are kept. A number
-        keeps its number of decimals, at least 6, and never gets an exponent. Raises ValueError for
-        joints without three rotation channels, which cannot be rewritten.
+        If `positions` is True, also write the position numbers that differ. All other bytes are
+        kept. A number keeps its number of decimals, at least 6, and never gets an exponent. Raises
+        ValueError for joints without three rotation channels, which cannot be rewritten.
         """
         names = self.skeleton.names
         found = turned_numbers(self.values, self.channels, names, motion, changed)

@@ -27,14 +27,19 @@ def continuous_angles(
 ) -> Array:
     """Return Euler angles of q, radians, (n, 3), on the branch that moves least.
 
-    q: (n, 4); own: the file's angles in these frames, (n, 3), whose φ3 is kept in gimbal lock;
-    before, after: the unchanged angles before and after the run, (3,), or None at an end of the
-    clip.
-
     Every frame has two solutions with any number of full turns. The path with the smallest
     Σ|Δchannel| and both edges fixed is taken. Without fixed edges, a path and the path of the other
     solutions are equally long. Then the distances to `own` are added to the sum, weighted by cos θ
     where the rotation is θ < 90° from the file's.
+
+    Parameters
+    ----------
+    q
+        Shape (n, 4).
+    own
+        The file's angles in these frames, shape (n, 3), whose φ3 is kept in gimbal lock.
+    before, after
+        The unchanged angles before and after the run, shape (3,), or None at an end of the clip.
     """
     first = euler_from_quaternion(order, q)
     locked = np.cos(first[:, 1]) < _GIMBAL
@@ -80,8 +85,8 @@ def _cheapest_path(
 ) -> NDArray[np.int64]:
     """Return which solution, 0 or 1, each frame has on the path with the smallest sum of steps.
 
-    The steps are wrapped, and the path is found with the Viterbi algorithm. extra: additional cost
-    of each solution, (n, 2).
+    The steps are wrapped, and the path is found with the Viterbi algorithm. `extra` is an
+    additional cost of each solution, shape (n, 2).
     """
     n = len(solutions)
     step = _distance(solutions[1:, None], solutions[:-1, :, None])
@@ -149,9 +154,10 @@ def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
 def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array) -> Array:
     """Return the path from `before` to `after` with the smallest Σ|Δchannel|, radians, (n, 3).
 
-    solutions: the two of every frame, (n, 2, 3), up to full turns; near: a path of solutions from
-    `before` on without steps above half a turn, (n, 3). Exact by dynamic programming over
-    (solution, full turns of each channel relative to `near`), up to 2 turns.
+    `solutions` are the two solutions in every frame, up to full turns, shape (n, 2, 3). `near` is a
+    path of solutions from `before` on without steps above half a turn, shape (n, 3). Exact by
+    dynamic programming over (solution, full turns of each channel relative to `near`), up to 2
+    turns.
     """
     # Turn 0 of each solution is the one nearest to the path. A solution half a turn away is equally
     # near on both sides, so two turns more may be only one: hence the second turn to either side.

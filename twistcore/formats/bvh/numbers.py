@@ -58,7 +58,7 @@ def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
     """Read the numbers in data[start:], separated by white space.
 
     Raises BadNumberError for any other token. Reading in blocks needs little memory besides the
-    values. tell: called after each block.
+    values. `tell` is called after each block.
     """
     tell = tell or nobody
     buffer = np.frombuffer(data, dtype=np.uint8)

@@ -28,9 +28,9 @@ def turned_numbers(
 ) -> tuple[NDArray[np.int64], Array, tuple[ChannelJump, ...]]:
     """Return the rotation numbers to write at `changed` (frames, joints), in degrees, and jumps.
 
-    The first result is the index of each number in reading order, the second its new value. values:
-    the numbers as written, (frames, columns). The angles continue those of the neighbouring frames.
-    Raises ValueError for a joint without three rotation channels.
+    The first result is the index of each number in reading order, the second its new value.
+    `values` are the numbers as written, shape (frames, columns). The angles continue those of the
+    neighbouring frames. Raises ValueError for a joint without three rotation channels.
     """
     columns = values.shape[1]
     tokens, numbers, jumps = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], []
@@ -82,8 +82,8 @@ def with_numbers(
 ) -> bytes:
     """Return a text with the given tokens replaced by numbers, (n,); all other bytes are kept.
 
-    spans: byte offsets of start and end of all tokens, in reading order. A number keeps its number
-    of decimals, at least 6, and never gets an exponent.
+    `spans` are the byte offsets of the start and end of all tokens, in reading order. A number
+    keeps its number of decimals, at least 6, and never gets an exponent.
     """
     order = np.argsort(tokens, kind="stable")
     tokens, numbers = tokens[order], numbers[order]

@@ -177,8 +177,8 @@ def open_archive(path: Path, data: bytes) -> Archive:
 def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> None:
     """Raise NpzError unless all members are readable, do not overlap and have plausible sizes.
 
-    size: size of the file, bytes. Nothing is unpacked: :func:`room` limits the declared sizes, and
-    a member is never read beyond its declared size.
+    `size` is the size of the file in bytes. Nothing is unpacked: :func:`room` limits the declared
+    sizes, and a member is never read beyond its declared size.
     """
     if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
         raise NpzError(f"{path}: expected every array once, found two with the same name")

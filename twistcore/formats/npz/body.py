@@ -55,8 +55,14 @@ _ENDS: dict[str, Triple] = {
 class BodyModel:
     """A model's joints, with bone lengths that are known without the model's files.
 
-    names, parents: of the joints, (joints,); offsets: from the parent at rest, metres, (joints, 3);
-    ends: End Sites of bones without children, as in Skeleton.
+    Attributes
+    ----------
+    names, parents
+        Of the joints, shape (joints,).
+    offsets
+        From the parent at rest, metres, shape (joints, 3).
+    ends
+        End Sites of bones without children, as in Skeleton.
     """
 
     names: tuple[str, ...]

@@ -42,7 +42,7 @@ _JAWS, _EYES = (("pose_jaw",), ("jaw_pose",)), (("pose_eye",), ("leye_pose", "re
 class PosePart:
     """An array with some of the joints of the poses, such as 'pose_body' of SMPL-X.
 
-    start, stop: the range of its numbers within a frame's pose.
+    `start` and `stop` are the range of its numbers within a frame's pose.
     """
 
     name: str
@@ -54,10 +54,20 @@ class PosePart:
 class PoseNames:
     """The array names of one layout.
 
-    joints: joints of the body; parts: arrays that together contain every number of a pose once;
-    place: array of the root's position; scale: its units per metre; rate: frames per second if the
-    file has none, with the data set they come from, or None; left: arrays of joints that are not
-    read and stay unchanged.
+    Attributes
+    ----------
+    joints
+        Joints of the body.
+    parts
+        Arrays that together contain every number of a pose once.
+    place
+        Array of the root's position.
+    scale
+        Its units per metre.
+    rate
+        Frames per second if the file has none, with the data set they come from, or None.
+    left
+        Arrays of joints that are not read and stay unchanged.
     """
 
     joints: int

@@ -41,9 +41,9 @@ _ELSEWHERE = (
 def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> NpzClip:
     """Read an .npz of poses (docs/amass.md).
 
-    fps: frame rate to use instead of the file's; tell: called with the progress. No code in the
-    file is run. Raises NpzError with one sentence if the file is damaged or has other data.
-    Assumptions are listed in Clip.warnings.
+    `fps` is the frame rate to use instead of the file's. `tell` is called with the progress. No
+    code in the file is run. Raises NpzError with one sentence if the file is damaged or has other
+    data. Assumptions are listed in Clip.warnings.
     """
     path = Path(path)
     return parse_npz(_bytes_of(path, "an .npz"), path, fps=fps, tell=tell)

@@ -45,8 +45,16 @@ class Arrays(Protocol):
 class PickledDict:
     """A pickle of arrays by name, read without executing it.
 
-    path: path for messages; data: the bytes; names: contents by name; places: offsets of the
-    arrays' bytes.
+    Attributes
+    ----------
+    path
+        Path for messages.
+    data
+        The bytes.
+    names
+        Contents by name.
+    places
+        Offsets of the arrays' bytes.
     """
 
     path: Path
@@ -97,7 +105,7 @@ def put(
 ) -> None:
     """Write values over the bytes of the array `there`, in its order and dtype.
 
-    offset: offset of the pickle in the data.
+    `offset` is the position of the pickle in the data.
     """
     start = places.of(there)
     by_column = there.flags.f_contiguous and not there.flags.c_contiguous

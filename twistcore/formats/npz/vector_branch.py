@@ -20,8 +20,9 @@ def continuous_vectors(
 ) -> Array:
     """Return rotation vectors of q, (n, 4) -> (n, 3), radians, with the smallest Σ|Δv|.
 
-    own: the file's vectors in these frames, (n, 3), which decide between equally short paths;
-    before, after: the vectors of the neighbouring frames, (3,), None at an end of the clip.
+    `own` are the file's vectors in these frames, shape (n, 3), which decide between equally short
+    paths. `before` and `after` are the vectors of the neighbouring frames, shape (3,), or None at
+    an end of the clip.
     """
     short = logarithm(q)
     angle = np.linalg.norm(short, axis=1)

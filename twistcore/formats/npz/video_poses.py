@@ -67,8 +67,14 @@ class _Row:
 class VideoPoses:
     """The rows of one person as arrays by name: THETAS (frames, 72) and PLACE (frames, 3).
 
-    archive: the file; rows: one for each frame in which the person was seen; notes: sentences about
-    persons left out and frames filled in.
+    Attributes
+    ----------
+    archive
+        The file.
+    rows
+        One for each frame in which the person was seen.
+    notes
+        Sentences about persons left out and frames filled in.
     """
 
     archive: Archive

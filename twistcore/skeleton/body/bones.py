@@ -30,7 +30,7 @@ _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
 def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> list[Bone]:
     """Return the bones of a limb, from the trunk outwards.
 
-    path: the limb's joints, from the end back to the trunk.
+    `path` lists the limb's joints, from the end back to the trunk.
     """
     pieces = _pieces(shape, path)
     left = list(segments)
@@ -53,7 +53,9 @@ def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> l
 
 
 def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
-    """Return the joints that continue the bone above them; path: the joints, from the end back."""
+    """Return the joints that continue the bone above them. `path` lists the joints, from the end
+    back.
+    """
     out: set[int] = set()
     triples = list(zip(path, path[1:], path[2:], strict=False))
     named = [shape.first_role(j, shape.names[j].side) for j in path]
@@ -86,7 +88,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
 def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
     """True if a joint's word may mean two bones and no joint below it is the lower of the two.
 
-    below: the joints of the limb under it, from the end back.
+    `below` lists the joints of the limb under it, from the end back.
     """
     name = shape.names[joint]
     inner = (shape.names[j] for j in below[1:])
@@ -96,8 +98,8 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
 def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
     """Return the bones down to the end of a limb; after its two longest bones, only long ones.
 
-    segments: names of the bones of an arm or leg, which ends with its two longest bones; bones are
-    then returned only up to there.
+    `segments` are the names of the bones of an arm or leg, which ends with its two longest bones.
+    Bones are then returned only up to there.
     """
     pairs = [(p, c) for p, c in pairwise(joints) if shape.solid[c]]
     if len(pairs) < 2:
@@ -131,8 +133,8 @@ def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] =
 def lower_pair(sums: Sequence[float]) -> int:
     """Return the index of thigh and shin, or of arm and forearm, among the pairs of a limb's bones.
 
-    sums: the total length of each pair of neighbouring bones, the pair at the trunk first. The
-    longest pair is chosen or, of pairs of nearly that length, the one farthest from the trunk,
+    `sums` are the total lengths of each pair of neighbouring bones, the pair at the trunk first.
+    The longest pair is chosen or, of pairs of nearly that length, the one farthest from the trunk,
     since a collar may be as long as a forearm.
     """
     return max(k for k, both in enumerate(sums) if both >= _NEARLY * max(sums))

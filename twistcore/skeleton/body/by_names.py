@@ -85,7 +85,7 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
 def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
     """Return the path to the end of a limb of which only joints above the end have known names.
 
-    taken: joints that belong to other limbs.
+    `taken` are the joints that belong to other limbs.
     """
     roles = ROLES[kind]
     inner = [

@@ -19,7 +19,7 @@ from twistcore.skeleton.people import find_people, joint_names
 def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({})) -> Body:
     """Return the limbs of all people in a motion's skeleton.
 
-    said: the user's meanings of single joints, by name, such as 'left hand' or 'helper', see
+    `said` are the user's meanings of single joints, by name, such as 'left hand' or 'helper'; see
     :func:`joint_as_said`.
     """
     return _found(motion, said) if said else _as_found(motion)
@@ -77,7 +77,7 @@ def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterabl
 
 
 def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
-    """Return a clause that lists the unused joints on that side; known: the used joints."""
+    """Return a clause that lists the unused joints on that side. `known` are the used joints."""
     end = ROLES[kind][-1]
     unknown = [
         shape.skeleton.names[j]

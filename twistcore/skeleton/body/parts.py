@@ -19,8 +19,14 @@ LIMBS = tuple((side, kind) for side in SIDES for kind in BONES)
 class Bone:
     """A bone of a limb, from the joint P to its child C.
 
-    segment: 'Arm', 'Leg' … or '' if unknown; ends: True if C begins another bone, False if it
-    begins another piece of this one; pieces: number of pieces of the whole bone.
+    Attributes
+    ----------
+    segment
+        'Arm', 'Leg' … or '' if unknown.
+    ends
+        True if C begins another bone, False if it begins another piece of this one.
+    pieces
+        Number of pieces of the whole bone.
     """
 
     parent: int
@@ -34,9 +40,18 @@ class Bone:
 class LimbLine:
     """A limb: its bones, from the trunk outwards, and the joint below its end.
 
-    side: 'Left', 'Right' or ''; kind: 'arm', 'leg' or ''; below: the joint that the last joint
-    points to (a toe), or −1; by_shape: True if its end was found by the shape of the skeleton;
-    person: name of its owner, '' if there is only one person.
+    Attributes
+    ----------
+    side
+        'Left', 'Right' or ''.
+    kind
+        'arm', 'leg' or ''.
+    below
+        The joint that the last joint points to (a toe), or −1.
+    by_shape
+        True if its end was found by the shape of the skeleton.
+    person
+        Name of its owner, '' if there is only one person.
     """
 
     side: str
@@ -56,8 +71,14 @@ class LimbLine:
 class Unexamined:
     """A limb, or the end of a limb, that no chain examines.
 
-    limb: 'left arm', 'left forearm'; why: a clause with the reason; side, kind, person: as in
-    :class:`LimbLine`.
+    Attributes
+    ----------
+    limb
+        'left arm', 'left forearm'.
+    why
+        A clause with the reason.
+    side, kind, person
+        As in :class:`LimbLine`.
     """
 
     limb: str
@@ -91,8 +112,16 @@ class Unexamined:
 class Body:
     """The limbs of a skeleton, of one or more people, and the meanings of its joints.
 
-    names: the meaning of each joint's name; lines: the limbs, person by person; missing: arms and
-    legs that were not found; people: the people in the skeleton.
+    Attributes
+    ----------
+    names
+        The meaning of each joint's name.
+    lines
+        The limbs, person by person.
+    missing
+        Arms and legs that were not found.
+    people
+        The people in the skeleton.
     """
 
     skeleton: Skeleton

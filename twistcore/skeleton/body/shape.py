@@ -21,9 +21,18 @@ _FINGERS = 3  # lines of bones from one joint of a limb that make it the end
 class Shape:
     """The data for finding limbs in a motion's skeleton, or in one person's part of it.
 
-    names: meanings of the joints' names; joints: the person's joints; said: joints named by the
-    user; children, offsets, lengths: lists with an entry for each joint, with offsets from
-    :func:`bone_offset`; solid: True for a joint whose bone from its parent has a length.
+    Parameters
+    ----------
+    names
+        Meanings of the joints' names.
+    joints
+        The person's joints.
+    said
+        Joints named by the user.
+    children, offsets, lengths
+        Lists with an entry for each joint, with offsets from :func:`bone_offset`.
+    solid
+        True for a joint whose bone from its parent has a length.
     """
 
     def __init__(

@@ -32,10 +32,15 @@ Correct = Callable[[Array, float, Sequence[Gap]], Array]
 class Baseline:
     """A method in the benchmark's table that is not a detector.
 
-    correct: the function (rotations (frames, joints, 4) sign-continuous, frames per second, wrong
-    frames) → corrected rotations of the same shape; oracle: True if it is given the true intervals
-    and changes only the target's joints; whole_body: True if one joint's result depends on other
-    joints.
+    Attributes
+    ----------
+    correct
+        The function (rotations (frames, joints, 4) sign-continuous, frames per second, wrong
+        frames) → corrected rotations of the same shape.
+    oracle
+        True if it is given the true intervals and changes only the target's joints.
+    whole_body
+        True if one joint's result depends on other joints.
     """
 
     name: str

@@ -48,8 +48,16 @@ class BenchmarkSettings:
 class ClipResult:
     """The stored result of a clip: a few kilobytes, however long the clip is.
 
-    clip: path below the folder; micros: duration of the capture in µs; dropped: number of leading
-    frames before the capture; problems: one sentence for each failure.
+    Attributes
+    ----------
+    clip
+        Path below the folder.
+    micros
+        Duration of the capture in µs.
+    dropped
+        Number of leading frames before the capture.
+    problems
+        One sentence for each failure.
     """
 
     clip: str
@@ -89,7 +97,9 @@ def result_from_json(document: Mapping[str, Any]) -> ClipResult:
 
 
 def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
-    """Run the benchmark on one clip; name: its name in the results, the stem seeds the errors."""
+    """Run the benchmark on one clip. `name` is the clip's name in the results; its stem seeds the
+    errors.
+    """
     problems: list[str] = []
     try:
         motion = read_bvh(path).motion

@@ -34,8 +34,12 @@ STRAIGHTENS = ("", "Arm", "UpLeg")  # segments whose child is an elbow or a knee
 class CleanScene:
     """The clean motion into which errors are injected, with its correctable chains and limbs.
 
-    dropped: number of leading frames of the file before the capture; events: what the auditing
-    detector found in the clean motion.
+    Attributes
+    ----------
+    dropped
+        Number of leading frames of the file before the capture.
+    events
+        What the auditing detector found in the clean motion.
     """
 
     clip: str

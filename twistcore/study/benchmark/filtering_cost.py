@@ -21,8 +21,16 @@ _MICRO = 1e-6
 class Fidelity:
     """The cost for one clip and method, in integers, so that a stored result equals a new one.
 
-    peak: angular speed before filtering, m°/s; kept: fraction of it that remains after filtering,
-    millionths; lag: µs; lag_frames: lag in millionths of a frame.
+    Attributes
+    ----------
+    peak
+        Angular speed before filtering, m°/s.
+    kept
+        Fraction of it that remains after filtering, millionths.
+    lag
+        µs.
+    lag_frames
+        Lag in millionths of a frame.
     """
 
     peak: int
@@ -34,12 +42,12 @@ class Fidelity:
 def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
     """Compare the angular speeds of the chains' joints before and after filtering.
 
-    refined: the filtered rotations, (frames, joints, 4). Joints of chains with a natural event are
-    excluded, so that the peak is motion and not an error. None if no joint remains or nothing
-    moves. The peak is the highest mean speed over 50 ms of the fastest joint, compared with the
-    peak of the same joint after filtering. The lag is the shift with the highest cross-correlation
-    of the speeds minus their means, summed over joints, refined to a fraction of a frame by a
-    parabola.
+    `refined` are the filtered rotations, shape (frames, joints, 4). Joints of chains with a natural
+    event are excluded, so that the peak is motion and not an error. None if no joint remains or
+    nothing moves. The peak is the highest mean speed over 50 ms of the fastest joint, compared with
+    the peak of the same joint after filtering. The lag is the shift with the highest
+    cross-correlation of the speeds minus their means, summed over joints, refined to a fraction of
+    a frame by a parabola.
     """
     eventful = chain_joints([c for c in scene.chains if c.name in scene.eventful])
     joints = np.setdiff1d(scene.joints, eventful)

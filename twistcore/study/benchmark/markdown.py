@@ -221,7 +221,9 @@ def _listed(
     rows: Iterable[tuple[Sequence[str], Mapping[str, Any]]],
     columns: Sequence[tuple[str, str, int]],
 ) -> str:
-    """Return a table whose rows begin with their names; columns: (title, key, decimals) of each."""
+    """Return a table whose rows begin with their names. `columns` are given as (title, key,
+    decimals).
+    """
     lines = [[*own, *(_number(values[k], n) for _, k, n in columns)] for own, values in rows]
     return table([*names, *(title for title, _, _ in columns)], lines)
 

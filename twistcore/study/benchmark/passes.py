@@ -58,7 +58,8 @@ class MethodResult:
 class CleanRun:
     """The result of a method on the clean clip, without injected errors.
 
-    change: how far the method turned each joint, radians, (frames, scene.joints).
+    `change` is the angle by which the method turned each joint, radians, shape (frames,
+    scene.joints).
     """
 
     outcome: MethodResult
@@ -74,10 +75,17 @@ def apply_method(
 ) -> MethodResult:
     """Apply a method to a motion; only joints of `chains` change.
 
-    chains: also the limbs, if their flips are to be found; wrong: the frames that are truly wrong,
-    for methods with known truth; tau: τ in radians by chain, by default the automatic τ. The
-    automatic corrections are applied, or the offsets that the detector's analysis itself returns,
-    such as the paper's running sum.
+    The automatic corrections are applied, or the offsets that the detector's analysis itself
+    returns, such as the paper's running sum.
+
+    Parameters
+    ----------
+    chains
+        Also the limbs, if their flips are to be found.
+    wrong
+        The frames that are truly wrong, for methods with known truth.
+    tau
+        τ in radians by chain, by default the automatic τ.
     """
     if method in BASELINES:
         return MethodResult(_filtered(BASELINES[method], motion, chains, wrong), {})

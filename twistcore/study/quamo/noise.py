@@ -23,9 +23,16 @@ DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera sees depth
 class NoiseLevel:
     """The sizes of the noise: degrees per joint and axis, and metres for the root.
 
-    smooth: a bias that wanders within about a second; white: noise that is independent in every
-    frame at 25 Hz; root_smooth: the range from which the size for each clip is drawn; root_white: a
-    constant size.
+    Attributes
+    ----------
+    smooth
+        A bias that wanders within about a second.
+    white
+        Noise that is independent in every frame at 25 Hz.
+    root_smooth
+        The range from which the size for each clip is drawn.
+    root_white
+        A constant size.
     """
 
     smooth: float
@@ -45,8 +52,8 @@ class Noise:
     """The noise to add: a level, and whether half of the bias's variance is constant (systematic).
 
     The systematic part is drawn for each clip separately, so no method can memorise it; the total
-    size is the same with and without it. bursts: number of occlusions per minute, in each of which
-    a limb loses its input (it freezes, then jumps back).
+    size is the same with and without it. `bursts` is the number of occlusions per minute, in each
+    of which a limb loses its input (it freezes, then jumps back).
     """
 
     level: NoiseLevel
@@ -68,8 +75,8 @@ def noisy(
 ) -> tuple[Array, Array]:
     """Return poses (frames, 24, 4) and root positions (frames, 3) with noise, q̂ = Exp(n) ⊗ q.
 
-    unit: metres in one unit of r. At other rates the wandering part keeps its time scale and the
-    white part its size, so samples 1/25 s apart have the same statistics as at 25 Hz.
+    `unit` is the length of r's unit in metres. At other rates the wandering part keeps its time
+    scale and the white part its size, so samples 1/25 s apart have the same statistics as at 25 Hz.
     """
     frames, joints = q.shape[:2]
     level = noise.level

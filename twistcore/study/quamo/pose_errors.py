@@ -56,9 +56,9 @@ def second_difference(places: Array) -> Array:
 def lag_parts(found: Array, truth: Array, dt: float) -> tuple[float, float]:
     """Return numerator and denominator of the lag of positions: −Σ (x − x*)·v* and Σ v*·v*.
 
-    found, truth: x and x*, (frames, …, 3); v* is the velocity of the truth. The quotient is the
-    delay of x* in seconds that brings it nearest to x, to first order. Add up the sums of all clips
-    before dividing.
+    `found` and `truth` are x and x*, (frames, …, 3), and v* is the velocity of the truth. The
+    quotient is the delay of x* in seconds that brings it nearest to x, to first order. Add up the
+    sums of all clips before dividing.
     """
     velocity = np.gradient(truth, dt, axis=0)
     return -float(((found - truth) * velocity).sum()), float((velocity**2).sum())

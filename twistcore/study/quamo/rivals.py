@@ -52,7 +52,8 @@ class Rival:
 def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
     """Filter rotations along the geodesic with the One-Euro filter [Casiez12].
 
-    setting: lowest cut-off in Hz, additional Hz per rad/s, and cut-off for the speed in Hz.
+    `setting` is the lowest cut-off in Hz, the additional Hz per rad/s, and the cut-off for the
+    speed in Hz.
     """
     lowest, slope, cutoff = setting
     q = q_hat.copy()
@@ -82,7 +83,7 @@ def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
 def butterworth(x: Array, dt: float, setting: Setting) -> Array:
     """Filter causally with a Butterworth low-pass that starts settled on the first frame.
 
-    setting: order, cut-off in Hz.
+    `setting` is the order and the cut-off in Hz.
     """
     order, cutoff = setting
     sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
@@ -94,7 +95,7 @@ def butterworth(x: Array, dt: float, setting: Setting) -> Array:
 def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
     """Filter with a Butterworth low-pass forward and backward, without a shift in time.
 
-    setting: order, cut-off in Hz.
+    `setting` is the order and the cut-off in Hz.
     """
     order, cutoff = setting
     sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
@@ -104,7 +105,9 @@ def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
-    """Fit a polynomial around each frame and take its middle; setting: window in frames, degree."""
+    """Fit a polynomial around each frame and take its middle. `setting` is the window in frames and
+    the degree.
+    """
     del dt
     frames, degree = (int(v) for v in setting)
     frames = min(frames, len(x) - (len(x) + 1) % 2)
@@ -113,7 +116,7 @@ def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def spline(x: Array, dt: float, setting: Setting) -> Array:
-    """Smooth with the spline of `quamo refine --method spline`; setting: cut-off in Hz."""
+    """Smooth with the spline of `quamo refine --method spline`. `setting` is the cut-off in Hz."""
     return smoothed(x, setting[0], dt)
 
 
@@ -153,7 +156,7 @@ RIVALS = (
 def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
     """Return the mean rotation vector of each joint from the input to the truth, (joints, 3).
 
-    pairs: (q̂, q) of training clips. A systematic error common to all clips would appear here.
+    `pairs` are (q̂, q) of training clips. A systematic error common to all clips would appear here.
     """
     each = [logarithm(multiply(q, conjugate(q_hat))) for q_hat, q in pairs]
     mean: Array = np.concatenate(each).mean(axis=0)

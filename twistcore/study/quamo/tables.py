@@ -79,7 +79,7 @@ def score_methods(
 ) -> Scores:
     """Run every method on every clip, condition and seed, each with the same noise.
 
-    from_truth: True to shift the input's root so that it begins where the truth begins
+    Set `from_truth` to True to shift the input's root so that it begins where the truth begins
     [Le26 §4.2].
     """
     # A method runs all conditions and seeds of a clip at once: far fewer steps.
