@@ -36,7 +36,7 @@ Area = Qt.DockWidgetArea
 
 
 class HostWindow(QMainWindow):
-    """The window as features see it.
+    """The window, as far as features use it.
 
     Attributes
     ----------
@@ -100,7 +100,7 @@ class Tool:
         Its position from the left, where a separator divides places with different tens digits (19
         and 20, for example).
     spared
-        When its word is hidden in a narrow window: first (1), second (2), or last (0), together
+        When the word is hidden in a narrow window: first (1), second (2), or last (0), together
         with the remaining words.
     """
 

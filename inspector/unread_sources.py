@@ -1,6 +1,6 @@
 """Stop PySide from reading the source of every imported module, which makes the start slower.
 
-PySide does this to support `from __feature__ import`, which this program does not use. It takes a
+PySide does this to support `from __feature__ import`, which this program does not use. This takes a
 sixth of the processor time of the program's start. PySide 6.10 has no setting for it; with other
 versions this module may have no effect.
 """

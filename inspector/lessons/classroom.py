@@ -1,4 +1,4 @@
-"""Exercises for a class: a teacher writes one, students do it, and their answers are scored."""
+"""Exercises for a class, which a teacher writes, students do, and the program scores."""
 
 from __future__ import annotations
 

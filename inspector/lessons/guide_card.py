@@ -1,4 +1,4 @@
-"""The guide card of lessons and exercises: a page, its task, and whether the task is done."""
+"""The guide card of lessons and exercises, with a page, its task, and whether the task is done."""
 
 from __future__ import annotations
 

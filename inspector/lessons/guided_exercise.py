@@ -71,7 +71,7 @@ class Exercise(QObject):
     ended = Signal()
 
     def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], window: QWidget) -> None:
-        """Set up the exercise; `clips`: the sample clips, of which the seed chooses one."""
+        """Set up the exercise. The seed chooses one of the sample clips `clips`."""
         super().__init__(window)
         self._program, self._clips = program, clips
         self.running = False
@@ -244,7 +244,8 @@ class Exercise(QObject):
     def before_leaving(self, then: Callable[[], object]) -> None:
         """Call `then` once it is safe to leave a class exercise.
 
-        That is when its verdicts are handed in, or when the person chooses to leave without that.
+        It is safe when the verdicts are handed in, or when the person chooses to leave without
+        handing in.
         """
         asked = self._class
 

@@ -22,7 +22,7 @@ _OVER = tr(
 class Aside:
     """The person's clip that was open before, and a folder for the borrowed clip.
 
-    A borrowed clip is one that a lesson or an exercise has opened. The person's review stays in
+    A borrowed clip is a clip that a lesson or an exercise has opened. The person's review stays in
     memory; its unsaved changes are also in its journal on disk.
     """
 
@@ -78,7 +78,7 @@ class Aside:
     def put_back(self) -> None:
         """Show the person's clip again, exactly as it was.
 
-        If there was none, the borrowed clip stays open, only to be looked at.
+        If no clip was open, the borrowed clip stays open, but only for viewing.
         """
         if self._folder is None:
             return

@@ -90,7 +90,7 @@ class LessonActions:
         ask_files(self.window, tr("Open lesson"), pattern, lambda paths: self.play(paths[0]))
 
     def play(self, path: Path) -> None:
-        """Play a lesson; if it cannot be read, show why and change nothing."""
+        """Play a lesson; if it cannot be read, show the reason and change nothing."""
         try:
             lesson = read_lesson(path)
         except TwistError as error:
@@ -115,7 +115,9 @@ class LessonActions:
         self.page_export.ask(self._lesson if self.player.running else None)
 
     def copy_place(self) -> None:
-        """Copy the current place and view to the clipboard, as the settings of a lesson page."""
+        """Copy the present place and view to the clipboard, in the form of a lesson page's
+        settings.
+        """
         place, message = present_place(self.program), self.program.document.message
         if place is None:
             message.emit(tr("Open a clip first."), False)

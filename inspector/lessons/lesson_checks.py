@@ -1,4 +1,4 @@
-"""The conditions of a lesson page: how to check each one, and how "Show me" fulfils it."""
+"""The conditions of a lesson page, with a check of each, and how "Show me" fulfils it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ _TWIST = np.radians(75.0)
 
 @dataclass(eq=False)
 class Visit:
-    """A visit to a page: where it starts, and which singularities were nudged during the visit.
+    """A visit to a page, with its starting point and the singularities that were nudged during the
+    visit.
 
     Attributes
     ----------

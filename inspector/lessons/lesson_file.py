@@ -1,4 +1,4 @@
-"""A lesson in a Markdown file: its pages, and the clip and the place that each page shows."""
+"""A lesson in a Markdown file, with its pages and the clip and the place that each page shows."""
 
 from __future__ import annotations
 
@@ -164,7 +164,9 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
 
 
 def body_and_task(lines: list[str]) -> tuple[str, str]:
-    """Return the text of a page, and its task as one line: the quoted paragraph at the end."""
+    """Return the text of a page and its task, which is the quoted paragraph at the end, as one
+    line.
+    """
     text = "\n".join(lines).strip().split("\n")
     at = len(text)
     while at > 0 and text[at - 1].startswith(">"):

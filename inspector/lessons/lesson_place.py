@@ -1,4 +1,4 @@
-"""The place in a clip that a lesson page shows: reads and writes its block of settings."""
+"""The place in a clip that a lesson page shows, as read from and written to a block of settings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plays a lesson: each page sets up the program and has a task that is checked."""
+"""Play a lesson, in which each page sets up the program and has a task that is checked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The data of the clips for a lesson's web page: only the frames near those of its pages."""
+"""The data of the clips for a lesson's web page, limited to the frames near those of its pages."""
 
 from __future__ import annotations
 
@@ -46,7 +46,9 @@ def packed(values: Any, kind: str) -> dict[str, str]:
 
 
 class PageData:
-    """Collects the data that the pages of a lesson show; data shared by pages are stored once."""
+    """Collects the data that the pages of a lesson show, and stores data shared by pages only
+    once.
+    """
 
     def __init__(
         self, lesson: LessonFile, open_clip: Callable[[Path], Analysed], seconds: float

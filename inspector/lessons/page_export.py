@@ -1,4 +1,4 @@
-"""Exports a lesson as a web page: asks for the lesson and a path, writes in the background."""
+"""Export a lesson as a web page, after asking for the lesson and a path."""
 
 from __future__ import annotations
 

@@ -18,8 +18,8 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
     """Return the chain or limb that a page names, or None if it names none. `data` is the page's
     clip.
 
-    Raises FormatError if the clip lacks the chain, the frame, or something that the task needs:
-    enough frames, an interval of the required kind, or the angles of a chain.
+    Raises FormatError if the clip lacks the chain, the frame, or something that the task needs,
+    such as enough frames, an interval of the required kind, or the angles of a chain.
     """
     place, last = page.place, data.motion.frames - 1
 

@@ -1,4 +1,4 @@
-"""The texts of a lesson's web page: Markdown without HTML, and TeX as outlines."""
+"""The texts of a lesson's web page, with Markdown without HTML, and TeX as outlines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The quality tab: the joints' measures, worst first, and tracking of the selected joints."""
+"""The quality tab, with the joints' measures, worst first, and tracking of the selected joints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The tracking page: warning, direction, gains, and the effect of the tracker on one joint."""
+"""The tracking page, with a warning, direction, gains, and the effect of the tracker on one
+joint.
+"""
 
 from __future__ import annotations
 

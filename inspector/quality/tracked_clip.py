@@ -31,9 +31,9 @@ class Result:
     Attributes
     ----------
     wanted
-        The request.
+        The request for tracking.
     rotations, positions
-        Global, (frames, joints, 4) and (frames, joints, 3).
+        Global rotations, (frames, joints, 4), and positions, (frames, joints, 3).
     quality
         The quality of the figure before and after tracking.
     """

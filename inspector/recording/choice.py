@@ -1,6 +1,4 @@
-"""The choice of content for a recording: a film of frames, a film of a
-moving slider, or a picture.
-"""
+"""The contents of a recording, which is a film of frames or of a moving slider, or a picture."""
 
 from __future__ import annotations
 
@@ -61,7 +59,7 @@ class RecordChoice:
     first, stop
         Range of the clip's frames for a film.
     speed
-        Relative to real time.
+        Speed relative to real time.
     size
         Width and height in pixels, where a height of 0 means as high as a picture needs to be.
     sweep
@@ -91,7 +89,7 @@ class RecordChoice:
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture of a film: a frame of the clip, and the value of the swept slider."""
+    """One picture of a film, with a frame of the clip and the value of the swept slider."""
 
     frame: int
     value: float | None = None

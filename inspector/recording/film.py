@@ -1,4 +1,4 @@
-"""Writes a film with ffmpeg in a thread; the file gets its final name when it is complete."""
+"""Write a film with ffmpeg in a thread; the file gets its final name when it is complete."""
 
 from __future__ import annotations
 

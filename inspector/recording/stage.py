@@ -1,6 +1,6 @@
-"""The stage for films and pictures: off-screen copies of the views.
+"""The stage for films and pictures, which consists of off-screen copies of the views.
 
-The user can go on working in the window while a film is made, and the film can have any size.
+The user can continue to work in the window while a film is made, and the film can have any size.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Opens a clip or a session in the background; the old clip stays open until it is read."""
+"""Open a clip or a session in the background; the old clip stays open until it is read."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _WONDER_S = 1.0  # seconds until progress is shown
 
 
 class ClipOpener(QObject):
-    """Reads and analyses clips, one at a time; opening a clip cancels the opening of another."""
+    """Reads and analyses clips one at a time; opening a clip cancels the opening of another one."""
 
     began = Signal(str)  # a description of the work
     share = Signal(float)  # progress, 0…1, if the work takes long
@@ -32,7 +32,7 @@ class ClipOpener(QObject):
     def __init__(self, tell: SignalInstance, ask: SignalInstance, parent: QObject) -> None:
         """Set up an opener without a clip.
 
-        `tell`, `ask`: the signals `message` and `question` of the document.
+        `tell` and `ask` are the signals `message` and `question` of the document.
         """
         super().__init__(parent)
         self._tell, self._ask = tell, ask

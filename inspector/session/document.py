@@ -1,4 +1,4 @@
-"""The document that all views observe: clip, review, playhead and selection."""
+"""The document that all views observe, with clip, review, playhead and selection."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ BLIND = tr("In an exercise the detector is off and τ is fixed: you are the dete
 
 
 class Document(OpenClip):
-    """The state of the program. Every change goes through a method and emits a signal."""
+    """The state of the program; every change is made by a method and emits a signal."""
 
     opened = Signal()  # another clip or none: everything is new
     leaving = Signal()  # the clip is about to be replaced: commit text that is being typed
@@ -259,8 +259,8 @@ class Document(OpenClip):
     def accept_undecided(self, at_least: float | None = None) -> bool:
         """Accept undecided intervals of high confidence in one step; return False if that failed.
 
-        `at_least` is the smallest confidence to accept, chosen by a person, so that these count as
-        the person's decisions. Without it, the detector's own limit applies, and they count as
+        If a person chose the smallest confidence `at_least`, the acceptances count as the person's
+        decisions. Without it, the detector's own limit applies, and the acceptances count as
         automatic corrections.
         """
         ids = self.automatic_ids(at_least)
@@ -288,8 +288,8 @@ class Document(OpenClip):
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
         """Add an interval by hand and select it: the given one, or one proposed around a frame.
 
-        If an interval of the same kind already has the same frames, that one is selected and none
-        is added, because the offsets of both would add up.
+        If an interval of the same kind already has the same frames, that interval is selected and
+        none is added, because the offsets of both would add up.
         """
         if self.data is None or not self.chain:
             return
@@ -414,7 +414,7 @@ class Document(OpenClip):
     def _follows_review(self) -> bool:
         """Return True if the detector in use is the review's; if not, start loading the review's.
 
-        They can differ because an undo may have restored a review made with another detector.
+        The two can differ because an undo may have restored a review made with another detector.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

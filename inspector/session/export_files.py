@@ -1,4 +1,4 @@
-"""Exports the corrected clip, with its session and a report next to it."""
+"""Export the corrected clip, with its session and a report next to it."""
 
 from __future__ import annotations
 
@@ -114,8 +114,8 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
 def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
     """Return the existing files that an export would replace.
 
-    The value of each is True if this program wrote it. `ours` is the SHA-256 of files that this
-    program wrote in this run. Files of earlier runs are recognised by the report.
+    The value of each file is True if this program wrote it. `ours` is the SHA-256 of files that
+    this program wrote in this run. Files of earlier runs are recognised by the report.
     """
     known = _written_marks(choice, ours)
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]

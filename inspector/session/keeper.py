@@ -1,6 +1,6 @@
-"""Keeps the review of the open clip safe with a session file, a journal and a lock.
+"""Keep the review of the open clip safe with a session file, a journal and a lock.
 
-Also finds the journals that earlier runs left behind, and restores or deletes them.
+This module also finds the journals that earlier runs left behind, and restores or deletes them.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Keeper(QObject):
     def __init__(self, message: SignalInstance, parent: QObject) -> None:
         """Set up a keeper without a clip.
 
-        `message`: a signal that shows a sentence, with True if something went wrong.
+        The signal `message` shows a sentence, with True if something went wrong.
         """
         super().__init__(parent)
         self.message = message
@@ -118,9 +118,9 @@ class Keeper(QObject):
     def _find_leftovers(self, data: Analysed) -> list[Leftover]:
         """Return the journals of this clip from earlier runs, the latest first.
 
-        They may be next to the clip, next to its session, or in the refuge (a folder of the user).
-        Journals that are in use by another window are skipped, unless this window has just taken
-        over the lock.
+        The journals may be next to the clip, next to its session, or in the refuge (a folder of the
+        user). Journals that are in use by another window are skipped, unless this window has just
+        taken over the lock.
         """
         assert self._kept is not None
         robbed, self._robbed = self._robbed == data.clip.path, None
@@ -167,9 +167,8 @@ class Keeper(QObject):
             self._done_with(leftover, lambda: leftover.path.unlink(missing_ok=True))
 
     def keep(self, leftover: Leftover, mark: str = ".earlier") -> str:
-        """Rename a journal so that it is not offered again; return its new name.
-
-        Returns '' if that failed.
+        """Rename a journal so that it is not offered again; return its new name, or '' if that
+        failed.
         """
         kept = free_name(leftover.path, mark)
         done = self._done_with(leftover, lambda: leftover.path.rename(kept))

@@ -1,4 +1,4 @@
-"""Finds the journals of earlier runs, and the decisions in them that the open review lacks."""
+"""Find the journals of earlier runs, and the decisions in them that the open review lacks."""
 
 from __future__ import annotations
 

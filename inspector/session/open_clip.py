@@ -270,7 +270,9 @@ class OpenClip(QObject):
         self.hidden_changed.emit()
 
     def show_person(self, person: str) -> None:
-        """Show only the intervals of one person and select one of their chains; '': everyone."""
+        """Show only the intervals of one person and select one of their chains, or show everyone
+        for ''.
+        """
         self.person = person
         self.hidden = self._others()
         self.hidden_changed.emit()

@@ -1,4 +1,4 @@
-"""Reads and analyses a clip, and prepares all data that stay the same during a review."""
+"""Read and analyse a clip, and prepare all data that stay the same during a review."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ from twistcore.work.progress import Tell, nobody, part
 
 @dataclass(frozen=True)
 class Stamp:
-    """Attributes that quickly show whether a file has changed: time, size and file number."""
+    """Attributes that quickly show whether a file has changed, which are time, size and file
+    number.
+    """
 
     modified: int  # nanoseconds
     size: int
@@ -47,7 +49,7 @@ class Stamp:
 
 @dataclass(frozen=True, eq=False)
 class Analysed:
-    """A clip as it was opened: its analysis and its initial review.
+    """A clip as it was opened, with its analysis and its initial review.
 
     Attributes
     ----------
@@ -218,7 +220,7 @@ def analyse_clip(
 def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tuple[Analysed, str]:
     """Search a clip with the τ and detector of a profile; return the result.
 
-    Also returns the name of the profile's detector if that could not be used.
+    The name of the profile's detector is also returned, if the detector could not be used.
     """
     profile = profile or Profile({})
     wanted = method = profile.method or DEFAULT_METHOD
@@ -301,9 +303,9 @@ def of_later_kinds(state: ReviewState) -> str:
 def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     """Return the review with undecided intervals added for every kind that it lacks.
 
-    Adds limbs with their τ, flips and lone jumps if the review has no limbs, and faults of the
-    capture and carried rolls if it has none of that kind. Returns the same object if there is
-    nothing to add.
+    If the review has no limbs, limbs with their τ, flips and lone jumps are added. Faults of the
+    capture and carried rolls are added if the review has none of that kind. If there is nothing to
+    add, the same object is returned.
     """
     return _with_faults(_with_limbs(state, analysis), analysis)
 
@@ -418,8 +420,8 @@ def stamp_of(path: Path) -> Stamp | None:
 def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
     """Return a sentence if the clip has changed on disk since it was read, or ''.
 
-    `then` and `now` are the stamps at that time and now. The bytes are compared only if the stamps
-    differ.
+    `then` and `now` are the stamps of the file when it was read and now. The bytes are compared
+    only if the stamps differ.
     """
     if now == then:
         return ""

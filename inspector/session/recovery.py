@@ -1,4 +1,6 @@
-"""Questions about the open clip: earlier reviews, its lock, its journal and its file."""
+"""Questions about the open clip, which concern earlier reviews, its lock, its journal and its
+file.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ from twistcore.review.left_out import joined_spans
 
 
 class Recovery(QObject):
-    """Asks questions and acts on the answers; unanswered questions come again at the next start."""
+    """Asks questions and acts on the answers; unanswered questions are asked again at the next
+    start.
+    """
 
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is obsolete
@@ -38,8 +42,8 @@ class Recovery(QObject):
     ) -> None:
         """Set up the questions without a clip.
 
-        `do`: a function that applies a command. `use` opens a review, and `when_ready` waits until
-        the chains of a review are analysed.
+        `do` applies a command, `use` opens a review, and `when_ready` waits until the chains of a
+        review are analysed.
         """
         super().__init__(parent)
         self._keeper, self._do, self._use, self._when_ready = keeper, do, use, when_ready
@@ -86,7 +90,7 @@ class Recovery(QObject):
     def check_clip(self) -> str:
         """Return a sentence if the clip has changed on disk, or ''.
 
-        If so, ask the person once whether to open the clip again.
+        If the clip has changed, the person is asked once whether to open it again.
         """
         data = self._data
         if data is None or data.stamp is None:

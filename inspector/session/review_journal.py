@@ -1,4 +1,4 @@
-"""Writes every step of the open review to a journal on disk, and retries if that fails."""
+"""Write every step of the open review to a journal on disk, and retry if that fails."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class KeptReview:
     def places(self) -> tuple[Path, ...]:
         """The session paths next to which journal and lock can be, the preferred one first.
 
-        These are the session itself and the session path in the refuge (a folder of the user).
+        The places are the session itself and the session path in the refuge (a folder of the user).
         """
         wanted = self.session_file or session_path(self.clip.path)
         return tuple(dict.fromkeys((wanted, refuge_path(self.clip.path))))
@@ -198,7 +198,7 @@ class ReviewJournal(QObject):
         return not self._behind
 
     def where(self) -> str:
-        """Return words that end a sentence and say where the unsaved steps are."""
+        """Return words for the end of a sentence that tell where the unsaved steps are."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
             return tr("in the journal {name}", name=journal.path.name)

@@ -1,4 +1,4 @@
-"""Analyses the open clip with other sets of chains, in the background."""
+"""Analyse the open clip with other sets of chains, in the background."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Explains why the detector found nothing at a frame of the open clip."""
+"""Explain why the detector found nothing at a frame of the open clip."""
 
 from __future__ import annotations
 

@@ -255,7 +255,7 @@ class Equations(QWidget):
                 button.set_calm(calm=not event)
 
     def show_only(self, symbols: Iterable[str] | None) -> None:
-        """Show only the rows of these symbols, even under folded headings; None: show all rows."""
+        """Show only the rows of these symbols, even under folded headings, or all rows if None."""
         self._only = None if symbols is None else frozenset(symbols)
         self._arrange()
 

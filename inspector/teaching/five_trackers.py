@@ -1,4 +1,4 @@
-"""Computes a joint that turns through ±180° and the five trackers that follow it."""
+"""Compute a joint that turns through ±180° and the five trackers that follow it."""
 
 from __future__ import annotations
 

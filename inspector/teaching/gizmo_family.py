@@ -1,4 +1,4 @@
-"""The family of (n, θp) pairs that give the same pose at a swing of 180°; geometry only.
+"""The geometry of the family of (n, θp) pairs that give the same pose at a swing of 180°.
 
 A half turn about any axis perpendicular to `a` points the bone opposite to `a`, so the pose does
 not show which axis was used. If n is turned by φ about `a`, then a θp that is larger by 2φ gives
@@ -77,7 +77,7 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
 
 
 def _around(start: Array, axis: Array, angles: Array) -> Array:
-    """Return unit vectors (n, m, 3): each `start` (n, 3) turned about an axis perpendicular to it.
+    """Return unit vectors (n, m, 3), which are `start` (n, 3) turned about perpendicular axes.
 
     `angles` are in radians, shape (n or 1, m).
     """
@@ -88,7 +88,9 @@ def _around(start: Array, axis: Array, angles: Array) -> Array:
 
 
 def _fans() -> Index:
-    """Return the faces (n, 4) of every dial, from its centre (its first point) to its rim."""
+    """Return the faces (n, 4) of every dial, from the centre, which is its first point, to the
+    rim.
+    """
     rim = segments(np.arange(1, _STEPS + 2))
     one = np.column_stack([np.zeros(len(rim), np.int64), rim, rim[:, 1]])
     return (one + (_STEPS + 2) * np.arange(MEMBERS)[:, None, None]).reshape(-1, 4)

@@ -1,6 +1,6 @@
-"""The handles of the gizmo: where they are on the screen, and what dragging them does.
+"""The handles of the gizmo, with their places on the screen and the effect of dragging them.
 
-These are pure functions of the camera and of positions in the world; pixels are counted from the
+These are pure functions of the camera and of positions in the world. Pixels are counted from the
 top of the picture.
 """
 

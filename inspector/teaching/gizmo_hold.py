@@ -1,4 +1,4 @@
-"""Dragging the gizmo with the mouse: handles appear, and a drag changes the frame."""
+"""Drag the gizmo with the mouse; handles appear, and a drag changes the frame."""
 
 from __future__ import annotations
 
@@ -244,7 +244,7 @@ class Hold(QObject):
 
 
 class Knobs(QWidget):
-    """Knobs over the 3D view at the handles; the knob under the mouse is larger."""
+    """Knobs at the handles, drawn over the 3D view, with a larger knob under the mouse."""
 
     def __init__(self, viewport: QWidget) -> None:
         super().__init__(viewport)

@@ -1,4 +1,4 @@
-"""The names and coordinate axes of P, C and G in the 3D view; geometry only."""
+"""The geometry of the names and coordinate axes of P, C and G in the 3D view."""
 
 from __future__ import annotations
 

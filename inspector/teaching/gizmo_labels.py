@@ -1,4 +1,4 @@
-"""The gizmo's labels: symbols over the 3D view, typeset like the equations."""
+"""The gizmo's labels, which are symbols over the 3D view, typeset like the equations."""
 
 from __future__ import annotations
 

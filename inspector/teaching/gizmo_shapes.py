@@ -1,4 +1,4 @@
-"""The shapes of the gizmo, which show the symbols of a frame in space; geometry only.
+"""The geometry of the gizmo's shapes, which show the symbols of a frame in space.
 
 The number of points is always the same, so that a new frame only moves them.
 """
@@ -34,12 +34,12 @@ SOLID, CLEAR = "solid", "clear"
 
 @dataclass(frozen=True, eq=False)
 class GizmoPart:
-    """A part of the gizmo: points, and the lines or faces between them.
+    """A part of the gizmo, with points and the lines or faces between them.
 
     Attributes
     ----------
     symbol
-        The symbol that it shows.
+        The symbol that the part shows.
     look
         BOLD or THIN for lines, SOLID or CLEAR for faces.
     points
@@ -66,7 +66,7 @@ class Mark:
     symbol
         A key of symbols.MARKS.
     at
-        Its position (3,).
+        The position of the label (3,).
     away
         A point (3,) to keep away from.
     words
@@ -81,7 +81,7 @@ class Mark:
 
 @dataclass
 class Sketch:
-    """The parts and labels of a frame. `unit` is the bone length that sets their size."""
+    """The parts and labels of a frame. `unit` is the bone length that determines their size."""
 
     unit: float
     parts: list[GizmoPart] = field(default_factory=list)

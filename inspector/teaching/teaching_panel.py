@@ -1,4 +1,4 @@
-"""The teaching tab: equations with current values, and what-if sliders."""
+"""The teaching tab, with equations and their current values, and what-if sliders."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class TeachingPanel(QWidget):
     def __init__(
         self, taught: TaughtFrame, viewport: Viewport, timeline: Timeline, actions: list[QAction]
     ) -> None:
-        """Set up the panel; `actions`: the actions to show as buttons at the top."""
+        """Set up the panel with the buttons of `actions` at the top."""
         super().__init__()
         self._taught, self._viewport, self._timeline = taught, viewport, timeline
         self.typesetter = Typesetter(self)

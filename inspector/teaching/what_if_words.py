@@ -1,4 +1,4 @@
-"""Describes the frame of the teaching tab in one or two sentences, by its numbers."""
+"""Describe the frame of the teaching tab in one or two sentences, by its numbers."""
 
 from __future__ import annotations
 

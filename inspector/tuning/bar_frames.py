@@ -1,4 +1,4 @@
-"""Steps through the frames that a histogram bar counts."""
+"""Step through the frames that a histogram bar counts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of the selected chain: a histogram of strength, and the cost of τ."""
+"""The page of the selected chain, with a histogram of strength and the cost of τ."""
 
 from __future__ import annotations
 

@@ -106,7 +106,7 @@ class ProfileOffers(QObject):
         offer: Callable[[str, Answers], None],
         parent: QObject | None = None,
     ) -> None:
-        """Set up the offers; `offer`: a function that shows a sentence with answers for a while."""
+        """Set up the offers; `offer` shows a sentence with answers for a while."""
         super().__init__(parent)
         self._document, self._performers, self._offer = document, performers, offer
         self._declined: set[tuple[str, str]] = set()  # during this run

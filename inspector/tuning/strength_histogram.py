@@ -93,7 +93,7 @@ class Histogram(TauPlot):
         self._split()
 
     def show_choice(self, bar: int | None, words: str) -> None:
-        """Mark a bar, and show words about it; None: mark no bar."""
+        """Mark a bar and show words about it, or mark no bar for None."""
         self._chosen, self._choice_words = -1 if bar is None else bar, words
         if bar is not None:
             self.mark.setData(_BINS[bar : bar + 2], np.log1p(self._counts[bar : bar + 1]))

@@ -42,7 +42,7 @@ class _Line:
 
 
 class ComparisonModel(RowModel[_Line]):
-    """The rows of the table: one for each chain and a last row for all chains.
+    """The rows of the table, with one for each chain and a last row for all chains.
 
     Each set of τ has three columns.
     """

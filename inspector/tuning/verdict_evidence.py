@@ -1,4 +1,4 @@
-"""Counts the verdicts in the open clip and its folder in the background."""
+"""Count the verdicts in the open clip and its folder in the background."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _Known = dict[tuple[Path, int, str], JudgedClip | str]  # by session, its time, 
 
 @dataclass(frozen=True, eq=False)
 class Scope:
-    """A group of verdicts: the verdicts in some clips, on all chains or on one.
+    """A group of verdicts, in some clips, on all chains or on one.
 
     Attributes
     ----------

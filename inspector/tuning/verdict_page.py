@@ -1,4 +1,4 @@
-"""The page of verdicts: precision and recall of τ, and the suggested τ."""
+"""The page of verdicts, with precision and recall of τ, and the suggested τ."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class ScopeLine:
 
 
 class ScopeModel(RowModel[ScopeLine]):
-    """The rows of the table: one for each group of verdicts."""
+    """The rows of the table, with one for each group of verdicts."""
 
     heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (

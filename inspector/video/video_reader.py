@@ -1,4 +1,4 @@
-"""Reads the pictures of a video file by their time stamps, with PyAV."""
+"""Read the pictures of a video file by their time stamps, with PyAV."""
 
 from __future__ import annotations
 
@@ -250,7 +250,7 @@ class VideoReader:
 
 
 def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
-    """Yield frames in the order in which they are shown, and skip damaged frames."""
+    """Yield frames in the order in which they are shown, without damaged frames."""
     import av
 
     packets = container.demux(stream)

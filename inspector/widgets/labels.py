@@ -153,7 +153,7 @@ class Caption(QWidget):
         return self.fontMetrics().height() + 2
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Break the lines again for the new width."""
+        """Break the lines again at the new width."""
         super().resizeEvent(event)
         self._fit(self._line)
 

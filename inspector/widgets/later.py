@@ -1,4 +1,4 @@
-"""Work that is delayed until pending events are handled, and series of quick steps."""
+"""Delay work until pending events are handled, and join quick steps."""
 
 from __future__ import annotations
 

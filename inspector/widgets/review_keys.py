@@ -1,10 +1,10 @@
-"""Decides whether a key belongs to the review or to the text or number that is being typed.
+"""Decide whether a key belongs to the review or to the text or number that is being typed.
 
-A text field receives characters and the keys for editing and copying them; a number field receives
-digits. All other shortcuts of the program still work, and so does Ctrl+Z in a number field. Enter
-keeps the input; Esc restores the old text or clears a search. Both return the focus to the review.
-A widget that is hidden loses the focus, and the mouse wheel changes only a field that has the
-focus.
+A text field receives characters and the keys for editing and copying them, and a number field
+receives digits. All other shortcuts of the program still work, and so does Ctrl+Z in a number
+field. Enter keeps the input, and Esc restores the old text or clears a search. Both return the
+focus to the review. A widget that is hidden loses the focus, and the mouse wheel changes only a
+field that has the focus.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""Tables for the panels: each row is described once, and only changed rows are drawn again."""
+"""Tables for the panels, in which each row is described once and only changed rows are drawn
+again.
+"""
 
 from __future__ import annotations
 
@@ -82,7 +84,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
     """A table model with one row per thing; a subclass implements `key` and `describe`.
 
     A thing is not drawn again if it equals the one shown before with the same key. Things must
-    therefore be frozen, and compare equal if they look equal.
+    therefore be frozen, and must compare equal if they look equal.
     """
 
     heads: tuple[str, ...] = ()

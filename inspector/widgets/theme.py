@@ -1,4 +1,4 @@
-"""Colours and fonts of the light and the dark theme; orange stands for before, blue for after."""
+"""Colours and fonts of the light and the dark theme, with orange for before and blue for after."""
 
 from __future__ import annotations
 

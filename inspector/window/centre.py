@@ -1,4 +1,6 @@
-"""The middle of the window: the message bar, the reviewer line, the 3D view and the transport."""
+"""The middle of the window, with the message bar, the reviewer line, the 3D view and the
+transport.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,7 @@ from inspector.widgets.native_surface import own_surface
 
 
 class Centre(QWidget):
-    """The central widget of the window: its parts one below the other, without gaps."""
+    """The central widget of the window, with its parts one below the other, without gaps."""
 
     def __init__(self, window: HostWindow) -> None:
         super().__init__()

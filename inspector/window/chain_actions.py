@@ -179,7 +179,7 @@ class ChainActions:
 
 
 def _changes_text(rig: Rig) -> str:
-    """Return how the chains differ from the ones found automatically: '2 added, 1 removed'."""
+    """Return how the chains differ from the automatic ones, such as '2 added, 1 removed'."""
     parts = (
         (tr("{n} added", n=len(rig.add)), rig.add),
         (tr("{n} removed", n=len(rig.remove)), rig.remove),

@@ -1,7 +1,8 @@
 """Keys of verdicts work once per press, and only after the selected interval was painted.
 
-Qt takes many repeats of a held key for new presses: it decides when the key is released, and the
-next press may not have arrived yet. A repeat has the time of its release, and no person is so fast.
+Qt mistakes many repeats of a held key for new presses, because it decides when the key is released,
+and the next press may not have arrived yet. A repeat has the same time as the release before it,
+and no person is so fast.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QWindow
 
 
 class DrawnFirst(QObject):
-    """Drops the keys of actions until the person can have seen what they decide about.
+    """Drops the keys of actions until the person can have seen the interval on which they
+    decide.
 
     `is_drawn` returns True if the selected interval was painted.
     """
@@ -37,7 +39,9 @@ class DrawnFirst(QObject):
             window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Stop a key that repeats, or that comes before the picture; clicks are slower."""
+        """Stop a key that repeats, or that comes before the interval is painted; clicks are
+        slower.
+        """
         if isinstance(event, QKeyEvent):
             press = event.key(), event.timestamp()
             if event.type() == QEvent.Type.KeyRelease:

@@ -1,4 +1,6 @@
-"""The layout for a low window, as on a laptop at 200 % scaling: small margins and fewer titles."""
+"""The layout for a low window, as on a laptop at 200 % scaling, with small margins and fewer
+titles.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The main window: docks, menus and layout. The rest of the work is done by document and views."""
+"""The main window, with docks, menus and layout; the document and the views do the rest."""
 
 from __future__ import annotations
 

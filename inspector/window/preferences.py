@@ -1,4 +1,4 @@
-"""The preferences: the reviewer's name, how frames are counted, and the keyboard shortcuts."""
+"""The preferences, with the reviewer's name, how frames are counted, and the keyboard shortcuts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The presentation: figure and curves with large type, for a lecture hall or a meeting."""
+"""The presentation, with figure and curves in large type, for a lecture hall or a meeting."""
 
 from __future__ import annotations
 

@@ -96,8 +96,8 @@ class ReviewActions:
     def decide(self, decision: Decision) -> None:
         """Set the decision of the selected intervals, and go to the next undecided interval.
 
-        If an interval is outside the visible range, it is only shown: the user decides after seeing
-        it.
+        If an interval is outside the visible range, it is only shown, so that the user decides
+        after seeing it.
         """
         if self._out_of_view():
             return

@@ -1,4 +1,4 @@
-"""Saves the session: on request, automatically, and before another clip is opened."""
+"""Save the session on request, automatically, and before another clip is opened."""
 
 from __future__ import annotations
 
@@ -78,8 +78,8 @@ class Saving:
         return saved
 
     def _is_borrowed(self) -> bool:
-        """True, with a message, if the clip is borrowed and its session
-        must therefore not be saved.
+        """True, with a message, if the clip is borrowed and its session must therefore not be
+        saved.
         """
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)

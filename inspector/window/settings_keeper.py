@@ -1,4 +1,4 @@
-"""Writes changed settings to disk within a second, so that they survive a crash."""
+"""Write changed settings to disk within a second, so that they survive a crash."""
 
 from __future__ import annotations
 

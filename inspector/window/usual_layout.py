@@ -1,4 +1,4 @@
-"""The window's layout: the initial one, the one from the last run, and resetting it."""
+"""The window's layout at first, from the last run, and after resetting it."""
 
 from __future__ import annotations
 

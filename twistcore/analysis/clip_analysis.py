@@ -1,4 +1,4 @@
-"""From a clip to its intervals: chains, signals and detectors, each computed on first use."""
+"""Analysis of a clip: its chains, signals and detectors, each computed on first use."""
 
 from __future__ import annotations
 
@@ -192,7 +192,9 @@ class ClipAnalysis:
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """All chains, then all limbs: everything that may be wrong or that a correction needs."""
+        """All chains followed by all limbs, each of which may have errors or be needed for a
+        correction.
+        """
         return *self.chains, *self.limbs
 
     def chain(self, name: str) -> Chain:
@@ -315,7 +317,9 @@ class ClipAnalysis:
             del self._hinges[key]
 
     def kept(self, method: str) -> Analysis | None:
-        """Return the analysis by a detector if it is already computed, else None; never waits."""
+        """Return the analysis by a detector if it is already computed, or None without waiting for
+        it.
+        """
         return self._whole.kept(method) if self._whole else self._by_method.get(method)
 
     def _fault_notes(self) -> Iterator[Note]:
@@ -522,7 +526,7 @@ class ClipAnalysis:
         return kept
 
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
-        """Return the interval, as an open one if its correction makes something worse.
+        """Return the interval, marked as open if its correction makes something worse.
 
         The same object is returned each time. A counter-twist at a step of the whole body also
         becomes open, because that step alone may be the error. Intervals of a detector without
@@ -765,7 +769,7 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the evidence for an interval, and the doubt that leaves it to a person."""
+    """Return the evidence for an interval, with the doubt because of which a person must decide."""
     evidence = explain() if explain else {}
     return {**evidence, "doubts": [doubt, *evidence.get("doubts", ())]}
 

@@ -1,4 +1,4 @@
-"""The parts of a motion that cannot be examined, and why: none is left out silently."""
+"""The parts of a motion that cannot be examined, and the reasons."""
 
 from __future__ import annotations
 

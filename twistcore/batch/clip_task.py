@@ -1,7 +1,7 @@
-"""One clip as a task that can be sent to any process or machine, with the same outcome.
+"""Process one clip as a task, with the same outcome in any process and on any machine.
 
-The code that processes the clip is loaded there, so a process that sends thousands of tasks does
-not load numpy.
+The code that processes the clip is loaded by that process, so a process that sends thousands of
+tasks does not load numpy.
 """
 
 from __future__ import annotations

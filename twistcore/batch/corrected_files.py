@@ -1,6 +1,6 @@
-"""Corrected clips in a batch folder: each file is either the old or the new one, never partial.
+"""Write corrected clips into a batch folder, each file completely or not at all.
 
-No file of another origin is lost.
+Files that this program did not write are never replaced.
 """
 
 from __future__ import annotations

@@ -229,8 +229,9 @@ def _of_clip(rule: Rule, result: Mapping[str, Any]) -> float:
 
 
 def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
-    """Yield the size in degrees of every interval that counts; without offset, its turn or
-    noise.
+    """Yield the size in degrees of every interval to which the rule applies.
+
+    The size of an interval without an offset is its turn or its noise.
     """
     for interval in result["intervals"]:
         if rule.counts(interval):

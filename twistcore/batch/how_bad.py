@@ -1,4 +1,4 @@
-"""How bad a clip is, and which limbs were not examined."""
+"""The severity of a clip, and its limbs that were not examined."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ _REACH = 0.35  # of the height: what hangs on a joint and reaches so far, as an 
 
 
 def severity(found: Detection) -> float:
-    """Return how bad a clip is, in degrees: the root mean square of all visible errors.
+    """Return the severity of a clip in degrees, which is the root mean square of all visible
+    errors.
 
     The mean is over the clip's frames. Every interval counts by its angle, its joint and its
     confidence, as if it were 0.1 s longer; jumps, spikes and steps count as 0.1 s, noise and frozen
@@ -53,9 +54,7 @@ def _degrees(interval: Interval) -> float:
 
 
 def _shows(interval: Interval, chain: Chain) -> float:
-    """Return how visible an error is: by its kind, by what hangs on its joint, or by its
-    segment.
-    """
+    """Return how visible an error is, given its kind, the joints below it, or its segment."""
     if (weight := interval.kind.info.weight) is not None:
         return weight
     if interval.kind.of_capture and (reach := (interval.evidence or {}).get("reach")) is not None:

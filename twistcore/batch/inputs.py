@@ -61,12 +61,17 @@ class Inputs:
 def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
     """Return the clips that the given words name.
 
-    A word is a file (of any suffix), a folder (its clips and those in its subfolders, except hidden
-    folders and batch folders), a pattern with *, ? or [ ], in which ** matches folders with the
-    same exceptions, '@FILE' for a list with one word per line, '@-' or '-' for a list on standard
-    input, or a URL of a file or folder. Exports of other clips in a local folder or pattern are
-    left out: `exports_beside.exports_among`. `without` is a folder to leave out. Raises TwistError
-    if a word names something in that folder, a list cannot be read, or there is no clip at all.
+    Each word is one of the following:
+
+    - a file with any suffix
+    - a folder, for the clips in it and its subfolders, except hidden folders and batch folders
+    - a pattern with `*`, `?` or `[ ]`, in which `**` matches folders with the same exceptions
+    - '@FILE' for a list with one word per line, or '@-' or '-' for a list on standard input
+    - the URL of a file or folder
+
+    Exports of other clips in a local folder or pattern are left out
+    (`exports_beside.exports_among`). `without` is a folder to leave out. Raises TwistError if a
+    word names something in that folder, a list cannot be read, or there is no clip at all.
     """
     found: dict[str, Source] = {}
     problems: list[str] = []
@@ -208,7 +213,9 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
 
 
 def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
-    """True if folder names and a file name match the parts of a pattern; without parts, always."""
+    """True if folder names and a file name match the parts of a pattern; an empty pattern always
+    matches.
+    """
     if not parts:
         return True
     if parts[0] == "**":

@@ -74,7 +74,10 @@ def junit_xml(
 def _case(
     suite: ElementTree.Element, name: str, seconds: float, of: str = ""
 ) -> ElementTree.Element:
-    """Add a test case; its class name, by which readers group, is the folder with dots for '/'."""
+    """Add a test case whose class name is the folder, with dots instead of '/'.
+
+    Readers group test cases by their class names.
+    """
     folder = of or ".".join(("clips", *PurePosixPath(name).parent.parts))
     return ElementTree.SubElement(
         suite, "testcase", classname=_legal(folder), name=_legal(name), time=f"{seconds:.3f}"

@@ -307,7 +307,7 @@ class Manifest:
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
-        """Store everything that the block writes, or nothing."""
+        """Store everything that the block writes, or nothing if the block fails."""
         with _sqlite_errors(self.folder / FILE):
             self._connection.execute("BEGIN IMMEDIATE")
             try:

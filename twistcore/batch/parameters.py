@@ -21,7 +21,7 @@ class Parameters:
     tau_deg
         τ for all chains in degrees, None for automatic.
     profile_rad
-        τ in radians by name of a chain or limb, overrides tau_deg.
+        τ in radians by name of a chain or limb; overrides tau_deg.
     kinds
         Kinds of errors, empty for all.
     chains

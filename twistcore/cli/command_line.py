@@ -1,4 +1,6 @@
-"""The `twistcore` command. Its exit codes are fixed: 0 done, 1 partly done, 2 refused."""
+"""The `twistcore` command. Its exit codes are fixed: 0 for done, 1 for partly done, 2 for
+refused.
+"""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ _LISTED = 4  # joints of a part of the body that are listed by name
 
 
 def info_command(arguments: argparse.Namespace) -> int:
-    """Print the contents of clips: in full for one clip, one row each for several."""
+    """Print the contents of one clip in full, or of several clips with one row for each."""
     found, failed = look_at(arguments.clips, partial(_info_of, arguments))
     several = len(arguments.clips) > 1
     documents = [one.document for one in found]
@@ -239,8 +239,9 @@ def _detect_in(
 ) -> tuple[int, int, int, Document]:
     """Print the intervals of a clip, or return them in a document.
 
-    Returns the number of intervals for `--fail-over`, the number of all intervals, 1 if nothing was
-    examined or 0, and the document. Capture faults count only with `--kinds`.
+    Returns four values: the number of intervals for `--fail-over`, the number of all intervals, 1
+    if nothing was examined (0 if something was), and the document. Capture faults count only with
+    `--kinds`.
     """
     clip = open_clip(path, fps=arguments.fps)
     name, document = clip_name(path), Document()

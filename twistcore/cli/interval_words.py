@@ -16,8 +16,8 @@ from twistcore.skeleton.notes import NOT_EXAMINED
 
 
 def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
-    """Return sentences about channels that turn by over 180° in one frame; many are only
-    counted.
+    """Return sentences about channels that turn by over 180° in one frame, or a count if there are
+    many.
     """
     sentences = [f"{output}: note: {jump}" for jump in jumps[:10]]
     if len(jumps) > 10:
@@ -50,7 +50,9 @@ def unexamined_to_json(analysis: ClipAnalysis) -> list[dict[str, str]]:
 
 
 def without_limbs(unexamined: Sequence[Unexamined]) -> str:
-    """Return '; left arm and right arm not examined', or '' if all limbs were examined."""
+    """Return text such as '; left arm and right arm not examined', or '' if all limbs were
+    examined.
+    """
     if not unexamined:
         return ""
     *first, last = (one.title for one in unexamined)
@@ -58,7 +60,7 @@ def without_limbs(unexamined: Sequence[Unexamined]) -> str:
 
 
 def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> str:
-    """Return ' (2 counter-twists, 7 limb flips)', or '' if all of them are counter-twists."""
+    """Return text such as ' (2 counter-twists, 7 limb flips)', or '' if all are counter-twists."""
     count = Counter(i.kind for i in intervals)
     if not count or {*count, *(i.kind for i in among)} == {Kind.COUNTER_TWIST}:
         return ""
@@ -66,7 +68,8 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
 
 
 def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
-    """Return '5 of 7 intervals corrected (5 limb flips)', counting only correctable kinds.
+    """Return text such as '5 of 7 intervals corrected (5 limb flips)', counting only correctable
+    kinds.
 
     `applied` are the corrected intervals. `verb` is 'corrected' or 'applied'.
     """

@@ -25,7 +25,7 @@ _BOLD, _YELLOW, _RED = "1", "33", "31"
 
 @dataclass(frozen=True)
 class Voice:
-    """How much is printed: quiet prints results and errors only, verbose adds steps and their
+    """The amount of output: `quiet` is only results and errors, `verbose` adds steps and their
     times.
 
     `document` is True if a JSON document replaces the remarks on standard output.
@@ -42,7 +42,7 @@ _voices = [_USUAL]  # the last one counts; not per thread, as other threads repo
 
 @contextlib.contextmanager
 def speaking(voice: Voice) -> Iterator[None]:
-    """Print as much as `voice` says within this context."""
+    """Use `voice` for all output within this context."""
     _voices.append(voice)
     try:
         yield
@@ -51,7 +51,7 @@ def speaking(voice: Voice) -> Iterator[None]:
 
 
 def is_quiet() -> bool:
-    """True if only results and errors are to be printed."""
+    """True if only results and errors should be printed."""
     return _voices[-1].quiet
 
 
@@ -101,7 +101,7 @@ def problem(text: object) -> None:
 
 @contextlib.contextmanager
 def step(text: str) -> Iterator[None]:
-    """Print how long the context took on standard error, with --verbose."""
+    """Print on standard error how long the context took, if --verbose was given."""
     begin = time.perf_counter()
     yield
     if _voices[-1].verbose:

@@ -126,7 +126,7 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
 def _held_out_networks(
     folder: Path, variant: str, sequences: Sequence[Sequence24]
 ) -> Mapping[str, Network]:
-    """Return the networks in a folder, by the subject that was held out of each one's training."""
+    """Return the networks in a folder, by the subject that was held out from the training."""
     subjects = sorted({s.subject for s in sequences})
     paths = {s: folder / weights_name(variant, s) for s in subjects}
     return {s: read_network(p) for s, p in paths.items() if p.exists()}

@@ -39,7 +39,7 @@ _OUTSTANDING = 4.0  # times the usual turn beyond the pace: the least turn that 
 class CarriedRolls:
     """The carried rolls of chains before a threshold is chosen.
 
-    Chains in which no edge looks like a carried roll are in neither.
+    A chain in which no edge looks like a carried roll is left out of both mappings.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class CarriedRolls:
         return tuple(roll for roll in found if roll is not None)
 
     def _roll(self, found: Interval) -> Interval | None:
-        """Return the carried roll that is taken for a counter-twist, always the same object."""
+        """Return the carried roll that was detected as a counter-twist; the result is cached."""
         if found not in self._rolls:
             carried = is_carried(self.signals[found.chain], found)
             roll = replace(found, kind=Kind.CARRIED_ROLL, carried=True) if carried else None
@@ -158,13 +158,18 @@ def _some_edge(signals: Witnesses) -> bool:
 
 
 def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
-    """Return where turns over `width` frames from the frames `at` on look like a carried roll."""
+    """Return a mask of the frames `at` from which turns over `width` frames look like a carried
+    roll.
+    """
     names = "x", "azimuth_turns", "roll_turns"
     return _alike(*(signals.beyond_pace(name, width)[at] for name in names))
 
 
 def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
-    """Return where the azimuth turns back and C rolls with P, both by about P's angle; degrees."""
+    """Return a mask of where the azimuth turns back and C rolls with P, both by about P's angle.
+
+    All angles are in degrees.
+    """
     x, azimuth, roll = np.asarray(x), np.asarray(azimuth), np.asarray(roll)
     limit = _AGREE * np.abs(x)
     back, along = np.abs(wrapped(x + azimuth)) <= limit, np.abs(wrapped(x - roll)) <= limit

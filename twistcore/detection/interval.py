@@ -94,10 +94,12 @@ class Interval:
 
     @cached_property
     def as_written(self) -> Interval:
-        """The interval with its offset as in files: degrees with nine decimals, no −0.0.
+        """The interval with its offset rounded as in files, to nine decimals of a degree and
+        without −0.0.
 
-        It is cached on the interval, because dragging τ returns mostly the same objects. A separate
-        table would keep them alive after their clip is closed, since `explain` refers to the clip.
+        The result is cached on the interval, because dragging τ mostly returns the same objects. A
+        separate table would keep them alive after their clip is closed, since `explain` refers to
+        the clip.
         """
         offset = self.offset
         one = (

@@ -84,8 +84,8 @@ def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
 def _left(way: Array, length: int) -> Array | None:
     """Return the fraction of the accelerations that s″ does not explain, weighted by s″².
 
-    One number for each joint that moves far. None if most joints do not move far, or if s does not
-    look like a blend.
+    The result has one number for each joint that moves far. It is None if most joints do not move
+    far, or if s does not look like a blend.
     """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : length + 1 + 2 * lag], length)

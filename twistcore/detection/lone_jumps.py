@@ -94,7 +94,8 @@ def lone_jumps(
 def _turns_too_fast(
     motion: Motion, joints: Sequence[int], among: NDArray[np.bool_], refined: _Frames
 ) -> dict[int, Array]:
-    """Return the turns of joints where they are too fast, else 0; radians, (frames,), by joint.
+    """Return the turns of joints where they are too fast, and 0 elsewhere, by joint, radians,
+    (frames,).
 
     `among` is the mask of the frames to examine, shape (frames,). The clip is processed in blocks
     so that no copy of all its rotations is needed.
@@ -178,14 +179,8 @@ def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
 def turns_about(rotations: Array, axis: Array) -> Array:
     """Return the turn about a joint's own axis since the previous frame, without swing, radians.
 
-    Parameters
-    ----------
-    rotations
-        (frames, …, 4).
-    axis
-        Unit vector, shape (…, 3).
-    result
-        (frames, …).
+    `rotations` has the shape (frames, …, 4), `axis` is a unit vector, (…, 3), and the result has
+    the shape (frames, …).
     """
     out = np.zeros(rotations.shape[:-1])
     out[1:] = twist_angle(multiply(conjugate(rotations[:-1]), rotations[1:]), axis)

@@ -1,4 +1,4 @@
-"""Events that a clip contains from the start: no detector is blamed or credited for them.
+"""Events that a clip contains from the start, which do not count for or against any detector.
 
 The rule: in a clip without injected errors an event is
 

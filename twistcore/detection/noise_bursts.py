@@ -77,8 +77,8 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
-    """Return σ of a joint's noise, 0 if a neighbouring joint compensates for it, degrees,
-    (frames,).
+    """Return σ of a joint's noise, degrees, (frames,); 0 if a neighbouring joint compensates for
+    it.
 
     The array is read-only, because it is kept with the motion; for quiet joints it takes no memory.
     """

@@ -137,7 +137,7 @@ class Irregular:
     at
         Flat indices of the frames, shape (n,).
     near
-        The signals at their two good neighbours before and the two after, shape (2, 4, n).
+        The signals at two good neighbours before and two after, shape (2, 4, n).
     cubic, linear
         The weights of these neighbours, shape (4, n).
     gap
@@ -242,8 +242,8 @@ def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
 class GapGrowth:
     """The σ of predictions over gaps of 1, 3, 5 and 9 frames relative to a gap of 1.
 
-    It is measured on the clip itself, as the error in the middle frame of the same interpolation
-    across wider gaps.
+    The growth is measured on the clip itself, as the error in the middle frame of the same
+    interpolation across wider gaps.
     """
 
     def __init__(self, signals: Array, cubic: Mask) -> None:

@@ -1,8 +1,8 @@
 """All detectors: the files in `detectors/`, detectors of packages, and registered detectors.
 
 Their names come from lists of files and of entry points, so the command line can show them without
-loading any detector or numpy. Everything that a table, a menu or a plot needs to know about a
-detector is in its :class:`DetectorInfo`.
+loading any detector or numpy. Everything that a table, a menu or a plot must show about a detector
+is in its :class:`DetectorInfo`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 
 
 class Detectors(Mapping[str, Detector]):
-    """All detectors by name: first the default, then the program's other ones, then other authors'.
+    """All detectors by name: the default, the program's other detectors, then those of other
+    authors.
 
     A detector is loaded on first use. Access by name raises TwistError if the detector exists but
     cannot be loaded.
@@ -66,7 +67,9 @@ class Detectors(Mapping[str, Detector]):
         return sum(1 for _ in self)
 
     def named(self, name: str) -> Detector:
-        """Return the detector with a name. Raises TwistError, which lists the names, if unknown."""
+        """Return the detector with a name. Raises TwistError, which lists all names, if there is
+        none.
+        """
         try:
             return self[name]
         except KeyError:
@@ -118,7 +121,9 @@ class Detectors(Mapping[str, Detector]):
         return tuple(name for name in self if self.usable(name) == name)
 
     def usable(self, name: str) -> str:
-        """Return the name, or the default detector's name if this one is missing or cannot load."""
+        """Return the name, or the default detector's name if this detector is missing or cannot be
+        loaded.
+        """
         try:
             return self[name].info.name
         except (KeyError, TwistError):

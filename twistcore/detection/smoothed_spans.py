@@ -1,11 +1,11 @@
 """Spans in which a joint lost its fine movement because it was filled in or strongly smoothed.
 
-A capture trembles a little in every frame, and no body moves as evenly as a filter makes it. The
-difference from an even curve over five frames, the fourth difference, is ten to ten thousand times
-smaller where a joint was smoothed. It is also smaller at a lower pace. So a joint is compared with
-itself at times when it moves as fast or more slowly. If there are none, it is compared with its
-slowest frames, and less fine movement is expected at a lower pace. Thus a joint at rest is never
-taken for a smoothed one.
+A captured motion trembles a little in every frame, and no body moves as evenly as a filtered
+motion. The difference from an even curve over five frames, the fourth difference, is ten to ten
+thousand times smaller where a joint was smoothed. It is also smaller at a lower pace. So a joint is
+compared with itself at times when it moves as fast or more slowly. If there are none, it is
+compared with its slowest frames, and less fine movement is expected at a lower pace. Thus a joint
+at rest is never mistaken for a smoothed one.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSp
 def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
     """Return the notes about spans, which are sorted by start; overlapping spans share a note.
 
-    Only the first few notes are written out, and the remaining ones are counted. `names` are the
+    Only the first few notes are returned in full, and the others are counted. `names` are the
     joints' names.
     """
     groups = overlapping(spans)
@@ -121,7 +121,7 @@ def _said(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
 def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
     """Return log10 of pace and of fine movement in a window, and of fine movement in every frame.
 
-    Each is (frames, joints), of degrees per frame.
+    All arrays have the shape (frames, joints), and are of values in degrees per frame.
     """
     changes = np.diff(continuous(rotations), axis=0)  # half of a turn, in radians
     moved = _mean_around(_squared(changes), width)
@@ -190,7 +190,9 @@ class _Joint:
     least: int  # frames of a span, at least
 
     def confirmed(self, start: int, stop: int) -> tuple[int, int, float] | None:
-        """Return the borders of a suspected span and the factor by which it is finer, or None."""
+        """Return the borders of a suspected span and the factor by which its movement is finer, or
+        None.
+        """
         reach = -(-self.half // self.step)
         far = np.ones(len(self.pace), dtype=bool)
         far[max(0, start - reach) : stop + reach] = False
@@ -218,7 +220,9 @@ class _Joint:
 
 
 def _quantile(values: Array, share: float) -> Array:
-    """Return the value below which the given fraction of the rows lies; faster than np.quantile."""
+    """Return the value below which the given fraction of the rows lies, faster than np.quantile
+    does.
+    """
     at = round(share * (len(values) - 1))
     row: Array = np.partition(values, at, axis=0)[at]
     return row

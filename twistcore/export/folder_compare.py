@@ -18,7 +18,7 @@ from twistcore.work.progress import Counter, uncounted
 
 @dataclass(frozen=True)
 class FolderDifference:
-    """Two folders compared clip by clip; clips are named by relative path and sorted by name.
+    """The result of comparing two folders, with clips named by relative path and sorted by name.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Replay a review on its clip: program and command line give the same motion."""
+"""Replay a review on its clip, with the same result in the program and on the command line."""
 
 from __future__ import annotations
 
@@ -34,7 +34,9 @@ def accepted_motion(
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """A session applied to its clip: the chains and limbs it names, and the corrected motion."""
+    """A session applied to its clip, with the chains and limbs that it names and the corrected
+    motion.
+    """
 
     session: Session
     clip: Clip
@@ -108,7 +110,9 @@ def correctable(
 
 
 def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
-    """Return the clip's chains and limbs by the session's rig; raises as :func:`check_belongs`."""
+    """Return the clip's chains and limbs by the session's rig; raises errors like
+    :func:`check_belongs`.
+    """
     check_bytes(session, clip)
     try:
         chains = session.state.rig.chains(clip.motion)

@@ -1,8 +1,8 @@
 """Write the corrections as a script that sets keys in the scene that the clip came from.
 
-The scene, with its rig, meshes and namespaces, is kept. The script needs no other file: it has
-numbers, arithmetic (plain Python, since not every program includes numpy) and one of three short
-parts that talk to the program.
+The scene is kept with its rig, meshes and namespaces. The script needs no other file. It contains
+the numbers, the arithmetic (in plain Python, since not every program includes numpy) and one of
+three short parts that control the program.
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ class SceneOptions:
     program
         One of PROGRAMS.
     namespace
-        Put before every name with ':', '' removes the clip's own namespace, None keeps the names.
+        The prefix of every name, before ':'. '' removes the clip's own namespace, and None keeps
+        the names.
     take
         The take (in Blender the action) that must be active.
     fps
@@ -69,7 +70,7 @@ class SceneOptions:
     start
         The scene's frame for frame 0, None for the default of the program's importers.
     dry_run
-        True to only report.
+        True to report changes without making them.
     """
 
     program: str

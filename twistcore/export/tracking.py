@@ -159,7 +159,8 @@ def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
 
 
 def _gains(tracking: Tracking, dt: float) -> Gains:
-    """Return the review's gains; the gains for the position depend on the frame rate.
+    """Return the gains of the review, in which the gains for the position depend on the frame
+    rate.
 
     If no joint is tracked, the gains for joints have no effect.
     """

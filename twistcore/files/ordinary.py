@@ -1,4 +1,4 @@
-"""Reading of regular files only, never of anything that would block or has no end."""
+"""Read regular files only, and nothing that would block or has no end."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def open_to_read(path: Path | str) -> BufferedReader:
     """Open a file for reading; raises OSError also for a FIFO, a socket or a device.
 
     Descriptors that this process inherited (/dev/stdin, /dev/fd/N, and therefore a shell's `<(…)`)
-    may have any type, since there is somebody at the other end.
+    may have any type, since another program is at the other end.
     """
     path = Path(path)
     if _was_given(path):

@@ -38,7 +38,7 @@ class WideText:
         return self.codec[:6].upper()
 
     def encoded(self, text: bytes) -> bytes:
-        """Encode a changed text as the file was encoded, the reverse of :func:`wide_text`."""
+        """Encode a changed text in the file's encoding, the reverse of :func:`wide_text`."""
         return text.decode("utf-8", "surrogatepass").encode(self.codec, "surrogatepass") + self.rest
 
 

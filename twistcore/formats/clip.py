@@ -38,7 +38,9 @@ class ClipWarning:
 
 
 def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
-    """Return the first warnings and how many were left out, since a damaged file has thousands."""
+    """Return the first warnings and the number of the others, since a damaged file has
+    thousands.
+    """
     if (left := len(warnings) - _WARNINGS) <= 1:
         return list(warnings)
     return [*warnings[:_WARNINGS], ClipWarning(f"{left} more warnings are not shown.")]

@@ -51,7 +51,7 @@ def _named(function: str) -> Callable[..., Any]:
 
 
 def is_other_data(path: str | Path) -> bool:
-    """True if a file with a clip's name has no motion: for example an .npz with a body's shape.
+    """True if a file with a clip's name has no motion, such as an .npz with a body's shape.
 
     Only the archive's directory or the pickle's beginning is read. The result is False for a
     damaged archive, so that reading it reports the error, and for a device, which might block

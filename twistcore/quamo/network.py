@@ -1,9 +1,9 @@
 """ControlNet and InitNet in plain numpy [Le26 §3.1, supplement A].
 
 Each network has two layers (linear, LayerNorm, LeakyReLU) and one linear head. A linear path from
-the inputs to the bias holds the joints that hardly turn. All inputs are relative: poses to the
-parent, errors and velocities to the body's heading; no input is a position in the room.
-Gains are per axis, for 24 joints and the root's position.
+the inputs to the bias keeps joints still that hardly turn. Poses are relative to the parent, and
+errors and velocities are relative to the body's heading. No input is a position in the room. There
+are separate gains for each axis of the 24 joints and of the root's position.
 """
 
 from __future__ import annotations
@@ -60,7 +60,8 @@ VARIANTS = {
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A network: its weights by name (float32) and the variant, one of VARIANTS, it was trained as.
+    """A network, with its weights by name (float32) and the variant (one of VARIANTS) that was
+    trained.
 
     `note` is a line about the origin of the weights (data, seed, epochs), which is stored in the
     file.
@@ -182,8 +183,8 @@ def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gain
 def pose_inputs(q: Array) -> Array:
     """Return vec(±q) of the 23 joints below the root, (…, 24, 4) -> (…, 69).
 
-    The root's tilt is left out: what the network learns from it is wrong for people who bend and
-    lie differently from the training subjects.
+    The root's tilt is left out, because the network would learn something from it that is wrong for
+    people who bend and lie differently from the training subjects.
     """
     return _flat(short_vector(q[..., 1:, :]))
 

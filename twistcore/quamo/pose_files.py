@@ -34,7 +34,7 @@ class PosesError(TwistError):
 
 
 def holds_poses(path: Path) -> bool:
-    """True if the file's name has a suffix of pose files; any other file is read as a BVH."""
+    """True if the file's name has a suffix of pose files; all other files are read as BVH."""
     return path.suffix.lower() in SUFFIXES
 
 

@@ -125,10 +125,10 @@ def _is_layout(names: Names) -> bool:
 
 
 def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
-    """Split arrays into persons along the first axis, which the root's position must then have too.
+    """Split arrays into persons along the first axis, which the root's position must also have.
 
-    A second axis of length 1 is a single frame of each person if the whole-body poses have it too,
-    since no body has only one joint; if they do not, it is ignored.
+    A second axis of length 1 means a single frame of each person if the whole-body poses have it
+    too, since no body has only one joint. If they do not have it, it is ignored.
     """
     place = names.get(_first(names, _PLACE) or "")
     if not isinstance(place, np.ndarray) or place.ndim != 3:
@@ -186,7 +186,7 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
 def _by_frames(names: Names) -> dict[Any, Names]:
     """Split a list with one entry per frame into persons.
 
-    A person gets only the frames in which the person was seen, not repeated last poses.
+    A person gets only the frames in which the person was seen, without repeated last poses.
     """
     out: dict[Any, Names] = {}
     for k, frame in enumerate(names.values()):
@@ -212,7 +212,7 @@ def _shape(found: Any) -> tuple[int, ...]:
 
 
 def _frames(names: Names) -> int:
-    """Return the number of a person's frames, to be shown in a message."""
+    """Return the number of a person's frames, for a message."""
     shapes = [_shape(names[n]) for n in ("trans_world", *_PLACE) if n in names]
     return shapes[0][0] if shapes and shapes[0] else 0
 

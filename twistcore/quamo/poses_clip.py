@@ -44,8 +44,8 @@ def read_poses(
     unit
         Metres in one unit of the template, by default CMU's.
     up
-        The axis that points up in the file, 'y', 'z' or '-y'. None: the layout's axis, or the one
-        along which the figure is upright.
+        The axis that points up in the file, 'y', 'z' or '-y'. By default, it is the layout's axis
+        or the axis along which the figure is upright.
     person
         The person's number if there are several people.
     fps

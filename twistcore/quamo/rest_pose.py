@@ -1,15 +1,15 @@
 """Transfer poses relative to SMPL's rest pose to a skeleton with a different rest pose.
 
-A joint's rotation in SMPL says where its bones point from where they point in a T-pose: y up, the
-figure facing z, its left at +x, legs straight down, arms level. On a skeleton whose legs are apart
-or whose arms hang, the same numbers point the bones in other directions. With A the rotation that
-carries a joint's bones from the skeleton's rest into SMPL's (A d = d_SMPL), the joint's world
-rotation G becomes G A, which puts the bone where SMPL has it, G A d = G d_SMPL; so the local
+In SMPL, a joint's rotation turns its bones from their direction in a T-pose: y up, the figure
+facing z, its left at +x, legs straight down, arms level. On a skeleton whose legs are apart or
+whose arms hang, the same numbers point the bones in other directions. Let A be the rotation that
+carries a joint's bones from the skeleton's rest pose into SMPL's (A d = d_SMPL). The joint's world
+rotation G then becomes G A, which puts the bone where SMPL has it, G A d = G d_SMPL, so the local
 rotation q becomes A_parent⁻¹ q A.
 
 The roll of a bone in a rest pose is unknown, since offsets have no roll. A is the smallest turn,
 which changes a limb's roll no more than lifting the limb sideways does. The directions of SMPL's
-own bones differ from the axes by some degrees from body to body: a limb within that angle of its
+own bones differ from the axes by some degrees from body to body, so a limb within that angle of its
 axis is not turned.
 """
 
@@ -77,9 +77,10 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
     """Return how the rest pose of 24 joints with offsets (24, 3) differs from SMPL's.
 
     `rest` are SMPL's own offsets for this body, shape (24, 3), if available. The limbs are then
-    turned onto these, even by small angles; without them, onto the axes of the T-pose. The trunk
-    keeps its shape: hips, spine and collars, where several bones meet at one joint, turn with the
-    whole body by quarter turns. Raises TwistError if the quarter turns are ambiguous.
+    turned onto these offsets, even by small angles. Without them, the limbs are turned onto the
+    axes of the T-pose. The trunk keeps its shape. Hips, spine and collars, where several bones meet
+    at one joint, turn with the whole body by quarter turns. Raises TwistError if the quarter turns
+    are ambiguous.
     """
     body = _body(offsets)
     directions = rotate(body, offsets)

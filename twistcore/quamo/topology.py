@@ -37,7 +37,7 @@ class Topology:
     joints
         Index of each of the 24 joints in that skeleton.
     folded
-        For each of them, the joints between it and its parent among the 24, from the top (their
+        For each of the 24, the joints between it and its parent among the 24, from the top (their
         rotations are combined with its own).
     """
 

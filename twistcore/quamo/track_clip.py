@@ -41,8 +41,8 @@ class TrackedMotion:
     snapped
         Joints that were set onto the input.
     apart
-        Joints whose rotations in the two passes differ by more than 90°, each (frames, joints of
-        the skeleton).
+        Joints whose rotations in the two passes differ by more than 90°. Both masks have the shape
+        (frames, joints of the skeleton).
     passes
         If requested, the steps of the forward pass, followed by those of the backward pass if there
         was one.
@@ -90,11 +90,12 @@ def joints_of_24(
 
 
 def placed_joint(motion: Motion) -> int | None:
-    """Return the joint that positions the figure: the topmost moving one above half of the joints.
+    """Return the joint that positions the figure, the topmost moving joint above half of the
+    joints.
 
-    This is usually the root; in some rigs the root is still and the hips below it move. If no such
-    joint moves, it is the root; if neither has position channels, None. Movement in a T-pose at an
-    end of the clip or across a cut does not count.
+    This joint is usually the root, but in some rigs the root is still and the hips below it move.
+    If no such joint moves, the root is returned, or None if it has no position channels. Movement
+    in a T-pose at an end of the clip or across a cut does not count.
     """
     skeleton = motion.skeleton
     carried = np.ones(len(skeleton), dtype=np.int64)  # joints in the subtree, including its top
@@ -147,7 +148,7 @@ def _moving(motion: Motion) -> list[int]:
 
 
 def _largest_way(motion: Motion, values: Array) -> Array:
-    """Return the largest range that values (frames, n, components) have within a capture, (n,)."""
+    """Return the largest range of values (frames, n, components) within any capture, (n,)."""
     way = np.zeros(values.shape[1])
     for start, stop in pieces(motion, leading_frames(motion)):
         way = np.maximum(way, np.ptp(values[start:stop], axis=0).max(axis=-1, initial=0.0))
@@ -165,7 +166,7 @@ def track_by_hand(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackedMotion:
-    """Track with hand-tuned gains at the clip's own rate; the default gains depend on the rate.
+    """Track with hand-tuned gains at the clip's own rate, on which the default gains depend.
 
     Raises UnstableGainsError if the gains diverge at this rate.
 
@@ -290,7 +291,7 @@ def smooth_clip(
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """Frames that are tracked in one go.
+    """Frames that are tracked together.
 
     `at` are the times of the steps in frames of the clip. `q`, shape (frames, joints, 4), and `r`,
     shape (frames, 3), are the rotations and positions to write.
@@ -303,7 +304,7 @@ class _Piece:
 
 
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
-    """Return the spans to track in one go; only one if causal, since a stream reveals no cuts."""
+    """Return the spans to track, which is only one if causal, since a stream reveals no cuts."""
     return ((first, motion.frames),) if causal else pieces(motion, first)
 
 

@@ -46,17 +46,18 @@ class State:
 
 
 class Controller(ABC):
-    """The source of each step's gains, which are hand-tuned or come from a network."""
+    """The source of each step's gains, which are hand-tuned or computed by a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
         """Return the state at the first reference; by default it is at rest on that reference."""
         return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
     def both_ways(self, q_two: Array, r_two: Array) -> Controller:
-        """Return a controller that runs forward and backward at once; by default this one.
+        """Return a controller that runs forward and backward at once, by default this
+        controller.
 
-        q_two (frames, 2, …, joints, 4), r_two (frames, 2, …, 3): the references in forward and in
-        backward order.
+        The references q_two (frames, 2, …, joints, 4) and r_two (frames, 2, …, 3) are in forward
+        and in backward order.
         """
         del q_two, r_two
         return self
@@ -72,9 +73,9 @@ class HandGains(Controller):
     Parameters
     ----------
     gains
-        None for :meth:`Gains.by_hand` at the clip's frame time.
+        The gains, or None for :meth:`Gains.by_hand` at the clip's frame time.
     causal
-        Passed on to it.
+        The argument `causal` of :meth:`Gains.by_hand`.
     """
 
     def __init__(self, gains: Gains | None = None, *, causal: bool = True) -> None:
@@ -118,7 +119,7 @@ class Step:
 
 
 class Tracker:
-    """Online tracking: one call per frame, all joints at once.
+    """Online tracker, which is called once per frame with all joints.
 
     `integration` is 'exact' or 'first-order'.
     """
@@ -168,7 +169,8 @@ class Tracker:
 
 @dataclass(frozen=True, eq=False)
 class TrackResult:
-    """A tracked clip: q (frames, …, joints, 4), r (frames, …, 3), snapped (frames, …, joints).
+    """A tracked clip with q (frames, …, joints, 4), r (frames, …, 3) and snapped (frames, …,
+    joints).
 
     Attributes
     ----------
@@ -199,9 +201,11 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Track a whole clip, with bit for bit the same result as calling :class:`Tracker` per frame.
+    """Track a whole clip, with bit for bit the same result as one call of :class:`Tracker` per
+    frame.
 
-    `tell` is called now and then with the completed share. An exception from it ends the tracking.
+    `tell` is called from time to time with the completed share. If it raises an exception, the
+    tracking ends.
     """
     tell = tell or nobody
     tracker = Tracker(controller, integration=integration)
@@ -221,7 +225,7 @@ def track(
 def snap_sentences(
     snapped: NDArray[np.bool_], names: Sequence[str], *, causal: bool = True
 ) -> tuple[str, ...]:
-    """Report which joints were set onto the reference and where, one sentence per joint.
+    """Return one sentence for each joint that was set onto the reference, with the frames.
 
     `causal` is False if this happened in one of two passes, so that the result lies halfway between
     them.
@@ -234,7 +238,7 @@ def snap_sentences(
 
 
 def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
-    """Report in one sentence where which joints of the two passes differ by over 90°, or ''."""
+    """Return a sentence about joints that differ by more than 90° between the two passes, or ''."""
     found = [f"{name} at {places}" for name, places in _where(apart, names)]
     if not found:
         return ""
@@ -247,7 +251,7 @@ def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
 
 
 def frames_listed(there: NDArray[np.bool_]) -> str:
-    """Return 'frame 7' or 'frames 7, 12–15' (15 excluded); more than ten runs are cut short by '…'.
+    """Return text such as 'frame 7' or 'frames 7, 12–15' (15 excluded), with '…' after ten runs.
 
     `there` is the mask of the frames to list, shape (frames,); at least one value is True.
     """

@@ -34,9 +34,9 @@ _ROWS = 4096  # frames compared at a time
 
 @dataclass(frozen=True)
 class JointChange:
-    """Change of a joint's own rotation: number of frames, largest angle and RMS in degrees.
+    """The change of a joint's own rotation: number of frames, largest angle and RMS in degrees.
 
-    rms: over the frames in which the rotation changed.
+    `rms` is the RMS over the frames in which the rotation changed.
     """
 
     joint: str
@@ -55,9 +55,9 @@ class FidelityCheck:
         'columns' of numbers, compared byte for byte, or 'joints', whose rotations are compared bit
         for bit.
     total
-        Their number.
+        Number of columns or joints.
     same
-        How many have no difference.
+        Number of columns or joints without a difference.
     outside
         Number of differences in frames without a correction.
     head
@@ -81,7 +81,7 @@ class MeasureSum:
     measured
         Number of corrections that have this measure.
     better, worse
-        How many of them improved or worsened it.
+        Number of corrections that improved or worsened it.
     most
         The largest increase, 0 if there is none.
     rows
@@ -99,7 +99,9 @@ class MeasureSum:
 
 @dataclass(frozen=True)
 class WorseRow:
-    """A correction that made a measure worse at a joint: chain, frames [start, stop) and values."""
+    """A correction that made a measure worse at a joint, with its chain, frames [start, stop) and
+    values.
+    """
 
     chain: str
     start: int

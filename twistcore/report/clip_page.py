@@ -1,4 +1,4 @@
-"""The page of a clip: its worst intervals with pictures, curves, decisions and changes."""
+"""The page of a clip, with its worst intervals, pictures, curves, decisions and changes."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def _applied_and(report: Report, *also: Interval) -> list[Interval]:
 
 
 def _pictured_frame(interval: Interval) -> int:
-    """Return the middle one of the frames that have at least 90 % of the largest offset."""
+    """Return the middle of the frames that have at least 90 % of the largest offset."""
     size = np.abs(interval.offset)
     there = np.flatnonzero(size >= 0.9 * size.max())
     return interval.start + int(there[len(there) // 2])

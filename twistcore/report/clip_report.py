@@ -1,4 +1,6 @@
-"""The files of a clip's report: an HTML page, the intervals as CSV, and everything as JSON."""
+"""The files of a clip's report, which are an HTML page, the intervals as CSV, and all data as
+JSON.
+"""
 
 from __future__ import annotations
 

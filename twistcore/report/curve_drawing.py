@@ -1,8 +1,8 @@
 """The curves of a chain or limb as small SVG paths, so that a page with many of them stays small.
 
-A path has one or two points for each column of the picture: the lowest and the highest value of the
-column's frames, so that a jump of a single frame remains visible. x counts columns, y goes down
-from 0 to HEIGHT; the page stretches both.
+A path has one or two points for each column of the picture, the lowest and the highest value of the
+column's frames, so that a jump of a single frame remains visible. x is the column, and y goes down
+from 0 to HEIGHT. The page stretches both.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _AROUND = 0.5  # seconds before and after an enlarged interval
 
 @dataclass(frozen=True)
 class CurvePath:
-    """One path and its style: 'same', 'before', 'after' or 'strength'."""
+    """A path with its style, which is 'same', 'before', 'after' or 'strength'."""
 
     look: str
     path: str
@@ -40,7 +40,8 @@ class CurvePath:
 
 @dataclass(frozen=True)
 class CurveRow:
-    """One quantity over time: its symbol, and the values at the bottom and the top, in degrees.
+    """One quantity over time, with its symbol and the values at the bottom and the top, in
+    degrees.
 
     `tau` is the y of the threshold, from 0 at the top to HEIGHT, or None for a quantity without a
     threshold.
@@ -56,7 +57,7 @@ class CurveRow:
 
 @dataclass(frozen=True)
 class Band:
-    """An interval in a panel: its first column x, its width in columns, and its decision."""
+    """An interval in a panel, with its first column x, its width in columns, and its decision."""
 
     x: float
     width: float
@@ -204,7 +205,9 @@ def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Arr
 
 
 def weight(judged: Judged) -> float:
-    """Return how bad an interval is: degrees × frames, or only its angle if it has no offset."""
+    """Return a measure of how bad an interval is: degrees × frames, or its angle if it has no
+    offset.
+    """
     interval = judged.interval
     if not interval.repairable:
         return float(abs(np.degrees(interval.residual)))
@@ -246,7 +249,7 @@ def _range(low: float, high: float) -> tuple[float, float]:
 
 
 def _edges(count: int, columns: int) -> NDArray[np.intp]:
-    """Return the first frame of each column of the picture, (columns,)."""
+    """Return the index of the first frame in each column of the picture, (columns,)."""
     return (np.arange(columns) * count // columns).astype(np.intp)
 
 

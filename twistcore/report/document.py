@@ -159,10 +159,10 @@ class Report:
 def report_to_json(report: Report) -> dict[str, Any]:
     """Return the report as one document, in degrees, seconds and frames.
 
-    tracking: joints tracked with QuaMo after the correction, as in a session, or null; changed:
-    frames in which any rotation or position channel differs, joints that rotate differently, and
-    joints that moved, by how much and why; protected: the measures that a correction must not make
-    worse, over all corrections.
+    The key `tracking` has the joints tracked with QuaMo after the correction, as in a session, or
+    null. The key `changed` has the frames in which any rotation or position channel differs, the
+    joints that rotate differently, and the joints that moved, by how much and why. The key
+    `protected` has the measures that a correction must not make worse, over all corrections.
     """
     motion, state = report.clip.motion, report.state
     difference = compare(motion, report.refined)
@@ -219,7 +219,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
 
 def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
-    """Return who decided on how many intervals, from when to when; '' for a person without a
+    """Return who decided on how many intervals and when; the key is '' for a person without a
     name.
     """
     by_name: dict[str, list[str]] = {}
@@ -240,7 +240,8 @@ def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
 def intervals_csv(report: Report) -> str:
     """Return the intervals as CSV, one per line, in degrees and seconds.
 
-    tracked_after: joints of the interval's chain that were tracked after the correction.
+    The column `tracked_after` has the joints of the interval's chain that were tracked after the
+    correction.
     """
     rows = [
         _row(j, report) | {"tracked_after": _tracked(j, report)} for j in report.state.intervals
@@ -258,7 +259,7 @@ def _tracked(judged: Judged, report: Report) -> str:
 
 
 def _end(interval: Interval) -> str:
-    """Return whether a flip carried the end of the limb along; '' for other kinds."""
+    """Return text about whether a flip carried the end of the limb along; '' for other kinds."""
     if interval.kind != Kind.LIMB_FLIP:
         return ""
     return "carried" if interval.carried else "kept"
@@ -350,11 +351,12 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
 
 
 def reported_moves(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
-    """Return the moved joints for sentences; joints that only follow the position are one entry.
+    """Return the moved joints for sentences, in which joints that only follow the position are one
+    entry.
 
-    placed: joints whose position channels have changed; along: the joint whose position was
-    tracked, with the largest move and the number of frames of the joints that only follow it, or
-    None.
+    `placed` are the joints whose position channels have changed. `along` is the joint whose
+    position was tracked, with the largest move and the number of frames of the joints that only
+    follow it, or None.
     """
     moved = document["changed"]["moved"]
     along = [

@@ -1,4 +1,4 @@
-"""A batch in numbers: how many intervals there are where, their frames, and their sizes."""
+"""The numbers of intervals, affected frames and sizes in a batch."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ _BINS = 180 // BIN
 
 @dataclass(frozen=True)
 class ClipRow:
-    """A row of the table of clips; a clip that was not processed has only name, state and reason.
+    """A row of the table of clips. A clip that was not processed has only name, state and
+    reason.
 
     Attributes
     ----------
     counts
         Number of intervals by kind.
     severity, max_deg, rms_deg
-        In degrees.
+        Severity, largest and RMS offset, in degrees.
     affected
         Number of affected frames.
     missing
@@ -169,7 +170,7 @@ def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def worst_first(rows: Iterable[ClipRow]) -> list[ClipRow]:
-    """Sort rows: first the clips that were not processed, then the others, worst first."""
+    """Sort rows, with the clips that were not processed first and then the others, worst first."""
     return sorted(rows, key=lambda r: (r.state == "done", -r.severity, -r.found, r.name))
 
 

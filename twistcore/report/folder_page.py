@@ -1,4 +1,4 @@
-"""The page of a batch folder, and the page of a clip of which only the manifest's data exists."""
+"""The page of a batch folder, and the page of a clip of which only the manifest's data exist."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MOST_JOINTS = 60
 
 @dataclass(frozen=True)
 class HistogramBar:
-    """One bin of the histogram: its first degree, and the counts by kind."""
+    """One bin of the histogram, with its first degree and the counts by kind."""
 
     start: int
     counts: tuple[int, ...]
@@ -63,7 +63,7 @@ def folder_page(
 
 
 def known_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page without curves and pictures. `why` is the reason why they are missing."""
+    """Return a clip's page without curves and pictures, which are missing for the reason `why`."""
     numbers = FolderNumbers()
     return rendered(
         "known.html",

@@ -41,7 +41,7 @@ _SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # unset, since drawing needs no screen
 
 @dataclass(frozen=True)
 class BeforeAfter:
-    """Two pictures from the same side: before and after a correction.
+    """Two pictures from the same side, before and after a correction.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ def figure_of(
 def draw_figures(
     figures: Sequence[Figure], python: Sequence[str] = (sys.executable,)
 ) -> list[Drawn]:
-    """Draw all figures in one process; if it fails, the results say why and nothing is raised."""
+    """Draw all figures in one process; on failure, the results contain the reason instead."""
     total = sum(len(figure.pairs) for figure in figures)
     if not total:
         return [Drawn() for _ in figures]

@@ -1,4 +1,4 @@
-"""History of a review: do, undo, redo."""
+"""History of a review, with do, undo and redo."""
 
 from __future__ import annotations
 
@@ -87,9 +87,9 @@ class Review:
     def do(self, command: Command) -> None:
         """Carry out a command; a step of a drag replaces the previous step.
 
-        The step starts from the state before the drag, so only the end of the drag matters:
-        dragging a τ line up and back changes no interval. Signing is not a step: the name is added
-        in all states.
+        The step starts from the state before the drag, so only the end of the drag matters. For
+        example, dragging a τ line up and back changes no interval. Signing is not a step, because
+        the name is added in all states.
         """
         if isinstance(command, Sign):
             self._change_all(command.signing(self.state))

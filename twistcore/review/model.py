@@ -93,8 +93,9 @@ class Judged:
     edited
         True if its frames or offset were changed.
     supported
-        True if the detector still finds it at the present τ. Reviewer, decided_at (ISO 8601), note,
-        reason (for a rejection): as entered.
+        True if the detector still finds it at the present τ.
+    reviewer, decided_at, note, reason
+        The name, the time (ISO 8601), the note and, for a rejection, the reason, as entered.
     in_bulk
         True if accepted together with all equally confident intervals, without looking at each.
     """
@@ -137,7 +138,7 @@ class Judged:
 
 @dataclass(frozen=True, eq=False)
 class ReviewState:
-    """The state of a review: its intervals, sorted by chain order and start, and its settings.
+    """The state of a review, with its intervals, sorted by chain and start, and its settings.
 
     Parameters
     ----------
@@ -182,7 +183,9 @@ class ReviewState:
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
     def same_frames(self, interval: Interval) -> Judged | None:
-        """Return an interval, not rejected, with the same chain, kind and frames, or None."""
+        """Return an interval that has the same chain, kind and frames and is not rejected, or
+        None.
+        """
         wanted = interval.kind, interval.start, interval.stop
         for judged in self.of_chain(interval.chain):
             own = judged.interval
@@ -223,7 +226,7 @@ class ReviewState:
         undecided: bool = False,
         order: Sequence[int] = (),
     ) -> int | None:
-        """Return the id of the next (+1) or previous (−1) interval, wrapping around; None if none.
+        """Return the id of the next (+1) or previous (−1) interval, wrapping around, or None.
 
         Set `undecided` to True to skip decided intervals. `order` lists ids in the order of a list;
         by default, intervals are sorted by chain and start.
@@ -276,10 +279,11 @@ def chain_places(chains: Iterable[str]) -> Mapping[str, int]:
 
 
 def as_written(interval: Interval) -> Interval:
-    """Return the interval with its offset rounded as in a session file: nine decimals of degrees.
+    """Return the interval with its offset rounded as in a session file, to nine decimals of
+    degrees.
 
-    −0.0 becomes 0.0. This way the program and `twistcore apply` correct by exactly the same
-    numbers.
+    −0.0 becomes 0.0. The rounding ensures that the program and `twistcore apply` correct by exactly
+    the same numbers.
     """
     return interval.as_written
 
@@ -299,8 +303,8 @@ def same_offsets(one: Interval, other: Interval) -> bool:
 def levelled(interval: Interval, delta: float) -> Interval:
     """Return the interval with all offsets shifted so that their median is `delta`, radians.
 
-    An interval with soft ends gets `delta` as its largest offset: it is scaled, so that its ends
-    stay soft.
+    An interval with soft ends is scaled so that its ends stay soft and `delta` is its largest
+    offset.
     """
     if interval.soft_ended:
         return interval.with_offset(interval.start, interval.offset * (delta / interval.largest))
@@ -308,15 +312,15 @@ def levelled(interval: Interval, delta: float) -> Interval:
 
 
 def flattened(interval: Interval) -> Interval:
-    """Return the interval with its median offset in all frames, so that it is a level shift."""
+    """Return the interval with its median offset in all frames, which makes it a level shift."""
     return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
 
 
 def following(interval: Interval, theta_p: Array) -> Interval:
     """Return the interval with offsets per frame that turn P's twist into a straight line.
 
-    `theta_p` is the twist of P in radians, shape (frames,). This is for errors that drift or jitter
-    inside.
+    `theta_p` is the twist of P in radians, shape (frames,). This is useful for errors that drift or
+    jitter.
     """
     if interval.frames >= len(theta_p):
         return interval
@@ -340,11 +344,11 @@ def carried_over(
 ) -> ReviewState:
     """Apply the decisions of an earlier review to this one, matching intervals by their overlap.
 
-    An untouched interval takes verdict, reviewer, note and reason from the earlier interval of its
-    chain that shares most frames with it, and also frames and offset if they were edited. An
-    interval that a person has changed here stays. Intervals made by hand are added. If `same_clip`
-    is True, all other kept intervals that overlap none here are added as well, marked as
-    unsupported by the detector. In another take, the error may not exist.
+    An untouched interval takes the verdict, reviewer, note and reason from the earlier interval of
+    its chain that shares most frames with it, and also the frames and offset if they were edited.
+    An interval that a person has changed in this review stays. Intervals made by hand are added. If
+    `same_clip` is True, all other kept intervals that overlap none here are added as well, marked
+    as unsupported by the detector. In another take, the error may not exist.
     """
     left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
     by_hand = {_frames(j) for j in state.intervals if j.by_hand}
@@ -385,7 +389,7 @@ def _frames(judged: Judged) -> tuple[str, int, int]:
 
 
 def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
-    """Return the ids of intervals, not rejected, that overlap in a chain, so their offsets add
+    """Return the ids of intervals, not rejected, that overlap in a chain and whose offsets add
     up.
     """
     out: set[int] = set()

@@ -1,4 +1,4 @@
-"""Change the chains of a review: their τ, and the chains in which to detect again."""
+"""Change the chains of a review, with their τ, and determine where to detect again."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _was_automatic(tau: float, before: float, now: float) -> bool:
 
 
 def _alike(some: tuple[Interval, ...], others: tuple[Interval, ...]) -> bool:
-    """True if a review would store both in the same way."""
+    """True if a review would store the same data for both."""
     return len(some) == len(others) and all(
         (a.start, a.stop, a.confidence, a.open, a.kind, a.carried)
         == (b.start, b.stop, b.confidence, b.open, b.kind, b.carried)

@@ -1,4 +1,6 @@
-"""The session file: a review that can be closed, reopened and replayed without the program."""
+"""The session file, with which a review can be closed, reopened and replayed without the
+program.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +80,8 @@ class Session:
 
 
 def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
-    """Return the session as JSON data; angles in degrees with nine decimals, times in frames.
+    """Return the session as JSON data, with angles in degrees to nine decimals and times in
+    frames.
 
     The oldest possible schema is used, so that older programs can read sessions that use no newer
     features.
@@ -318,7 +321,8 @@ def tracking_from_json(entry: Any) -> Tracking:
 
 
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval as JSON data; its offset in degrees is one number, or one per frame.
+    """Return an interval as JSON data, with its offset in degrees as one number or one per
+    frame.
 
     Set `kinds` to True to write the kind also for a counter-twist.
     """

@@ -36,7 +36,7 @@ VARYING = np.cos(np.radians(1.0))  # bones that vary more have an axis for each 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Parent P, child C, grandchild G by joint index, and their bone directions.
+    """A chain of a parent P, a child C and a grandchild G, with their bone directions.
 
     Parameters
     ----------
@@ -91,16 +91,16 @@ class Chain:
 
     @property
     def label(self) -> str:
-        """Return the label for tables: 'Left ForeArm', or 'B · Left ForeArm' if there are
-        several people.
+        """Return the label for tables, such as 'Left ForeArm', or 'B · Left ForeArm' with several
+        people.
         """
         return f"{self.person} · {self.part}" if self.person else self.part
 
     @property
     def part(self) -> str:
-        """Return the part of the body: 'Left ForeArm', or the joint's name if unknown.
+        """Return the part of the body, such as 'Left ForeArm', or the joint's name if unknown.
 
-        For a bone in pieces, the piece is added: 'Left Arm · upperarm02.L'.
+        For a bone in pieces, the piece is added, as in 'Left Arm · upperarm02.L'.
         """
         if not self.segment:
             return self.name
@@ -233,11 +233,12 @@ def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...
 
 
 def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False) -> tuple[str, ...]:
-    """Return the joints that prevent a correction: it changes them, but they cannot rotate freely.
+    """Return the joints that prevent a correction, because it would turn them and they lack
+    channels.
 
-    These joints lack three rotation channels; the result is empty if the chain is correctable.
-    `carried` is True for a limb flip in which the end turned with the limb, so that its own
-    rotation does not change.
+    These joints do not have three rotation channels. The result is empty if the chain is
+    correctable. `carried` is True for a limb flip in which the end turned with the limb, so that
+    its own rotation does not change.
     """
     skeleton = motion.skeleton
     rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)
@@ -299,7 +300,7 @@ def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
 
 
 def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
-    """Return the chains' assumptions, each sentence only once, since two chains may share a
+    """Return the assumptions made about chains, each sentence only once, since chains may share a
     joint.
     """
     return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))

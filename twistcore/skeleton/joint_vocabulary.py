@@ -1,4 +1,6 @@
-"""The words in joint names and their meanings: `joint_names.toml`, and a person's own file."""
+"""The words in joint names and their meanings, from `joint_names.toml` and from a person's own
+file.
+"""
 
 from __future__ import annotations
 
@@ -53,9 +55,9 @@ class JointName:
     side
         'Left', 'Right' or ''.
     stem
-        The rest in lower-case letters, without accents.
+        The rest of the name in lower-case letters, without accents.
     number
-        Its digits.
+        The digits of the name.
     roles
         Those of ROLES that the word can mean, the likeliest first, () for none.
     helper
@@ -118,7 +120,9 @@ class Vocabulary:
     joints: Mapping[str, JointName] = field(default_factory=dict)
 
     def over(self, other: Vocabulary) -> Vocabulary:
-        """Return a vocabulary with this one's words, and those of `other` that are missing here."""
+        """Return a vocabulary with the words of this one, and with words of `other` that it
+        lacks.
+        """
         return Vocabulary(
             {**other.words, **self.words},
             tuple(dict.fromkeys(self.pairs + other.pairs)),
@@ -187,7 +191,9 @@ def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
 
 
 class _WordsError(FormatError):
-    """An error in a file of words; `at`: the words near it, by which its line is found."""
+    """Raised for an error in a file of words; `at` are the words near it, by which its line is
+    found.
+    """
 
     def __init__(self, message: str, *at: str) -> None:
         super().__init__(message)
@@ -323,7 +329,8 @@ def _as_said(said: Any, name: str) -> JointName:
 
 
 def joint_as_said(name: str, said: str) -> JointName:
-    """Return the meaning of a person's word for a joint: 'left hand', 'helper', 'other', 'unknown'.
+    """Return the meaning of a person's word for a joint, which may be 'left hand', 'helper',
+    'unknown' …
 
     Raises FormatError for any other word.
     """

@@ -21,7 +21,7 @@ _ELEMENTS = 1 << 16  # numbers of one kind in a block
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """Joints in file order: a parent always comes before its children.
+    """Joints in file order, with every parent before its children.
 
     Parameters
     ----------

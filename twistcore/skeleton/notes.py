@@ -1,4 +1,4 @@
-"""Notes about an analysed clip: sentences that every command shows once."""
+"""Notes about an analysed clip, which are sentences that every command shows once."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from twistcore.skeleton.rig import Rig
 
 
 def with_own_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) -> Rig:
-    """Return the rig with a person's words for joints; the rig's own names have priority.
+    """Return the rig with a person's words for joints; names in the rig have priority.
 
     `words` come from :func:`twistcore.skeleton.joint_names.read_words`, or are None.
     """

@@ -141,7 +141,8 @@ def _split(
 
 
 def _with_equal_limbs(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Group tops into people by their limbs; tops with different limbs and the same mark are one.
+    """Group tops into people by their limbs; tops with different limbs and the same mark are one
+    person.
 
     A single limb next to a person is not another person, unless it has its own root.
     """
@@ -168,7 +169,7 @@ def _limbs_of(tops: Sequence[_Top]) -> frozenset[tuple[str, str]]:
 
 
 def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Return people whose hands and feet have unknown names: roots, or joints with similar
+    """Return the people whose hands and feet have unknown names, which are roots or similar
     names.
     """
     figures = [top for top in tops if _is_figure(skeleton, top)]
@@ -180,7 +181,9 @@ def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]
 
 
 def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
-    """True if long lines start from two of its joints, as legs from hips and arms from a chest."""
+    """True if long lines start from two of a figure's joints, as legs from hips and arms from a
+    chest.
+    """
     if len(top.joints) < _FEWEST:
         return False
     leave, own = [], set(top.joints)
@@ -196,7 +199,7 @@ def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
 
 
 def _likeness(one: _Top, other: _Top) -> float:
-    """Return the fraction of the words that both have."""
+    """Return the fraction of the words that both names have."""
     a, b = Counter(one.words), Counter(other.words)
     return (a & b).total() / (a | b).total()
 
@@ -265,9 +268,10 @@ def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
 
 
 def _before(name: str, names: Sequence[str]) -> str:
-    """Return the name that precedes another: 'A' for 'B', '1' for '2', 'P1' for 'P2'.
+    """Return the name that precedes another, such as 'A' for 'B', '1' for '2', and 'P1' for
+    'P2'.
 
-    The result is '' if there is none or if it is taken.
+    The result is '' if there is no such name or if it is taken.
     """
     found = ""
     if len(name) == 1 and name.isalpha():
@@ -340,7 +344,9 @@ def _in_common(runs: Sequence[Sequence[str]]) -> int:
 
 
 def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
-    """Return a person's name made of words in reading order: 'B', or 'Person1' instead of '1'."""
+    """Return a person's name with its words in reading order, such as 'B', or 'Person1' instead of
+    '1'.
+    """
     if words and shared and all(word.isdigit() for word in words):
         words = [shared[-1], *words]
     return "".join(words)

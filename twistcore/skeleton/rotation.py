@@ -1,7 +1,8 @@
 """Unit quaternions, swing-twist and angles.
 
-Quaternions are Hamilton, scalar first ``(w, x, y, z)``; they act on column vectors and compose like
-matrices: ``multiply(p, q)`` rotates by q, then by p. Angles are radians. Leading axes broadcast.
+Quaternions are Hamilton, scalar first ``(w, x, y, z)``. They act on column vectors and compose like
+matrices, so ``multiply(p, q)`` rotates by q, then by p. Angles are in radians. Leading axes
+broadcast.
 """
 
 from __future__ import annotations
@@ -213,9 +214,9 @@ def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
 def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
     """Return the twist about a unit axis (…, 3): wrap(2·atan2(v·a, w)) in (−π, π] [Choi26 Eq. 8].
 
-    Eq. 8 as printed takes the norm of the vector part and so loses the sign; this form keeps it.
-    A swing of exactly 180° leaves the twist undefined; the result is then 0, never NaN: see
-    :func:`twist_reliability`.
+    Eq. 8 as printed takes the norm of the vector part and loses the sign, which this form keeps. A
+    swing of exactly 180° leaves the twist undefined. The result is then 0, never NaN (see
+    :func:`twist_reliability`).
     """
     q = np.asarray(q, dtype=np.float64)
     along = np.einsum("...i,...i->...", q[..., 1:], np.asarray(axis, dtype=np.float64))
@@ -223,7 +224,7 @@ def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
 
 
 def twist_reliability(q: ArrayLike, axis: ArrayLike) -> Array:
-    """Return √(w² + (v·a)²) in [0, 1]: 0 if a swing of 180° leaves the twist undefined."""
+    """Return √(w² + (v·a)²) in [0, 1], which is 0 if a swing of 180° leaves the twist undefined."""
     q = np.asarray(q, dtype=np.float64)
     along = np.einsum("...i,...i->...", q[..., 1:], np.asarray(axis, dtype=np.float64))
     reliability: Array = np.hypot(q[..., 0], along)

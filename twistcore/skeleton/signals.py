@@ -1,4 +1,4 @@
-"""The signals of [Choi26] in a chain: θp, θc, their increments and m(t)."""
+"""The signals of [Choi26] in a chain, which are θp, θc, their increments and m(t)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""The files of an exercise for a class: the exercise, the students' answers, the result table.
+"""The files of a class exercise, which are the exercise, the students' answers and the result
+table.
 
-The truth stays with the teacher, as a truth file (:mod:`twistcore.synthesis`): the exercise says
-which intervals of which clip a student must judge, but not which of them are errors.
+The teacher keeps the truth in a truth file (:mod:`twistcore.synthesis`). The exercise lists which
+intervals of which clip a student must judge, but not which of them are errors.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ COLUMNS = (
 
 @dataclass(frozen=True, eq=False)
 class ClassExercise:
-    """An exercise: the intervals of a clip to judge.
+    """An exercise, in which the intervals of a clip must be judged.
 
     Attributes
     ----------
@@ -68,7 +69,7 @@ class ClassExercise:
 
 @dataclass(frozen=True, eq=False)
 class HandedIn:
-    """One student's answer: each interval with the student's verdict, and the time taken."""
+    """One student's answer, with the student's verdict on each interval and the time taken."""
 
     name: str
     seconds: float
@@ -130,7 +131,7 @@ def read_handed_in(path: Path) -> HandedIn:
 
 
 def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> str:
-    """Return a CSV with one row per student, sorted by name: how the verdicts compare to the
+    """Return a CSV with one row per student, sorted by name, that compares the verdicts with the
     truth.
     """
     rows = []

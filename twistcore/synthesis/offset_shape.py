@@ -74,8 +74,8 @@ def _drift(length: int, protocol: Protocol) -> Array:
 
 
 def filter_reach(protocol: Protocol, fps: float) -> int:
-    """Return by how many frames a low-passed offset extends beyond its level; 0 if not low-
-    passed.
+    """Return by how many frames a low-passed offset extends beyond its level, or 0 for other
+    offsets.
     """
     return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
 
@@ -93,7 +93,9 @@ def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
 
 
 def aligned_spells(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
-    """Yield spells [start, stop) in which C's bone is in line with P's; none if it always is."""
+    """Yield the spells [start, stop) in which C's bone is in line with P's, but none if it always
+    is.
+    """
     if chain.grandchild < 0:
         return
     v = rotate(motion.rotations[:, chain.child], chain.arm)

@@ -39,15 +39,15 @@ class Protocol:
     rich
         True to first give the quiet joint of each chain a motion of its own.
     length
-        Number of frames.
+        Length of an interval in frames.
     delta
-        In degrees.
+        The size of δ in degrees.
     ramp
         Frames of a soft onset, inside the interval.
     low_pass
         Cut-off in Hz of a zero-phase second-order Butterworth filter for the offset.
     jitter, leak
-        In degrees of white noise on the offset and on the compensation.
+        White noise on the offset and on the compensation, in degrees.
     stairs
         Number of equal steps up to δ.
     flicker
@@ -65,7 +65,7 @@ class Protocol:
     border
         True if the first two intervals touch the clip's ends.
     persists
-        True if these are the only ones.
+        True if these are the only intervals.
     clean
         True if nothing is injected.
     limb
@@ -181,7 +181,9 @@ PROTOCOLS = {
 
 
 def parse_protocol(name: str) -> Protocol:
-    """Return the protocol with a name, or a combination of several joined by '+': 'H12+H3-4'."""
+    """Return the protocol with a name, or a combination of several joined by '+', such as
+    'H12+H3-4'.
+    """
     knobs: dict[str, Any] = {}
     texts = []
     for part in name.split("+"):
@@ -208,7 +210,7 @@ def parse_protocol(name: str) -> Protocol:
 
 
 def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Motion:
-    """Return the clean motion for a protocol: enriched, then thinned out; unchanged for P0."""
+    """Return the clean motion for a protocol, enriched and then thinned out; unchanged for P0."""
     if protocol.rich:
         motion = enrich(motion, chains)
     if protocol.step > 1:
@@ -251,8 +253,8 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
 def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
     """Return the twist increments of a chain's parent and child, radians, (frames,) each.
 
-    They are increments, about the bone, of relative rotations: the parent's in its own frame, the
-    child's in its parent's frame; 0 in frame 0.
+    These are the increments of relative rotations about the bone, for the parent in its own frame
+    and for the child in its parent's frame. They are 0 in frame 0.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]

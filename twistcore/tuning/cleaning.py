@@ -35,7 +35,7 @@ class Verdicts:
 
 
 def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
-    """Return the motion without the errors that a person named or that our detector is sure of.
+    """Return the motion without the errors that a person named or that the detector is sure of.
 
     Detections that overlap one of the person's verdicts are ignored.
     """

@@ -27,7 +27,7 @@ class ChainTau:
     apart
         True if this τ also costs less than the common one on verdicts not used to choose it.
     gain
-        How much less, as a fraction of the chain's errors.
+        The reduction of the cost, as a fraction of the chain's errors.
     """
 
     chain: str
@@ -109,7 +109,8 @@ class CommonTau:
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
-    """Return how many more errors are found, and fewer rejected intervals listed, with `own`.
+    """Return how many more errors are found, and how many fewer rejected intervals listed, with
+    `own`.
 
     `own` and `common` are the two τ to compare.
     """
@@ -164,9 +165,9 @@ def _gain(
 ) -> tuple[float, float]:
     """Return how much cheaper a chain's own τ is than the common one, and in what share of draws.
 
-    Every draw chooses a τ; the saving is measured on the rows that were not drawn, since the
-    cheapest τ always wins on the rows that chose it. Errors of other chains help to choose τ, but
-    only this chain's rows count as savings.
+    Every draw chooses a τ. The saving is measured on the rows that were not drawn, since the τ that
+    they chose is always the cheapest on the drawn rows. Errors of other chains help to choose τ,
+    but only this chain's rows count as savings.
     """
     drawn = curve.draw(_DRAWS, seed)
     left = (drawn == 0).astype(float)

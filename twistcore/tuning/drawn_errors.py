@@ -26,11 +26,11 @@ class DrawnErrors:
     frames
         Each error's number of frames, shape (errors,).
     kind
-        Number of its protocol, shape (errors,).
+        Number of each error's protocol, shape (errors,).
     draw
-        Number of its draw, which is the set of errors injected together, shape (errors,).
+        Number of each error's draw, a set of errors injected together, shape (errors,).
     repaired
-        Its number of repaired frames at every τ, shape (errors, n).
+        Number of each error's corrected frames at every τ, shape (errors, n).
     """
 
     size: Array
@@ -69,7 +69,8 @@ class DrawnErrors:
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the 95 % confidence band of the FSR over all errors of this kind, (n,) each.
+        """Return the 95 % confidence band of the FSR over all errors of this kind, two arrays
+        (n,).
 
         The bounds of `_wilson` are computed for each protocol and combined as in [Zou &
         Donner 2008], since the number of frames of each protocol is not random.

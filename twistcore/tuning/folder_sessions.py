@@ -85,7 +85,8 @@ def read_sessions(
 def _meant_for(path: Path) -> Path | None:
     """Return the clip of a damaged session, or its folder if the clip is unknown.
 
-    None if the file is not a session: a folder of clips may also contain unrelated documents.
+    The result is None if the file is not a session, since a folder of clips may also contain
+    unrelated documents.
     """
     document = None
     with suppress(TwistError):
@@ -102,7 +103,7 @@ def _meant_for(path: Path) -> Path | None:
 
 
 def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:
-    """Return the best of a clip's sessions, each given with the SHA-256 of its clip."""
+    """Return the best of a clip's sessions, which are given with the SHA-256 of their clips."""
     if len(sessions) == 1:
         return sessions[0][0]
     now = ""

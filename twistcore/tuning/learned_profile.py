@@ -1,4 +1,6 @@
-"""Make a profile from people's verdicts: τ with its evidence, and the learned confidence."""
+"""Make a profile from people's verdicts, with each τ and its evidence, and the learned
+confidence.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,7 @@ class LearnedProfile:
         Reliability of the detector's confidences, and of the learned ones on held-out verdicts,
         None if there are too few verdicts.
     held_out
-        Word for the held-out part.
+        The word for the part of the verdicts that was held out.
     """
 
     profile: Profile
@@ -105,7 +107,7 @@ def learned_from(
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
     """Return the learned confidence and its reliability before and after learning.
 
-    All are None if there are too few verdicts. The reliability after learning is measured on
+    All three are None if there are too few verdicts. The reliability after learning is measured on
     held-out clips, or on held-out parts of a single clip.
     """
     given = seen(clips)

@@ -35,7 +35,7 @@ _Value = TypeVar("_Value")
 
 @dataclass(frozen=True)
 class Profile:
-    """A profile: the τ to use for other clips.
+    """A profile, with the τ to use for other clips.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class Profile:
     method
         The detector it was tuned for, '' if unknown.
     rig
-        Mark of the skeleton.
+        String that identifies the skeleton.
     performer
         Name of the performer, '' for any.
     confidence
@@ -64,8 +64,8 @@ class Profile:
 
 @dataclass(frozen=True)
 class TauReasons:
-    """The evidence for a chain's τ: numbers of accepted and rejected intervals, and its
-    uncertainty.
+    """The evidence for a chain's τ, with its uncertainty and the accepted and rejected
+    intervals.
 
     `low` and `high` are in degrees; 90 % of the suggestions from resampled verdicts lie between
     them.
@@ -159,7 +159,7 @@ def _profile(document: Mapping[str, Any]) -> Profile:
 
 
 def _tau(degrees: Any, name: str) -> float:
-    """Return τ in radians; raise FormatError unless it is above 0."""
+    """Return τ in radians; raise FormatError if it is not above 0."""
     place = f"tau_deg of {shown_value(name)}"
     if not number(degrees, place, 0.0, 180.0):
         raise unexpected("a number above 0", place, degrees)

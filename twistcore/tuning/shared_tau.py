@@ -14,14 +14,14 @@ SLIGHT = 0.01  # a chain that loses less than a point with the others' τ does n
 
 @dataclass(frozen=True)
 class SharedTau:
-    """The τ, in radians, that suits most chains, and each chain compared with it.
+    """The τ, in radians, that suits most chains, and a comparison of each chain with it.
 
     Parameters
     ----------
     best
-        Names of the chains whose own suggestion equals it.
+        Names of the chains whose own suggestion equals the shared τ.
     served
-        Chains for which it is almost as good as their own.
+        Chains for which the shared τ is almost as good as their own.
     apart
         For each other chain, by name, its own τ in radians and a short reason.
     """

@@ -27,9 +27,9 @@ class TauCurve:
     Parameters
     ----------
     tau
-        In radians, shape (n,).
+        The grid of τ in radians, shape (n,).
     repaired
-        Number of error frames repaired by at least 80 %, shape (n,).
+        Number of error frames corrected by at least 80 %, shape (n,).
     errors
         Number of error frames.
     alarms
@@ -37,7 +37,7 @@ class TauCurve:
     minutes
         Total duration of the clips.
     noise
-        In radians, one value per clip.
+        The noise of each clip, in radians.
     drawn
         The errors one by one, None if unknown (the FSR then has no band) or if there are none.
     own
@@ -97,7 +97,8 @@ class TauCurve:
         )
 
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
-        """Return the loss of every τ, (n,): the fraction of missed error frames plus priced alarms.
+        """Return the loss of every τ, (n,), which is the fraction of missed error frames plus
+        priced alarms.
 
         `price` is the fraction of the error frames that avoiding one false alarm may cost, counted
         per clip, or per minute of a longer clip. Errors below `smallest` radians need not be found.
@@ -112,8 +113,8 @@ class TauCurve:
     def suggested(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> float:
         """Return the τ, in radians, with the lowest :meth:`loss`.
 
-        An alarm costs a person one key press, but nobody sees a missed error. So by default an
-        alarm costs as much as 5 percentage points of FSR, and no τ misses half of the errors to
+        An alarm costs a person one key press, but nobody sees a missed error. By default, an alarm
+        therefore costs as much as 5 percentage points of FSR, and no τ misses half of the errors to
         avoid one alarm. If several τ cost the same, the largest one up to the size of the smallest
         errors to find is chosen, since the injected errors say little about sizes in between. The
         result is never below the clips' own noise.
@@ -157,11 +158,11 @@ class Cost:
     Parameters
     ----------
     fsr
-        0…1.
+        The FSR, 0…1.
     low, high
         95 % confidence interval of the FSR.
     alarms
-        Number in `minutes` of clip.
+        Number of false alarms in `minutes` of clip.
     """
 
     fsr: float
@@ -209,7 +210,7 @@ def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None 
 
 @dataclass(frozen=True)
 class Tuned:
-    """A chain's τ with the evidence for it, in degrees and per cent; NaN where not measured."""
+    """A chain's τ with the evidence for it, in degrees and per cent, or NaN where not measured."""
 
     tau: float
     noise: float

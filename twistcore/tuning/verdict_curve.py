@@ -53,11 +53,11 @@ class VerdictCurve:
     Attributes
     ----------
     tau
-        In radians, shape (n,).
+        The grid of τ in radians, shape (n,).
     errors, natural
         Numbers of decided intervals of each kind, shape (rows,).
     found, alarms
-        How many of them are detected at each τ, shape (rows, n).
+        Number of errors and natural intervals that are detected at each τ, shape (rows, n).
     clips
         Number of clips, or of minutes if larger, times the reviewed chains.
     reviewed
@@ -124,9 +124,9 @@ class VerdictCurve:
         """Return the cost of every τ: the fraction of missed errors plus the priced alarms per
         clip.
 
-        If a chain has few errors, those of other chains show how large errors are in these clips.
-        `weight` is how often each row counts, shape (draws, rows); the result then has the shape
-        (draws, n).
+        If a chain has few errors, the errors of other chains show how large errors are in these
+        clips. `weight` is how often each row counts, shape (draws, rows); the result then has the
+        shape (draws, n).
         """
         weight = np.ones((1, len(self.errors))) if weight is None else weight
         errors, rows = weight @ self.errors, max(len(self.errors), 1)
@@ -225,7 +225,7 @@ def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
 
 @dataclass(frozen=True)
 class VerdictScore:
-    """Counts of decided intervals: errors, errors detected, natural intervals, and alarms."""
+    """Numbers of decided intervals: errors, detected errors, natural intervals, and alarms."""
 
     errors: int
     found: int
@@ -234,12 +234,16 @@ class VerdictScore:
 
     @property
     def precision(self) -> tuple[float, float, float]:
-        """Return the fraction of detections that are errors, with bounds; NaN, 0, 1 without any."""
+        """Return the fraction of detections that are errors, with bounds; NaN, 0 and 1 without
+        detections.
+        """
         return _between(self.found, self.found + self.alarms)
 
     @property
     def recall(self) -> tuple[float, float, float]:
-        """Return the fraction of errors that are found, with bounds; NaN, 0, 1 without errors."""
+        """Return the fraction of errors that are found, with bounds; NaN, 0 and 1 without
+        errors.
+        """
         return _between(self.found, self.errors)
 
 

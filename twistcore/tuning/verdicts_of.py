@@ -1,9 +1,9 @@
-"""People's verdicts on clips as evidence for a τ: one verdict per interval.
+"""People's verdicts on clips as evidence for a τ, with one verdict per interval.
 
 An accepted interval is an error and a rejected one is natural motion. An undecided interval gives
-no evidence, nor does one that was applied automatically or accepted together with all sure ones,
-since nobody examined it. Running the detector at every τ of the grid shows at which τ it finds the
-interval of a verdict.
+no evidence, and neither does an interval that was applied automatically or accepted together with
+all confident ones, since nobody examined it. Running the detector at every τ of the grid shows at
+which τ it finds the interval of a verdict.
 """
 
 from __future__ import annotations
@@ -74,9 +74,9 @@ class JudgedClip:
     method
         The detector whose intervals were listed.
     rig
-        Mark of the skeleton.
+        String that identifies the skeleton.
     performer
-        '' if unknown.
+        Name of the performer, '' if unknown.
     minutes
         The clip's duration, without frames left out of tuning.
     reviewed
@@ -111,7 +111,9 @@ class JudgedClip:
 
 
 def performer_of(name: str) -> str:
-    """Return the performer from a clip's file name: '05' for 05_03.bvh; '' if unknown."""
+    """Return the performer from a clip's file name, such as '05' for 05_03.bvh, or '' if
+    unknown.
+    """
     said = _PERFORMER.match(PurePath(name).stem)
     return (said["number"] or said["word"]) if said else ""
 
@@ -192,8 +194,8 @@ def _reviewed(
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return the τ down to which each chain was reviewed, and the fraction of decided intervals.
 
-    A chain with undecided intervals was reviewed down to the weakest decided one: merely lowering τ
-    is no review. A chain without intervals counts as reviewed when all others are finished.
+    A chain with undecided intervals was reviewed down to the weakest decided one, since lowering τ
+    alone is no review. A chain without intervals counts as reviewed when all others are finished.
     """
     asked = [j for j in state.intervals if _counts(state, j.interval) and not is_verdict(j)]
     reviewed: dict[str, float] = {}
@@ -247,7 +249,7 @@ def found_by_tau(
     """Return at which τ the detector finds each judged interval of a chain, (judged, n).
 
     A detection belongs to the interval with which it shares most frames. An error is found if the
-    two share half of their frames; natural motion raises an alarm if any part of it is detected.
+    two share half of their frames. Natural motion raises an alarm if any part of it is detected.
     """
     out = np.zeros((len(judged), len(GRID)), dtype=bool)
     start = np.array([i.start for i in judged])

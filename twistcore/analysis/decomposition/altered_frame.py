@@ -90,7 +90,10 @@ def altered(
 
 
 def staged(q: Array, axis: Array, stage: float) -> Array:
-    """Return part of a rotation, (4,): nothing at stage 0, the swing at 1, also the twist at 2."""
+    """Return the part of a rotation that belongs to a stage, (4,).
+
+    This is the identity at stage 0, the swing at stage 1, and the whole rotation at stage 2.
+    """
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
     part = quaternion_from_axis_angle(normal, float(np.clip(stage, 0.0, 1.0)) * angle)

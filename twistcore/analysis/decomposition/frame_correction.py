@@ -65,7 +65,7 @@ def correct_frame(
     offset_before: float,
     own: float | None = None,
 ) -> FrameCorrection:
-    """Detect an error with τ in a captured or altered frame, and apply the what-if's correction.
+    """Detect an error with τ in a captured or altered frame, and correct it as the what-if does.
 
     `offset_before` is offset(t−1) in radians. `own` is the offset of a known interval to remove, or
     None to remove offset(t).

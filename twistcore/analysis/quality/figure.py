@@ -78,8 +78,8 @@ def figure_quality(motion: Motion) -> FigureQuality | None:
 def in_contact(places: Array) -> NDArray[np.bool_]:
     """Return a mask of the frames in which each foot is on the ground, (frames, 2).
 
-    Its ankle and its toe must be lower than their low height + 3 cm. The low height is the 2nd
-    percentile over the clip, separately for each foot's ankle and toe.
+    A foot is on the ground while its ankle and its toe are less than 3 cm above their low height.
+    The low height is the 2nd percentile over the clip, separately for each foot's ankle and toe.
     """
     out = np.ones((len(places), 2), dtype=np.bool_)
     for foot in range(2):

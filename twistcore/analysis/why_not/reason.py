@@ -47,11 +47,11 @@ class Reason:
     Parameters
     ----------
     strength, tau
-        In radians. Strength is the value of the curve at the frame.
+        The value of the curve at the frame, and the threshold, in radians.
     text
         The sentence.
     numbers
-        The numbers in it by name as in JSON, angles in degrees.
+        The numbers in the sentence, by name as in JSON, with angles in degrees.
     suspicious
         True above τ if a person should look at the frame.
     """
@@ -131,17 +131,19 @@ class AskedFrame:
         )
 
     def called(self, frame: int) -> str:
-        """Return the number of a frame as people see it: 'frame 12'."""
+        """Return the number of a frame as shown to users, such as 'frame 12'."""
         return f"frame {self.in_clip(frame) + self.first}"
 
     def span(self, start: int, stop: int) -> str:
-        """Return frames [start, stop) as tables show them: 'frames 323–329' ends before 329."""
+        """Return frames [start, stop) as tables show them, such as 'frames 323–329' (329
+        excluded).
+        """
         if stop - start == 1:
             return self.called(start)
         return f"frames {self.in_clip(start) + self.first}–{self.in_clip(stop) + self.first}"
 
     def named(self, interval: Interval) -> str:
-        """Describe an interval; if it has no offset, by its kind and joint."""
+        """Describe an interval, by its kind and joint if it has no offset."""
         span, size = self.span(interval.start, interval.stop), signed_degrees(interval.shown)
         if named := interval.kind.info.named:
             return named.format(span=span, size=size, joint=interval.joint)

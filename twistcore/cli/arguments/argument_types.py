@@ -212,7 +212,7 @@ def count(text: str) -> int:
 
 
 def limit(text: str) -> int:
-    """Return the largest number that is allowed, a whole number that is at least 0."""
+    """Return a limit, which is a whole number that is at least 0."""
     return _whole(text, 0, _MOST)
 
 

@@ -36,7 +36,7 @@ def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
 
 
 def add_commands(parser: argparse.ArgumentParser) -> argparse._SubParsersAction[Parser]:
-    """Let a parser have subcommands; without one, the help is printed."""
+    """Add subcommands to a parser; if none is given, the help is printed."""
 
     def print_help(_: argparse.Namespace) -> int:
         parser.print_help()

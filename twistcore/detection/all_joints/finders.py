@@ -293,7 +293,9 @@ def _interval(
 
 
 def _as_written(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> JointStep:
-    """Return a step in the clip's own frames; a jump is one frame, as a lone jump is."""
+    """Return a step with the frame numbers of the clip; a jump lasts one frame, like a lone
+    jump.
+    """
     start, stop = _written(step.start, step.stop, held)
     if jump and held is not None:
         stop = held.end(step.stop - 1) + 1

@@ -2,8 +2,8 @@
 
 A *spike* leaves the joint's path for one or a few frames and comes back: each of its frames departs
 from the path between the frame before and the frame after. A *jump* is a single step between calm
-frames. Both are compared with the motion of the same joint over as many frames nearby, so that a
-fast movement is not taken for one of them.
+frames. Both are compared with the motion of the same joint over the same number of frames nearby,
+so that a fast movement is not mistaken for either.
 """
 
 from __future__ import annotations
@@ -97,7 +97,9 @@ class StepLimits:
 
 
 def margin(limits: StepLimits) -> int:
-    """Return how many frames around a block its first and last steps are compared with."""
+    """Return the number of frames around a block with which its first and last steps are
+    compared.
+    """
     return _REACH + limits.longest + 2
 
 
@@ -124,7 +126,7 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
 
 
 def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
-    """Return the size of a spike or jump, in degrees, with the given rotations instead.
+    """Return the size that a spike or jump has with other rotations, in degrees.
 
     Parameters
     ----------

@@ -231,10 +231,11 @@ class ConsistencyAnalysis:
         return map(self.with_evidence, found)
 
     def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
-        """Return the interval, its confidence limited by the evidence, and whether it is motion.
+        """Return the interval with its confidence limited by the evidence, and True if it is
+        motion.
 
-        For a straight limb there is hardly any evidence except the course of the error, so that is
-        enough as long as both bones turn at its ends and there is no noise.
+        The only evidence for a straight limb is usually the course of the error. That is enough if
+        both bones turn at its ends and there is no noise.
         """
         if interval.chain not in self.witnesses:
             return interval, False
@@ -270,7 +271,7 @@ class ConsistencyAnalysis:
 def judged(
     interval: Interval, terms: Terms, segment: str, *, straight: bool = False
 ) -> tuple[Interval, bool]:
-    """Return the interval with its confidence limited by the evidence, and whether it is motion."""
+    """Return the interval with its confidence limited by the evidence, and True if it is motion."""
     found = judgement_of(terms, segment, straight=straight)
     least = tempered(min(interval.confidence or 0.0, found.probability))
     explain = partial(_with_judgement, interval.explain, found)
@@ -279,7 +280,7 @@ def judged(
 
 
 def tempered(probability: float) -> float:
-    """Return a probability; if it is below 0.5 its log odds are halved, because doubts overlap.
+    """Return a probability with its log odds halved if it is below 0.5, because doubts overlap.
 
     Of the intervals of real captures with a probability of 0.07, two blind judges took a third for
     errors (docs/atlas.md).
@@ -313,7 +314,9 @@ def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
 
 
 def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
-    """True if both joints turn at an edge, in either direction: signs mean nothing near ±180°."""
+    """True if both joints turn at an edge; directions are ignored, since signs mean nothing near
+    ±180°.
+    """
     at = row, slice(edges.start[k], edges.stop[k])
     x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))
     return min(x, y) >= SHOWN_IN_BOTH * max(x, y)

@@ -30,9 +30,9 @@ class NotatedAnalysis:
     Attributes
     ----------
     kept
-        These frames.
+        The examined frames.
     coarse
-        The analysis of these frames.
+        The analysis of the examined frames.
     fine
         The analysis of jumps in all frames, None if the clip has held frames.
     """
@@ -43,9 +43,7 @@ class NotatedAnalysis:
     _known: dict[Interval, Interval] = field(default_factory=dict)  # as τ moves most intervals stay
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ in radians, the larger of both analyses, at least what
-        keys show.
-        """
+        """Return the automatic τ, radians, which is the largest of both analyses and the keys."""
         both = (a.automatic_tau(chain) for a in (self.coarse, self.fine) if a is not None)
         return max(self.kept.smallest, *both)
 
@@ -94,9 +92,10 @@ class NotatedAnalysis:
         return self._known[interval]
 
     def _only_shown(self, interval: Interval) -> bool:
-        """True if the interval has too few linear keys to be corrected without a person's decision.
+        """True if the interval has too few linear keys to be corrected without a person's
+        decision.
 
-        That is also the case if its evidence is a single transition of a straight limb.
+        The result is also True if the evidence is a single transition of a straight limb.
         """
         if not self.kept.even:
             return False

@@ -1,9 +1,10 @@
-"""Errors between the pieces of one bone: they must appear in P's own twist, not only in its swing.
+"""Errors between the pieces of one bone, which must appear in P's own twist, not only in its
+swing.
 
-In rigs that give all roll to the last piece, the first piece only swings. Where its swing curves it
-still turns about its bone from frame to frame, and the next piece turns back by the same angle.
-This is how such rigs write natural motion. θp of the first piece does not change then, but an error
-δ changes it by exactly δ.
+In rigs that give all roll to the last piece, the first piece only swings. Where the path of its
+swing is curved, it still turns about its bone from frame to frame, and the next piece turns back by
+the same angle. This is how such rigs write natural motion. θp of the first piece does not change
+then, but an error δ changes it by exactly δ.
 """
 
 from __future__ import annotations

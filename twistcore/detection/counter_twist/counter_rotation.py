@@ -43,7 +43,7 @@ STEADY_GAP = 4.0  # frames; residuals across wider gaps do not show the local σ
 class CounterRotation:
     """The part of limbs' increments that natural motion does not explain.
 
-    All are (chains, frames), in radians.
+    All arrays have the shape (chains, frames) and are in radians.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class CounterRotation:
     d
         The counter-rotation that both residuals show (inverse-variance weighted, circular).
     sigma
-        Its scale.
+        The scale of d.
     event
         True where d is significant and both signals agree.
     lone
@@ -115,7 +115,9 @@ def counter_rotation(
 
 
 class _Rounds:
-    """Rounds of prediction, scale and joint solution, each from the last round's good frames."""
+    """Rounds of prediction, scaling and joint solution, each based on the good frames of the last
+    one.
+    """
 
     def __init__(self, captured: Array, limbs: Limbs, cut: Mask, half: int) -> None:
         self._captured, self._limbs, self._half = captured, limbs, half
@@ -168,7 +170,9 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
-        """Return residuals and scales; from the second round on without neighbours' errors."""
+        """Return residuals and scales, from the second round on without the effects of neighbours'
+        errors.
+        """
         residual = wrap(self._captured - predicted)
         if turn >= 1 and len(self._limbs) > 1:
             self._undo_images(residual, predicted, sigma)

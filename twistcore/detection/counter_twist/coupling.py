@@ -55,9 +55,10 @@ def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sig
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """Frames t of limbs by joint: x of the chain below each joint and y of the chain above it.
+    """The frames t of limbs, by joint: x of the chain below each joint, and y of the chain above
+    it.
 
-    Joints at the ends have only one chain; the residual of the other is 0.
+    A joint at an end has only one chain, and the residual of the missing chain is 0.
 
     Attributes
     ----------
@@ -141,8 +142,8 @@ def _explained(line: _Line) -> Array:
 def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array, Array]:
     """Solve runs of `length` chains; return the increments of their joints and the remaining cost.
 
-    `first` and `frame` are the first chain and the frame of each run, shape (runs,). Increments:
-    (2, length + 1, runs); cost: (runs,).
+    `first` and `frame` are the first chain and the frame of each run, shape (runs,). The increments
+    have the shape (2, length + 1, runs), and the cost has the shape (runs,).
     """
     at = (first + np.arange(length + 1)[:, None]) * len(line.t) + frame
     arrays = line.captured, line.predicted, line.sigma, line.rarer

@@ -23,7 +23,7 @@ FOLLOWED = 6.0  # gain from which the frames of a run count as steps of the erro
 class Edges:
     """The possible edges of a chain, by start; a run of frames may be read in several ways.
 
-    All are (n,).
+    All arrays have the shape (n,).
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Edges:
     peak
         The frame with the largest change.
     jump
-        Its angle in radians.
+        The angle of that change, in radians.
     sigma
         The scale of the jump.
     gain

@@ -1,4 +1,6 @@
-"""Offsets of paired edges: the running sum of an interval's jumps, closed [Method, steps 5-6]."""
+"""The offset of each pair of edges, which is the closed running sum of the jumps [Method, steps
+5-6].
+"""
 
 from __future__ import annotations
 

@@ -1,12 +1,12 @@
 """Edges paired into intervals: the cheapest explanation of a chain's edges [Method, steps 5-6].
 
 All values are gains in nats (log-likelihood ratios against natural motion). An interval gains from
-its two edges, from the steps inside that it explains, and from closing. The gain of closing is how
-much more likely a sum of 0 (modulo a full turn) is, given the scales of the steps, than if the two
-jumps were unrelated. An interval costs a prior, and more the longer it is. The set of disjoint
-intervals with the highest total gain is found by dynamic programming over the edges, in the order
-of their ends. The gain of an interval does not depend on τ, so it is computed once; a new τ only
-selects the edges at which intervals may begin or end.
+its two edges, from the steps inside that it explains, and from closing. The gain from closing
+measures how much more likely a sum of 0 (modulo a full turn) is, given the scales of the steps,
+than if the two jumps were unrelated. The prior cost of an interval grows with its length. The set
+of disjoint intervals with the highest total gain is found by dynamic programming over the edges, in
+the order of their ends. The gain of an interval does not depend on τ, so it is computed once; a new
+τ only selects the edges at which intervals may begin or end.
 """
 
 from __future__ import annotations
@@ -76,13 +76,13 @@ class Block:
     Attributes
     ----------
     shape
-        Shape (rows, columns).
+        (rows, columns).
     at
         The flat positions of the stored pairs, ascending.
     gains
         Their gains in nats.
     kinds
-        Their `follows`. (n,) each.
+        Their `follows`. These three arrays have the shape (n,).
     """
 
     first_row: int
@@ -264,10 +264,10 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
 
 
 def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
-    """Return the gains of single edges: of an error from the start, and of one to the end.
+    """Return the gains of single edges, for an error from the start and for an error to the end.
 
-    Each is (n,). The gain is −inf if that side of the edge is long, or not much shorter than the
-    other side.
+    Both arrays have the shape (n,). The gain is −inf if that side of the edge is long, or not much
+    shorter than the other side.
     """
     before, behind = edges.stop - 1 - table.low, table.high - edges.start
     longest = _longest_alone(fps)

@@ -125,7 +125,8 @@ def _clear(t: Terms) -> bool:
 def unanswered(t: Terms) -> bool:
     """True if at least one of the two bones clearly does not turn with the error at its edges.
 
-    False if a bone hardly turns elsewhere, because its turn here is then evidence enough.
+    The result is False if a bone hardly turns elsewhere, because then its turn here is enough
+    evidence.
     """
     return not t.quiet < _QUIET and min(t.for_x, t.for_y) < _AGAINST
 

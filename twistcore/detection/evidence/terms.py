@@ -161,7 +161,7 @@ class Background:
 
     @cached_property
     def spread(self) -> float:
-        """How far C's bone usually is from its usual side, in degrees; NaN if unknown."""
+        """The usual angle between C's bone and its usual side, in degrees; NaN if unknown."""
         if self.side is None:
             return math.nan
         there = ~self.busy & (self.chain.sine > (_STRAIGHT if self.side.exact else ALONG))
@@ -404,9 +404,10 @@ class _Measured:
         return float((residual_cost(then / sigma) - residual_cost(now / sigma)).sum())
 
     def _side(self) -> tuple[float, float, float, float]:
-        """Return the angles of C's bone from its side before and after correction, spread and gain.
+        """Return the angles of C's bone from its usual side before and after correction, spread and
+        gain.
 
-        The spread is the angle that 95 % of the clip stays within; the gain is in nats.
+        In 95 % of the clip, the angle is at most the spread. The gain is in nats.
         """
         unknown = math.nan, math.nan, math.nan, 0.0
         usual = self.background.side
@@ -431,7 +432,7 @@ class _Measured:
         return before, after, usual.furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
-        """Return how often per second P and C turn like that elsewhere, and the 99 % quantile.
+        """Return how often per second P and C make such a turn elsewhere, and the 99 % quantile.
 
         Both are None if there is too little motion without errors.
         """
@@ -454,7 +455,7 @@ class Side:
     off
         The bone's angle from that side, degrees, shape (frames,).
     furthest
-        Its 95 % quantile.
+        The 95 % quantile of that angle.
     exact
         True if the bone is on that side whenever the limb is bent at all, as if built into the rig.
     """

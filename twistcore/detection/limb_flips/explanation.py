@@ -144,7 +144,7 @@ def left(
     capture: Mask,
     fps: float,
 ) -> Left:
-    """Return why :func:`explain`, whose result is `runs`, leaves a jump unexplained.
+    """Return why :func:`explain` left a jump unexplained when it returned `runs`.
 
     The other parameters are the same as in :func:`explain`.
     """

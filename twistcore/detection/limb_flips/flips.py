@@ -57,7 +57,7 @@ class LimbFlips:
     capture
         Mask of the frames that are neither a border nor at a cut.
     noisy
-        Mask of the frames with a burst of noise in any limb of the person. (frames,) each.
+        Mask of the frames with a burst of noise in any limb of the person.
     soft
         The jumps over several frames.
     """

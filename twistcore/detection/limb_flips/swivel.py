@@ -22,9 +22,9 @@ _LARGE = np.radians(90.0)  # a turn that may take two frames
 
 @dataclass(frozen=True, eq=False)
 class Swivel:
-    """A limb's rotation about its own line; radians, or fractions of the limb's length.
+    """A limb's rotation about its own line, in radians or in fractions of the limb's length.
 
-    The last three are in world space.
+    `line`, `child` and `end` are in world space.
 
     Attributes
     ----------

@@ -130,7 +130,8 @@ def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
 
 @lru_cache(maxsize=1024)
 def _cubic(length: int) -> tuple[Array, Array, Array, Array]:
-    """Return a cubic's weights for both end values and both slopes per frame, (length − 1,) each.
+    """Return a cubic's weights in each frame for both end values and both slopes, (length − 1,)
+    each.
 
     The weights are for the inner frames of a span.
     """

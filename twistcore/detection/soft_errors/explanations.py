@@ -57,7 +57,7 @@ class Tried(NamedTuple):
     offset
         In radians, shape (frames,).
     sigma
-        Its standard deviation, radians.
+        The standard deviation of the offset, radians.
     """
 
     left: float
@@ -75,17 +75,17 @@ class Seed:
     Attributes
     ----------
     gain
-        Nats.
+        The gain of an explanation, in nats.
     row
-        Its chain.
+        The row of its chain.
     at
         The index of the span.
     position
-        Its position.
+        The position of the span.
     middle
-        Its middle frame.
+        The middle frame of the span.
     length
-        Its length in frames.
+        The length of the span in frames.
     """
 
     gain: float
@@ -97,7 +97,7 @@ class Seed:
 
 
 class Explanations:
-    """The possible explanations of a seed in its row, each evaluated only once.
+    """The possible explanations of a seed, each evaluated only once.
 
     Free offsets over frames around the seed are evaluated immediately, softened levels on request.
     """

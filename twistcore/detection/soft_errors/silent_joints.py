@@ -1,4 +1,4 @@
-"""Joints that never twist: at such a joint any twist is an error, at any pace.
+"""Joints that never twist, so that any twist of such a joint is an error.
 
 A rig may give a joint, such as an elbow, no freedom to twist. The sum of its twist increments, its
 level, is then constant wherever there is no error. Unlike the level of a joint at rest, it is
@@ -41,7 +41,8 @@ BESIDE = 8  # at least so many frames nearby, to measure P's own motion
 
 
 def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
-    """Return how far the level is from its constant value, radians, (frames,); None if it has none.
+    """Return the level minus its constant value, radians, (frames,); None if no value is
+    constant.
 
     `increments` and `other` are the increments of the joint and of the other joint of its chain,
     radians, shape (frames,). `cut` is the mask of the clip's cuts. The change of the level across a
@@ -125,8 +126,8 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
     """Return the errors that appear at silent joints of a limb, found and removed one at a time.
 
     `sides` are the rows with a silent joint, as from :func:`silent_sides`. If several silent joints
-    twist in the same frames, one error may cause all of it: the error whose removal leaves the
-    smallest turns is taken.
+    twist in the same frames, one error may cause all their turns. In this case, the error whose
+    removal leaves the smallest turns is returned.
     """
     found: list[SoftError] = []
     done: Mask = np.zeros((surprise.rows, surprise.frames), dtype=bool)
@@ -188,7 +189,7 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
 def _of_two_chains(
     surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
 ) -> SoftError:
-    """Return, of equally good errors in the same frames, the error that the other joint turns back.
+    """Return the one of equally good errors in the same frames that the other joint turns back.
 
     Two chains share a silent joint, which does not show to which of them the error belongs.
     """
@@ -202,7 +203,9 @@ def _of_two_chains(
 
 
 def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
-    """Return both joints' remaining turns without an error, relative to the other joint's turns."""
+    """Return the turns of both joints that remain without an error, relative to the other joint's
+    turns.
+    """
     own, other = _both_ways(surprise, error.row)[side < 0][1:]
     at = slice(max(error.start, 1), error.stop + 1)
     left, turned = own[at] + other[at], other[at]

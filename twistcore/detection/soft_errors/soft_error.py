@@ -97,9 +97,9 @@ def judged(
 def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
     """True if the other joint turns back the turn of a silent joint in frames [start, stop).
 
-    A joint that was only at rest turns by itself, and the other joint does not respond: its total
-    turn does not match, and neither do the changes of its pace, which are compared if the total is
-    lost in natural motion.
+    If a joint was only at rest, it turns by itself and the other joint does not turn back. The
+    total turns of both joints are compared or, if these are lost in natural motion, the changes of
+    their pace.
     """
     at = slice(max(start, 1), stop + 1)
     if np.abs(own + other)[at].sum() <= LEFT_OVER * np.abs(other)[at].sum():
@@ -109,7 +109,9 @@ def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
 
 
 def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:
-    """True if x turns with the error and y against it; `if_unclear` if that cannot be decided."""
+    """True if x turns with the error and y against it; `if_unclear` is returned if this is
+    uncertain.
+    """
     course = np.zeros(len(x) + 1)
     course[error.start : error.stop] = error.offset
     steps = np.diff(course, prepend=course[0])[: len(x)]

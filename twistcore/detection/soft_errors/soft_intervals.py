@@ -186,8 +186,8 @@ def _better(
 ) -> list[SoftError]:
     """Return the soft errors that explain more than the known errors in the same frames.
 
-    Overlapping errors of a limb are accepted or rejected together: a group of frames is explained
-    either by the soft errors or by the known ones.
+    Overlapping errors of a limb are accepted or rejected together, so a group of frames is
+    explained either by the soft errors or by the known ones.
     """
     out: list[SoftError] = []
     for limb in range(surprise.limbs.count):
@@ -232,9 +232,9 @@ def _lively_errors(
 ) -> tuple[list[SoftError], Mask]:
     """Return the soft errors of chains whose joints both twist, and the mask of frames not reached.
 
-    The mask is `left` of :class:`Searched`. There are two rounds; the second measures the natural
-    scales without the errors found in the first. It gets the rest of the budget, at least half,
-    because errors found in the first round alone may be natural restlessness.
+    The mask is `left` of :class:`Searched`. There are two rounds. The second round measures the
+    natural scales without the errors found in the first. At least half of the budget is kept for
+    it, because errors that only the first round finds may be natural restlessness.
     """
     left = np.zeros((surprise.limbs.count, surprise.frames), dtype=bool)
     bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps, surprise.limbs.step)

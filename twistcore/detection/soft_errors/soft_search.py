@@ -1,4 +1,6 @@
-"""The search for soft errors of limbs: it begins at large departures and minimises the surprise."""
+"""The search for soft errors of limbs, which starts at large departures and minimises the
+surprise.
+"""
 
 from __future__ import annotations
 
@@ -166,8 +168,8 @@ class Search:
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
         """Return the explanation of the shortest span after which no seed remains nearby.
 
-        If some seed remains after each of them, as next to another error, return the explanation
-        with the highest gain relative to the square root of its length.
+        If a seed remains after each explanation, for example next to another error, return the
+        explanation with the highest gain relative to the square root of its length.
         """
         found: list[SoftError] = []
         for place in sorted(places, key=lambda s: s.length):

@@ -1,9 +1,10 @@
-"""A softened level: a constant error that begins and ends gradually. Its course and its best fit.
+"""The course and the best fit of a softened level, a constant error that begins and ends
+gradually.
 
-Captures are filled with straight lines or splines and low-pass filtered before they are published.
-A constant error of the solver then appears as that constant after a ramp or a filter. Four numbers
-describe its course: δ, the frame at which half of it has begun, the frame at which half of it has
-ended, and the duration of each transition.
+Gaps in captures are filled with straight lines or splines, and captures are low-pass filtered
+before they are published. A constant error of the solver then appears as that constant after a ramp
+or a filter. Four numbers describe its course: δ, the frame at which half of it has begun, the frame
+at which half of it has ended, and the duration of each transition.
 """
 
 from __future__ import annotations
@@ -129,7 +130,7 @@ def all_fitted(
 
 
 class _Descent:
-    """A fit in progress: its four numbers, scaled, and the residuals of their course."""
+    """A fit in progress, with its four scaled numbers and the residuals of their course."""
 
     def __init__(self, start: Level, kernel: Kernel, coarsest: float, frames: int) -> None:
         self.frames = frames
@@ -162,7 +163,9 @@ class _Descent:
         return False
 
     def is_done(self) -> bool:
-        """True if the fit has ended at the last widening; after an earlier one, start the next."""
+        """True if the fit has ended at the last widening; if it was an earlier one, start the
+        next.
+        """
         if self.ended and self.wider > 1.0:
             self.wider = max(1.0, self.wider / NARROWER)
             self._begin()
@@ -178,7 +181,7 @@ class _Descent:
 
 
 def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
-    """Return the courses of numbers (n, 4), each with the kernel of its fit, (n, frames)."""
+    """Return the courses of numbers (n, 4), each with the kernel used in its fit, (n, frames)."""
     out = np.empty((len(numbers), frames))
     kernels = [d.kernel for d in of]
     for kernel in dict.fromkeys(kernels):

@@ -41,7 +41,7 @@ class SpanDepartures:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """All n departures that overlap a stretch of so many frames, by span, probe and position.
+    """All n departures that overlap a stretch of frames, by span, probe and position.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class Stretch:
         """Return the weighted residuals of u after courses (m, frames) are removed, (m, n).
 
         The sum of their squares is the surprise. `wider` is the factor by which all scales are
-        widened: one number, or one for each course, (m, 1).
+        widened, either one number or one for each course, (m, 1).
         """
         z = self.departures(courses)
         np.subtract(self.u, z, out=z)
@@ -104,7 +104,7 @@ class Stretch:
     def sizes(self, departures: Array, wider: float = 1.0) -> Array:
         """Return the factors by which to scale courses so that they explain u best, (m,).
 
-        `departures` are the departures of these courses, shape (m, n).
+        `departures`, (m, n), are the departures of these courses.
         """
         by, of = departures / (wider * self.spread), self.u / (wider * self.spread)
         trust = np.broadcast_to(self.weight, by.shape)

@@ -1,4 +1,4 @@
-"""The current increments of a limb, and how surprising they are at every time scale.
+"""The current increments of a limb, and their surprise at every time scale.
 
 Twist errors can be removed from the rotations on trial. That also removes, exactly, their effects
 on neighbouring chains. The surprise of a frame range is the sum of the costs of all departures
@@ -40,7 +40,7 @@ LONGEST = 2.0  # spans up to so many times as long as a stretch are used for it
 class _AtSpan:
     """The departures over one span.
 
-    All are in radians, (probes, chains, positions).
+    All arrays are in radians and have the shape (probes, chains, positions).
 
     Attributes
     ----------
@@ -84,7 +84,8 @@ class Surprise:
         return list(range(row % self.limbs.count, self.rows, self.limbs.count))
 
     def take_out(self, row: int, start: int, offset: Array) -> None:
-        """Remove a twist error of P from frames [start, start + n); departures stay unchanged.
+        """Remove a twist error of P from frames [start, start + n) without updating the
+        departures.
 
         Call :meth:`look_again` to update them.
         """

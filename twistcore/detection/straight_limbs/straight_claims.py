@@ -1,4 +1,4 @@
-"""Errors of a chain's straight limb, and the jumps that they do not account for [Method]."""
+"""Errors of a chain's straight limb, and the jumps that these errors do not explain [Method]."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ BESIDE = 1  # frames next to an error to which its transitions extend
 
 @dataclass(frozen=True, eq=False)
 class _Jumping:
-    """An interval between jumps: its error from frame `start` on, and the peak frames of its edges.
+    """An interval between jumps, with its error from frame `start` on and the peak frames of its
+    edges.
 
     `offset` is δ in radians, shape (frames,).
     """
@@ -143,11 +144,11 @@ def straight_limb(
 ) -> StraightLimb | None:
     """Return the errors of a chain's straight spells that its jumps do not explain.
 
-    None if there are none, or if the chain has no hinge, for example because it has no grandchild.
-    Which of two spells contains the error is decided by the bend, not by the length: an interval
-    between jumps takes priority only if it brings the bent limb back to its hinge, or if it leaves
-    hardly more counter-turn unexplained. `by_itself` returns the increments of P and C, each
-    (frames,), in radians and without the effect of jumps in neighbouring chains.
+    The result is None if there are none, or if the chain has no hinge, for example because it has
+    no grandchild. The bend, not the length, decides which of two spells contains the error. An
+    interval between jumps takes priority only if it brings the bent limb back to its hinge, or if
+    it leaves hardly more counter-turn unexplained. `by_itself` returns the increments of P and C,
+    each (frames,), in radians and without the effect of jumps in neighbouring chains.
     """
     if chain.grandchild < 0:
         return None
@@ -202,9 +203,9 @@ def _error_of(
 ) -> list[StraightError]:
     """Return the errors of a spell whose removal brings it closer to its hinge.
 
-    There are none if the intervals between jumps suffice. `scales` are the scales of the increments
-    in the whole clip. `jumping` are the intervals between jumps in the spell's segment. Only the
-    frames of the spell are examined, because a long clip has thousands of spells.
+    The result is empty if the intervals between jumps suffice. `scales` are the scales of the
+    increments in the whole clip. `jumping` are the intervals between jumps in the spell's segment.
+    Only the frames of the spell are examined, because a long clip has thousands of spells.
     """
     low, high = spell.low, spell.high
     x, y = (v[low:high] for v in increments)

@@ -1,9 +1,9 @@
-"""The twist error of a straight limb as a course over time [Method].
+"""The twist error of a straight limb over time [Method].
 
 While C's bone is in line with P's, no position shows how a twist is divided between them. Three
-things are still known about the error δ: the twists X − δ of P and Y + δ of C are smooth (X, Y: the
-sums of the increments x, y), δ is 0 where the limb is bent, and δ seldom changes. The curve that
-satisfies these conditions best is computed by least squares, reweighted a few times.
+things are still known about the error δ. The twists X − δ of P and Y + δ of C are smooth, where X
+and Y are the sums of the increments x and y. δ is 0 where the limb is bent. δ seldom changes. The
+curve that satisfies these conditions best is computed by least squares, reweighted a few times.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def course(
     high: int,
     fps: float,
 ) -> Array:
-    """Return δ in frames [start, stop), radians; outside, within the segment [low, high), it is 0.
+    """Return δ in frames [start, stop), radians; in the rest of the segment [low, high), δ is 0.
 
     `increments` are x and y, each (frames,), in radians, and `scales` are their scales from
     :func:`scale_of`. At the segment's ends δ is free, because the motion before and after is
@@ -74,7 +74,7 @@ def _smooth(
     high: int,
     fps: float,
 ) -> list[Rows]:
-    """Return least-squares equations, scaled, for a smooth course of both signals and for rest.
+    """Return scaled least-squares equations for a smooth course of both signals and for rest.
 
     They are linear in the unknown δ. The increment into the segment's first frame is left out,
     because it crosses a cut.
@@ -98,7 +98,7 @@ def _columns(frames: NDArray[np.int64], start: int, stop: int) -> NDArray[np.int
 
 
 def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: float) -> Array:
-    """Return the least-squares δ, reweighted so that it changes by much or not at all.
+    """Return the least-squares δ, reweighted so that δ either changes by much or not at all.
 
     Parameters
     ----------

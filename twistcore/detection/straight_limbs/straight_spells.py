@@ -1,4 +1,4 @@
-"""Spells: frame ranges in which a limb is straight. Their errors are found here."""
+"""Spells, the frame ranges in which a limb is straight, and the errors in them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Bend:
         The direction in which C's bone leaves P's, relative to the direction in most frames with a
         bent limb, radians in (−π, π], shape (frames,), or None if the joint is not a hinge.
     spread
-        The deviation of the azimuth from 0 that the bent limb seldom exceeds, radians.
+        The deviation of the azimuth from 0 that is seldom exceeded in the bent limb, radians.
     """
 
     angle: Array
@@ -111,11 +111,11 @@ class StraightError:
     offset
         δ in each frame, radians.
     peak
-        The middle frame of its clearest transition.
+        The middle frame of the clearest transition.
     turns
         The turns of P and C in that transition, radians.
     strength
-        The size of the change of δ there, radians.
+        The size of the change of δ in that transition, radians.
     closed
         The number of ends at which the limb is bent.
     """
@@ -214,9 +214,9 @@ def left_over(
 ) -> float:
     """Return how far P and C still turn against each other after δ is removed, radians.
 
-    This is the maximum over windows, beyond the pace next to each. `scales` are the scales of both
-    increments. `delta` is δ in all frames, shape (frames,). The quieter signal has the greater
-    weight.
+    The result is the maximum over windows, minus the pace next to each window. `scales` are the
+    scales of both increments. `delta` is δ in all frames, shape (frames,). The quieter signal has
+    the greater weight.
     """
     steps = np.diff(delta, prepend=delta[:1])
     x, y = increments

@@ -89,7 +89,7 @@ class _Bone:
 
 @dataclass
 class _Read:
-    """The data read so far."""
+    """The data read so far from a skeleton file."""
 
     path: str
     bones: dict[str, _Bone] = field(default_factory=dict)

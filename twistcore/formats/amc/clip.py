@@ -28,9 +28,9 @@ class AmcClip(Clip):
     Parameters
     ----------
     asf
-        Its skeleton, from another file.
+        The skeleton, from another file.
     values
-        Its numbers in the order of the joints, lengths in the file's unit and angles in degrees,
+        The numbers in the order of the joints, lengths in the file's unit and angles in degrees,
         shape (frames, columns).
     places
         The position of each number among the file's tokens, in reading order, shape (frames,

@@ -113,13 +113,13 @@ def parse_amc(
 
 
 def _skeleton_warning(asf: Asf, warning: ClipWarning) -> ClipWarning:
-    """Return a warning with the name of the skeleton file and the line there in front."""
+    """Return a warning, preceded by the name of the skeleton file and the line in it."""
     line = "" if warning.line is None else f", line {warning.line}"
     return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
 
 
 class _Rows:
-    """Parser of frames, each a frame number followed by the bones with their numbers in any
+    """Parser of frames; each frame is a number, followed by the bones with their numbers in any
     order.
     """
 

@@ -1,4 +1,4 @@
-"""Choose among equivalent Euler angles: which solution, and how many full turns."""
+"""Choose among equivalent Euler angles, which differ by the solution and by full turns."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ _LEAST_WEIGHT = 1e-6
 def continuous_angles(
     order: str, q: Array, own: Array, before: Array | None, after: Array | None
 ) -> Array:
-    """Return Euler angles of q, radians, (n, 3), on the branch that moves least.
+    """Return the Euler angles of q that move least, radians, (n, 3).
 
-    Every frame has two solutions with any number of full turns. The path with the smallest
-    Σ|Δchannel| and both edges fixed is taken. Without fixed edges, a path and the path of the other
-    solutions are equally long. Then the distances to `own` are added to the sum, weighted by cos θ
-    where the rotation is θ < 90° from the file's.
+    Every frame has two solutions, each with any number of full turns. The result is the path with
+    the smallest Σ|Δchannel| between the fixed angles at both edges. Without fixed edges, a path and
+    the path of the other solutions are equally long. The distances to `own` are then added to the
+    sum, weighted by cos θ where the rotation differs from the file's by θ < 90°.
 
     Parameters
     ----------
@@ -135,9 +135,7 @@ def _near_own(order: str, q: Array, own: Array) -> Array:
 
 
 def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
-    """Return the full turns, in radians, (3,), that bring each channel as a whole nearest to
-    `own`.
-    """
+    """Return the full turns, radians, (3,), that bring each channel as a whole nearest to `own`."""
     off = np.sort((own - angles)[weight >= weight.max() / 2], axis=0)
     # The median, not the mean: where `own` wraps, the majority of frames decides.
     turns: Array = _TURN * np.ceil(off[len(off) // 2] / _TURN - 0.5 - _LEAST_WEIGHT)
@@ -155,9 +153,9 @@ def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array
     """Return the path from `before` to `after` with the smallest Σ|Δchannel|, radians, (n, 3).
 
     `solutions` are the two solutions in every frame, up to full turns, shape (n, 2, 3). `near` is a
-    path of solutions from `before` on without steps above half a turn, shape (n, 3). Exact by
-    dynamic programming over (solution, full turns of each channel relative to `near`), up to 2
-    turns.
+    path of solutions from `before` on without steps above half a turn, shape (n, 3). The result is
+    exact up to 2 turns; it is found by dynamic programming over the solution and the full turns of
+    each channel relative to `near`.
     """
     # Turn 0 of each solution is the one nearest to the path. A solution half a turn away is equally
     # near on both sides, so two turns more may be only one: hence the second turn to either side.
@@ -195,10 +193,11 @@ def _others(channel: int) -> tuple[int, ...]:
 
 
 def _advance(cost: Array, steps: list[tuple[Array, Array]]) -> tuple[Array, list[Array]]:
-    """Return the lowest cost of every state (solution, turns ×3) one frame later, and its origin.
+    """Return the lowest cost of every state one frame later, and the state that it came from.
 
-    The channels are processed one after another: |Δ| is a sum over them, so each needs only its own
-    turns and the two solutions.
+    A state is a solution with the turns of its three channels. Since |Δ| is a sum over the
+    channels, they are processed one after another, and each needs only its own turns and the two
+    solutions.
     """
     back: list[Array] = []
     now = np.broadcast_to(cost[:, None], (2, *cost.shape))  # (from, to, turns ×3)

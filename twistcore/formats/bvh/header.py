@@ -36,7 +36,7 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class _Words:
-    """The words of the header; the line number is computed only when it is needed."""
+    """The words of the header; line numbers are computed only when they are needed."""
 
     def __init__(self, path: str, text: str) -> None:
         self.path = path

@@ -40,7 +40,9 @@ class Numbers:
 
 
 class BadNumberError(ValueError):
-    """Raised if a token is not a number below LARGEST; has its offset in the text and the token."""
+    """Raised if a token is not a number below LARGEST; contains the token and its offset in the
+    text.
+    """
 
     def __init__(self, offset: int, token: bytes) -> None:
         super().__init__(offset, token)  # exceptions are pickled with their arguments
@@ -92,7 +94,9 @@ def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
 
 
 def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
-    """Estimate the number of values, slightly too high, from the density of the first block."""
+    """Return a slightly high estimate of the number of values, from the density of the first
+    block.
+    """
     if not spans:
         return 0
     a, b = spans[0]

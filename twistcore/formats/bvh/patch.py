@@ -107,7 +107,7 @@ def with_numbers(
 
 
 def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return how many decimals, ignoring an exponent, the tokens at these offsets have."""
+    """Return the number of decimals of the tokens at these offsets, ignoring exponents."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     decimals = np.zeros(len(starts), dtype=np.int64)
     length = ends - starts

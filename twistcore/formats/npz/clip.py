@@ -1,4 +1,4 @@
-"""A clip of SMPL poses: arrays by name, and how they are rewritten."""
+"""A clip of SMPL poses, whose arrays have names and can be rewritten."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ class NpzClip(Clip):
     poses
         Rotation vectors, radians, in the file's dtype, shape (frames, 3 joints).
     parts
-        The arrays that hold them, which together contain every number once.
+        The arrays that contain the poses; together, they have every number once.
     place
         Name of the array of the root's position, '' if there is none.
     trans
-        That array, shape (frames, 3), with `scale` units per metre, minus `rest`, shape (3,), the
-        root's rest position.
+        The root's position, shape (frames, 3), with `scale` units per metre, minus the root's rest
+        position `rest`, shape (3,).
     repeated
         Arrays that repeat numbers of `poses` and change with them.
     """
@@ -74,7 +74,7 @@ class NpzClip(Clip):
         return np.degrees(self._vectors(joint))
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return None: the file has no Euler angles."""
+        """Return None, since the file has no Euler angles."""
         del joint
         return None
 

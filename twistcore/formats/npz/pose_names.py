@@ -63,7 +63,7 @@ class PoseNames:
     place
         Array of the root's position.
     scale
-        Its units per metre.
+        The units of the position per metre.
     rate
         Frames per second if the file has none, with the data set they come from, or None.
     left
@@ -79,7 +79,7 @@ class PoseNames:
 
 
 def has_pose_names(names: Collection[str]) -> bool:
-    """True if the names are those of poses; the poses of a single video frame do not count."""
+    """True if the names are the names of poses; poses of a single video frame do not count."""
     parts = _first(_ROOTS, names) and _first(_BODIES, names) and _first(_PLACES, names)
     video = {"results", "sequence_results"}.issubset(names)
     return POSES in names or SMPL_POSES in names or bool(parts) or video

@@ -1,4 +1,4 @@
-"""Arrays of a file by name, with the same interface for archives and pickles."""
+"""Arrays of a file by name, with the same interface for archives and for pickles."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Arrays(Protocol):
     def __contains__(self, name: object) -> bool: ...
 
     def described(self) -> str:
-        """Return the names for use in a message: short and on one line."""
+        """Return the names for use in a message, short and on one line."""
         ...
 
     def array(self, name: str) -> NDArray[Any]:
@@ -48,13 +48,13 @@ class PickledDict:
     Attributes
     ----------
     path
-        Path for messages.
+        Path of the file, for messages.
     data
-        The bytes.
+        The bytes of the file.
     names
-        Contents by name.
+        The contents by name.
     places
-        Offsets of the arrays' bytes.
+        The offsets of the arrays' bytes.
     """
 
     path: Path
@@ -66,7 +66,7 @@ class PickledDict:
         return name in self.names
 
     def described(self) -> str:
-        """Return the names for use in a message: short and on one line."""
+        """Return the names for use in a message, short and on one line."""
         return described_names(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:

@@ -1,6 +1,6 @@
-"""Choose the one of several equivalent rotation vectors that continues its neighbours.
+"""Choose the equivalent rotation vector that continues its neighbours.
 
-A rotation by |v| about v/|v| is also one by |v| + 2πk about the same axis.
+A rotation by |v| about v/|v| is also a rotation by |v| + 2πk about the same axis.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def continuous_vectors(
 
 
 def _cheapest(choices: Array, cost: Array) -> list[int]:
-    """Return the choice in each frame on the path of least cost, then length (Viterbi)."""
+    """Return the choice in each frame on the path with the least cost, then length (Viterbi)."""
     steps = np.linalg.norm(choices[1:, None] - choices[:-1, :, None], axis=3)  # (from, to)
     here, came = cost[0], []
     for step, own in zip(steps, cost[1:], strict=True):

@@ -33,7 +33,7 @@ _NUMBERS = 72
 
 @dataclass(frozen=True, eq=False)
 class _Object:
-    """An archive member that consists of one object: its bytes and its contents."""
+    """An archive member that consists of one object, with its bytes and its contents."""
 
     raw: bytes = field(repr=False)
     start: int  # offset of its pickle
@@ -43,7 +43,7 @@ class _Object:
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """One person in one frame: the frame's arrays, and the person's row in them."""
+    """One person in one frame, with the frame's arrays and the person's row in them."""
 
     frame: int
     who: Any
@@ -72,7 +72,7 @@ class VideoPoses:
     archive
         The file.
     rows
-        One for each frame in which the person was seen.
+        One row for each frame in which the person was seen.
     notes
         Sentences about persons left out and frames filled in.
     """

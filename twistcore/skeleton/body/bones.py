@@ -53,8 +53,9 @@ def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> l
 
 
 def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
-    """Return the joints that continue the bone above them. `path` lists the joints, from the end
-    back.
+    """Return the joints that continue the bone above them.
+
+    `path` lists the joints, from the end to the trunk.
     """
     out: set[int] = set()
     triples = list(zip(path, path[1:], path[2:], strict=False))

@@ -49,7 +49,7 @@ def _lines_of(
 
 
 def _bare_root(shape: Shape, joint: int) -> bool:
-    """True for a root that has several lines of joints below it and no name of a limb's joint."""
+    """True for a root that has several lines of joints below it and whose name is not a limb's."""
     return (
         shape.parents[joint] not in shape.joints
         and not shape.names[joint].roles
@@ -117,7 +117,9 @@ def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> P
 
 
 def _is_stub(shape: Shape, joint: int) -> bool:
-    """True for a joint at the end of a bone far shorter than the next: LHipJoint → LeftUpLeg."""
+    """True for a joint after a bone far shorter than the next one, such as LHipJoint →
+    LeftUpLeg.
+    """
     below = _main_child(shape, joint)
     return below is not None and shape.lengths[joint] < _STUB * shape.lengths[below]
 

@@ -57,9 +57,7 @@ def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined
 
 
 def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterable[Unexamined]:
-    """Yield those of the four limbs that were not found, and bones of found limbs without a
-    chain.
-    """
+    """Yield the arms and legs that were not found, and the bones of found limbs without a chain."""
     inside = {j for line in lines.values() for j in line.joints}
     known = inside.union(*(ancestors(shape.skeleton, j) for j in inside))
     for side, kind in LIMBS:

@@ -19,8 +19,8 @@ def has_length(skeleton: Skeleton, offset: Array) -> bool:
 def bone_offset(motion: Motion, joint: int) -> Array:
     """Return a joint's offset from its parent: (3,) from OFFSET, (frames, 3) from channels.
 
-    If position channels are near zero, they hold shifts from OFFSET or rounding errors; OFFSET is
-    then used.
+    Position channels near zero are shifts from OFFSET or rounding errors, so OFFSET is used
+    instead.
     """
     rest, offset = motion.skeleton.offsets[joint], motion.translation(joint)
     length, longest = np.linalg.norm(rest), np.linalg.norm(offset, axis=-1).max()

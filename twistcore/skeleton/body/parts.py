@@ -51,7 +51,7 @@ class LimbLine:
     by_shape
         True if its end was found by the shape of the skeleton.
     person
-        Name of its owner, '' if there is only one person.
+        Name of the person, '' if there is only one person.
     """
 
     side: str
@@ -74,7 +74,7 @@ class Unexamined:
     Attributes
     ----------
     limb
-        'left arm', 'left forearm'.
+        The name, such as 'left arm' or 'left forearm'.
     why
         A clause with the reason.
     side, kind, person
@@ -99,7 +99,7 @@ class Unexamined:
 
     @property
     def title(self) -> str:
-        """Return the limb's name with its person: 'left arm of B'."""
+        """Return the limb's name with its person, such as 'left arm of B'."""
         return " of ".join(word for word in (self.limb, self.person) if word)
 
     def to_json(self) -> dict[str, str]:
@@ -132,7 +132,9 @@ class Body:
 
     @cached_property
     def taken_for(self) -> tuple[str, ...]:
-        """Return each joint's role: 'Left Arm', 'Left Hand', 'piece of Left Arm', or ''."""
+        """Return the role of each joint, such as 'Left Arm', 'Left Hand', 'piece of Left Arm', or
+        ''.
+        """
         out = [""] * len(self.skeleton)
         for line in self.lines:
             for bone in reversed(line.bones):

@@ -87,7 +87,9 @@ class Shape:
 
     @cached_property
     def out_of_it(self) -> list[bool]:
-        """Return True for joints of the head, fingers and props, and for all joints below them."""
+        """Return a mask of the joints of the head, fingers and props, and of all joints below
+        them.
+        """
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
             out[joint] |= parent >= 0 and out[parent]

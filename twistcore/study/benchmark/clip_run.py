@@ -1,4 +1,4 @@
-"""Run one clip with all protocols, methods and seeds, as a single task for a worker process."""
+"""Run one clip with all protocols, methods and seeds in a single task of a worker process."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class BenchmarkSettings:
 
 @dataclass(frozen=True, eq=False)
 class ClipResult:
-    """The stored result of a clip: a few kilobytes, however long the clip is.
+    """The stored result of a clip, which takes a few kilobytes for a clip of any length.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""A clip prepared for a protocol: without T-pose, with its chains, limbs and natural events."""
+"""A clip prepared for a protocol, without T-pose, with its chains, limbs and natural events."""
 
 from __future__ import annotations
 
@@ -81,8 +81,8 @@ class CleanScene:
         return with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Return each pass's index and targets: a chain or limb, or a chain with the one below
-        it.
+        """Yield each pass's index and targets, which are a chain, a limb, or a chain and the one
+        below it.
         """
         if self.protocol.clean:
             return ()

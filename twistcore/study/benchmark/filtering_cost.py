@@ -26,9 +26,9 @@ class Fidelity:
     peak
         Angular speed before filtering, m°/s.
     kept
-        Fraction of it that remains after filtering, millionths.
+        Fraction of the peak that remains after filtering, in millionths.
     lag
-        µs.
+        Lag in µs.
     lag_frames
         Lag in millionths of a frame.
     """
@@ -43,9 +43,9 @@ def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
     """Compare the angular speeds of the chains' joints before and after filtering.
 
     `refined` are the filtered rotations, shape (frames, joints, 4). Joints of chains with a natural
-    event are excluded, so that the peak is motion and not an error. None if no joint remains or
-    nothing moves. The peak is the highest mean speed over 50 ms of the fastest joint, compared with
-    the peak of the same joint after filtering. The lag is the shift with the highest
+    event are excluded, so that the peak is motion and not an error. The result is None if no joint
+    remains or nothing moves. The peak is the highest mean speed over 50 ms of the fastest joint,
+    compared with the peak of the same joint after filtering. The lag is the shift with the highest
     cross-correlation of the speeds minus their means, summed over joints, refined to a fraction of
     a frame by a parabola.
     """
@@ -80,7 +80,7 @@ def _lasting(speed: Array, window: int) -> Array:
 
 
 def _lag(before: Array, after: Array, longest: int) -> float:
-    """Return the lag of `after` in frames: the best shift up to `longest` frames."""
+    """Return the lag of `after` in frames, which is the best shift up to `longest` frames."""
     a, b = before - before.mean(axis=0), after - after.mean(axis=0)
     longest = min(longest, len(a) // 2)
     shifts = range(-longest, longest + 1)

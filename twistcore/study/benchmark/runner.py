@@ -31,7 +31,7 @@ PART_SCHEMA = "twistcore.benchmark-part/1"
 
 @dataclass
 class BenchmarkSummary:
-    """The data for the tables; it grows in memory by one line per clip.
+    """The data for the tables, which grow in memory by one line per clip.
 
     Sums are integers, so the order in which clips arrive does not matter; `sort` sorts the
     lists.

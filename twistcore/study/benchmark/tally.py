@@ -22,20 +22,20 @@ class Tally:
     Attributes
     ----------
     frames
-        Number of error frames, with their error before and after, how many of them are repaired and
-        how many become worse by more than half a degree.
+        Number of error frames, with their error before and after, and the numbers of frames that
+        are corrected and that become worse by more than half a degree.
     pairs
         Clean (joint, frame) pairs of all chains.
     damaged
-        Pairs that the method changes by more than 1°, but not in the clean clip.
+        Pairs that the method changes by more than 1° here but not in the clean clip.
     damage
-        Sum of these changes.
+        Sum of the changes of damaged pairs.
     natural, natural_change
-        Count and sum of the pairs that it changes in the clean clip in the same way.
+        Count and sum of the pairs that the method changes in the clean clip in the same way.
     target_pairs, target_damaged
-        The same for the two joints of the injected chain only.
+        `pairs` and `damaged` for the two joints of the injected chain only.
     truths, found, matched
-        Numbers of intervals.
+        Numbers of true, found and matched intervals.
     alarms
         Number of intervals found in the clean clip.
     """

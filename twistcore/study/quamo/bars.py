@@ -1,4 +1,4 @@
-"""The ratios that QuaMo must reach, with their bounds and the best ratios observed if one is
+"""The ratios that QuaMo must reach, their bounds, and the best ratios observed where one is
 missed.
 """
 
@@ -44,7 +44,7 @@ G_MPJPE_BOUND: TaskBound = {"A": (0.97, _ORACLE), "B": (0.97, _ORACLE)}
 class Demand(NamedTuple):
     """A ratio of two methods in a metric, with the paper's value and the bar that it must meet.
 
-    bar: None if the ratio is reported but not checked.
+    `bar` is None if the ratio is reported but not checked.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Demand(NamedTuple):
     task
         The best ratio observed, if measured.
     plain
-        True if demanded only without systematic noise.
+        True if required only without systematic noise.
     """
 
     what: str
@@ -129,8 +129,10 @@ TURNS = tuple(
 
 @dataclass(frozen=True)
 class BoundCheck:
-    """A row of the table: a ratio with its bound. `above` is True if the ratio must be at least the
-    bound.
+    """A row of the table, with a ratio and its bound.
+
+    `above` is True if the ratio must be at least
+    the bound.
 
     Attributes
     ----------
@@ -139,8 +141,8 @@ class BoundCheck:
     task_bound
         The best ratio observed with a causal tracker.
     task
-        Its conditions. None if the ratio meets the bar, if the best ratio does not beat it (having
-        been measured on other clips), or if it is unknown.
+        The conditions of the best ratio. None if the ratio meets the bar, if the best ratio does
+        not beat it (having been measured on other clips), or if it is unknown.
     """
 
     check: str

@@ -1,4 +1,4 @@
-"""The methods in QuaMo's tables: trackers, rivals, other representations and networks."""
+"""The methods in QuaMo's tables, which are trackers, rivals, other representations and networks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Seeded synthetic noise with error levels A and B; it does not imitate an estimator's errors.
+"""Seeded synthetic noise with error levels A and B, which does not imitate an estimator's
+errors.
 
 The levels match only the size and the speed that are reported for the errors of video pose
 estimators [Le26 Table 1].
@@ -21,7 +22,7 @@ DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera sees depth
 
 @dataclass(frozen=True)
 class NoiseLevel:
-    """The sizes of the noise: degrees per joint and axis, and metres for the root.
+    """The sizes of the noise, in degrees per joint and axis, and in metres for the root.
 
     Attributes
     ----------
@@ -32,7 +33,7 @@ class NoiseLevel:
     root_smooth
         The range from which the size for each clip is drawn.
     root_white
-        A constant size.
+        The white size for the root, which is constant.
     """
 
     smooth: float
@@ -49,9 +50,10 @@ LEVELS = {
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise to add: a level, and whether half of the bias's variance is constant (systematic).
+    """The noise to add: a level, and True if half of the bias's variance is constant
+    (systematic).
 
-    The systematic part is drawn for each clip separately, so no method can memorise it; the total
+    The systematic part is drawn for each clip separately, so no method can memorise it. The total
     size is the same with and without it. `bursts` is the number of occlusions per minute, in each
     of which a limb loses its input (it freezes, then jumps back).
     """
@@ -75,8 +77,9 @@ def noisy(
 ) -> tuple[Array, Array]:
     """Return poses (frames, 24, 4) and root positions (frames, 3) with noise, q̂ = Exp(n) ⊗ q.
 
-    `unit` is the length of r's unit in metres. At other rates the wandering part keeps its time
-    scale and the white part its size, so samples 1/25 s apart have the same statistics as at 25 Hz.
+    `unit` is the length of r's unit in metres. At other rates, the wandering part keeps its time
+    scale and the white part keeps its size, so samples 1/25 s apart have the same statistics as at
+    25 Hz.
     """
     frames, joints = q.shape[:2]
     level = noise.level

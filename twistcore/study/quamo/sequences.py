@@ -22,7 +22,9 @@ HELD_OUT = ("01", "05", "06", "14")
 
 @dataclass(frozen=True, eq=False)
 class Sequence24:
-    """A true motion at 25 Hz: q (frames, 24, 4), r (frames, 3) and offsets (24, 3) in metres."""
+    """A true motion at 25 Hz, with q (frames, 24, 4), r (frames, 3) and offsets (24, 3) in
+    metres.
+    """
 
     name: str
     subject: str
