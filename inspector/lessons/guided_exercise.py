@@ -244,7 +244,7 @@ class Exercise(QObject):
     def before_leaving(self, then: Callable[[], object]) -> None:
         """Call `then` once it is safe to leave a class exercise.
 
-        It is safe when the verdicts are handed in, or when the person chooses to leave without
+        Leaving is safe when the verdicts are handed in, or when the person chooses to leave without
         handing in.
         """
         asked = self._class

@@ -74,8 +74,8 @@ def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
 def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
     """Return the clips with unsaved decisions.
 
-    Each is returned with its latest journal and the number of unsaved decisions. This replays whole
-    journals, which may take seconds, so call it in a thread.
+    Each clip is returned with its latest journal and the number of unsaved decisions. This replays
+    whole journals, which may take seconds, so call it in a thread.
     """
     found = []
     for clip in clips:

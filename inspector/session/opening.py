@@ -109,7 +109,7 @@ class Analysed:
         return interval_over(chain, self.signals[chain], start, stop)
 
     def angle(self, chain: str) -> Array:
-        """Return the angle that an offset corrects, radians, (frames,).
+        """Return the angle that an offset corrects, in radians, (frames,).
 
         The angle is θp for a chain, and φ for a limb.
         """

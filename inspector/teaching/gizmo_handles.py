@@ -1,7 +1,7 @@
 """The handles of the gizmo, with their places on the screen and the effect of dragging them.
 
-These are pure functions of the camera and of positions in the world. Pixels are counted from the
-top of the picture.
+All functions are pure functions of the camera and of positions in the world. Pixels are counted
+from the top of the picture.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ class Axis(pg.AxisItem):
 
 
 class UnitAxis(Axis):
-    """An axis of numbers with a unit, degrees by default."""
+    """An axis of numbers with a unit, in degrees by default."""
 
     unit = "°"
 

@@ -390,8 +390,8 @@ class ClipAnalysis:
     def shown(self, kind: Kind, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
         """Return the intervals of a kind that is reported but not corrected, by chain.
 
-        They are computed on first use. For some kinds the search comes after the detector's
-        automatic corrections.
+        The intervals are computed on first use. For some kinds the search comes after the
+        detector's automatic corrections.
         """
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:

@@ -117,7 +117,9 @@ def json_line(record: ClipRecord) -> str:
 
 
 def write_json_lines(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write one line with a document per clip; only one is in memory at a time; raises OSError."""
+    """Write one line with a document per clip, keeping only one in memory at a time; raises
+    OSError.
+    """
     with writing_atomically(path) as file:
         for record in records:
             file.write(json_line(record).encode() + b"\n")

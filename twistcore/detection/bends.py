@@ -23,8 +23,8 @@ _SHORTEST = 1e-6  # of the skeleton's height: anything shorter has no direction
 def bend_steps(motion: Motion) -> Array:
     """Return the frame-to-frame changes of all bends and rotations of all roots, (n, frames − 1).
 
-    They are in radians ≥ 0. For a joint that coincides with its root, and so has no bone above it,
-    the rotation of its own bone in the root's frame is used instead.
+    The changes are in radians ≥ 0. For a joint that coincides with its root, and so has no bone
+    above it, the rotation of its own bone in the root's frame is used instead.
     """
     parents, q = motion.skeleton.parents, motion.rotations
     above = [bone_direction(motion, j, []) if p >= 0 else None for j, p in enumerate(parents)]

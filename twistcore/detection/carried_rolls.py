@@ -54,7 +54,7 @@ class CarriedRolls:
     _rolls: dict[Interval, Interval | None] = field(default_factory=dict)  # by what was found
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the carried rolls of a chain at threshold τ, radians, by start."""
+        """Return the carried rolls of a chain at threshold τ, in radians, by start."""
         if chain not in self.known:
             return ()
         found = map(self._roll, self.known[chain].intervals(chain, tau))

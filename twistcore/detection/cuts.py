@@ -1,6 +1,6 @@
 """Discontinuities of the whole clip, such as cuts or a T-pose at an end [Method, step 7].
 
-They are borders of segments, not errors.
+Discontinuities are borders of segments, not errors.
 """
 
 from __future__ import annotations

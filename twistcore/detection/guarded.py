@@ -89,7 +89,7 @@ class GuardedAnalysis:
         return tau
 
     def strength(self, chain: str) -> Array:
-        """Return the strength of a chain, to which τ is compared, radians ≥ 0, (frames,)."""
+        """Return the strength of a chain, to which τ is compared, in radians ≥ 0, (frames,)."""
         import numpy as np  # names of detectors are listed without it
 
         if chain not in self._strengths:
@@ -104,7 +104,7 @@ class GuardedAnalysis:
         return self._strengths[chain]
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at threshold τ, radians, by start."""
+        """Return the intervals of a chain at threshold τ, in radians, by start."""
         with one_sentence(f"the detector {self._name!r} failed on {chain}"):
             found = list(self.analysis.intervals(chain, tau))
         for one in found:

@@ -34,8 +34,8 @@ _AXIS = np.array([1.0, 0.0, 0.0])
 class HelperAnalysis:
     """The analysis of helpers before a threshold is chosen: their jumps about the bone.
 
-    `own` is the angle by which each helper turns by itself in each frame, by name, radians, shape
-    (frames,).
+    `own` is the angle by which each helper turns by itself in each frame, by name, in radians,
+    shape (frames,).
     """
 
     helpers: Mapping[str, ChainAnalysis]
@@ -46,7 +46,7 @@ class HelperAnalysis:
         return max(SMALLEST_ROLL, self.helpers[helper].automatic_tau())
 
     def strength(self, helper: str) -> Array:
-        """Return the sizes of the helper's jumps about its bone, radians ≥ 0, (frames,)."""
+        """Return the sizes of the helper's jumps about its bone, in radians ≥ 0, (frames,)."""
         return self.helpers[helper].strength()
 
     def intervals(self, helper: str, tau: float) -> tuple[Interval, ...]:

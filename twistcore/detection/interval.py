@@ -127,7 +127,7 @@ class Interval:
 
     @property
     def largest(self) -> float:
-        """The offset with the largest size, with its sign, radians; 0 if there are no frames."""
+        """The offset with the largest size, with its sign, in radians; 0 if there are no frames."""
         return float(self.offset[np.abs(self.offset).argmax()]) if len(self.offset) else 0.0
 
     @property

@@ -33,7 +33,7 @@ _OWN_SHARE = 0.5  # of the limit: a joint that turns less by itself only follows
 
 
 def limit(fps: float) -> float:
-    """Return the largest possible turn about a joint's axis from frame to frame, radians."""
+    """Return the largest possible turn about a joint's axis from frame to frame, in radians."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
@@ -94,7 +94,7 @@ def lone_jumps(
 def _turns_too_fast(
     motion: Motion, joints: Sequence[int], among: NDArray[np.bool_], refined: _Frames
 ) -> dict[int, Array]:
-    """Return the turns of joints where they are too fast, and 0 elsewhere, by joint, radians,
+    """Return the turns of joints where they are too fast, and 0 elsewhere, by joint, in radians,
     (frames,).
 
     `among` is the mask of the frames to examine, shape (frames,). The clip is processed in blocks
@@ -177,7 +177,8 @@ def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
 
 
 def turns_about(rotations: Array, axis: Array) -> Array:
-    """Return the turn about a joint's own axis since the previous frame, without swing, radians.
+    """Return the turn about a joint's own axis since the previous frame, without swing, in
+    radians.
 
     `rotations` has the shape (frames, …, 4), `axis` is a unit vector, (…, 3), and the result has
     the shape (frames, …).

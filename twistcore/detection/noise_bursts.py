@@ -58,9 +58,10 @@ def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
 
 
 def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
-    """Return the largest σ of the noise in joints or in joints above them, degrees, (frames,).
+    """Return the largest σ of the noise in joints or in joints above them, in degrees,
+    (frames,).
 
-    It is 0 in frames without a burst.
+    The result is 0 in frames without a burst.
     """
     near = set(joints)
     for joint in tuple(near):
@@ -69,7 +70,7 @@ def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
 
 
 def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
-    """Return σ of each joint's noise, degrees, (frames,); held frames get the previous value."""
+    """Return σ of each joint's noise, in degrees, (frames,); held frames get the previous value."""
     if (held := without_held(motion)) is None:
         return [_of_joint(motion, joint) for joint in joints]
     shown = np.maximum(np.searchsorted(held.first, np.arange(motion.frames), side="right") - 1, 0)
@@ -77,7 +78,7 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
-    """Return σ of a joint's noise, degrees, (frames,); 0 if a neighbouring joint compensates for
+    """Return σ of a joint's noise, in degrees, (frames,); 0 if a neighbouring joint compensates for
     it.
 
     The array is read-only, because it is kept with the motion; for quiet joints it takes no memory.
@@ -161,15 +162,16 @@ def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
 
 
 def turns_of(q: Array) -> Array:
-    """Return rotations since the previous frame as rotation vectors, degrees, (frames, 3)."""
+    """Return rotations since the previous frame as rotation vectors, in degrees, (frames, 3)."""
     turns = logarithm(multiply(conjugate(q[:-1]), q[1:]))
     return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
 
 
 def noise_level(turns: Array, fps: float) -> Array:
-    """Return σ of the noise in the frames of a burst, degrees, (frames,); 0 in all other frames.
+    """Return σ of the noise in the frames of a burst, in degrees, (frames,); 0 in all other
+    frames.
 
-    `turns` are the rotation vectors since the previous frame, degrees, shape (frames, 3).
+    `turns` are the rotation vectors since the previous frame, in degrees, shape (frames, 3).
     """
     frames = len(turns)
     width = max(_FEWEST, round(_WINDOW * fps))

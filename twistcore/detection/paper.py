@@ -31,7 +31,7 @@ class PaperAnalysis:
         return self.signals[chain].strength
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at threshold τ, radians."""
+        """Return the intervals of a chain at threshold τ, in radians."""
         return intervals_of_offset(chain, running_offset(self.signals[chain], tau), tau)
 
     def removed(self, chain: str, tau: float) -> Array:

@@ -35,7 +35,7 @@ def half_window(fps: float) -> int:
 
 
 def coarse_residual(signals: Array, step: int) -> Array:
-    """Return the signals minus the median of 5 samples that are `step` frames apart, radians.
+    """Return the signals minus the median of 5 samples that are `step` frames apart, in radians.
 
     This is the first estimate, while jumps are still unknown: the median ignores a short interval
     or a ramp.
@@ -66,7 +66,7 @@ def _box_sum(values: Array | Mask, half: int) -> Array:
 
 
 def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Array:
-    """Return σ = 1.48·(mean √|r|)² over the good frames near t, radians.
+    """Return σ = 1.48·(mean √|r|)² over the good frames near t, in radians.
 
     The mean of square roots is a measure of spread on which a few jumps have little effect (the
     factor 1.48 makes it the standard deviation of a normal distribution). Where few good frames are
@@ -97,7 +97,7 @@ def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Arr
 
 
 def least_scale(step: float) -> float:
-    """Return the smallest σ of an increment's residual, radians.
+    """Return the smallest σ of an increment's residual, in radians.
 
     `step` is the rounding step of the angles in the file.
     """

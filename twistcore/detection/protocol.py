@@ -79,11 +79,13 @@ class Analysis(Protocol):
         ...
 
     def strength(self, chain: str) -> Array:
-        """Return the strength of a chain, to which τ is compared, radians ≥ 0, shape (frames,)."""
+        """Return the strength of a chain, to which τ is compared, in radians ≥ 0, shape
+        (frames,).
+        """
         ...
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at threshold τ, radians, by start."""
+        """Return the intervals of a chain at threshold τ, in radians, by start."""
         ...
 
 

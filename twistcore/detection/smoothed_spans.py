@@ -2,10 +2,10 @@
 
 A captured motion trembles a little in every frame, and no body moves as evenly as a filtered
 motion. The difference from an even curve over five frames, the fourth difference, is ten to ten
-thousand times smaller where a joint was smoothed. It is also smaller at a lower pace. So a joint is
-compared with itself at times when it moves as fast or more slowly. If there are none, it is
-compared with its slowest frames, and less fine movement is expected at a lower pace. Thus a joint
-at rest is never mistaken for a smoothed one.
+thousand times smaller where a joint was smoothed. The difference is also smaller at a lower pace.
+Therefore, a joint is compared with itself at times when it moves as fast or more slowly. If there
+are none, it is compared with its slowest frames, and less fine movement is expected at a lower
+pace. Thus a joint at rest is never mistaken for a smoothed one.
 """
 
 from __future__ import annotations

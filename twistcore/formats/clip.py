@@ -193,7 +193,7 @@ class Clip(ABC):
 
     @abstractmethod
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and angles, radians, (frames, 3); None without three
+        """Return a joint's Euler order and angles, in radians, (frames, 3); None without three
         channels.
 
         The axes are those of :meth:`as_written`.

@@ -16,8 +16,8 @@ from twistcore.skeleton.motion import Motion
 def cuts_behind(motion: Motion, first: int) -> NDArray[np.int64]:
     """Return the frames after `first` at which a new capture begins, ascending.
 
-    These are the cuts from :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, and the first
-    frame of a rest pose at the end.
+    The frames are the cuts from :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, and the
+    first frame of a rest pose at the end.
     """
     return first + 1 + np.flatnonzero(find_cuts(motion)[first + 1 :])
 

@@ -1,10 +1,10 @@
 """One step of the state-space model of quaternions, angular velocities, root position and
 velocity.
 
-Equation numbers are those of [Le26], arXiv:2601.19580. All units are SI (seconds, radians, metres
-or the clip's length unit), and quaternions are scalar first. Angular velocities are in the parent's
-frame and multiply from the left. Leading axes broadcast, so the shapes below give only the last
-axes.
+Equation numbers are those of [Le26], arXiv:2601.19580. All units are SI (seconds, in radians,
+metres or the clip's length unit), and quaternions are scalar first. Angular velocities are in the
+parent's frame and multiply from the left. Leading axes broadcast, so the shapes below give only the
+last axes.
 """
 
 from __future__ import annotations
@@ -83,8 +83,8 @@ def angular_acceleration(
 ) -> AccelerationTerms:
     """Return the four terms of the angular acceleration [Le26 Eq. 5].
 
-    `curvature` is δ(t+1) − δ(t), with δ from :func:`increment`. It is a difference per frame², so
-    κA, which was tuned at 25 Hz, is scaled by (0.04/Δt)².
+    `curvature` is δ(t+1) − δ(t), with δ from :func:`increment`. The curvature is a difference per
+    frame², so κA, which was tuned at 25 Hz, is scaled by (0.04/Δt)².
     """
     error = short_vector(multiply(q_hat, conjugate(q)))
     ka = gains.ka * (NETWORK_DT / dt) ** 2

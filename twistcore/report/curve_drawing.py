@@ -176,7 +176,9 @@ class ClipCurves:
         return Panel(chain.name, chain.label, *span, columns, tuple(rows), bands, tau)
 
     def _angles(self, corrected: Corrected, chain: Chain) -> list[tuple[str, str, Array, Array]]:
-        """Return (symbol, meaning, angles before, angles after) of each row; unwrapped, radians."""
+        """Return (symbol, meaning, angles before, angles after) of each row; unwrapped, in
+        radians.
+        """
         expected = self._expected
         if isinstance(chain, Limb):
             was = self._analysis.flips.limbs[chain.name].swivel.angle

@@ -301,7 +301,7 @@ def same_offsets(one: Interval, other: Interval) -> bool:
 
 
 def levelled(interval: Interval, delta: float) -> Interval:
-    """Return the interval with all offsets shifted so that their median is `delta`, radians.
+    """Return the interval with all offsets shifted so that their median is `delta`, in radians.
 
     An interval with soft ends is scaled so that its ends stay soft and `delta` is its largest
     offset.
@@ -375,9 +375,9 @@ def carried_over(
 
 
 def _common(one: Interval, other: Interval) -> int:
-    """Return the number of common frames; it is 0 or less if there are none.
+    """Return the number of common frames, or a number of at most 0 if there are none.
 
-    It is also 0 or less for different chains or kinds.
+    The number is also at most 0 for different chains or kinds.
     """
     if (one.chain, one.kind) != (other.chain, other.kind):
         return 0
@@ -407,6 +407,6 @@ def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
 
 
 def constant(chain: str, start: int, stop: int, delta: float) -> Interval:
-    """Return an interval with the same offset, radians, in all frames."""
+    """Return an interval with the same offset, in radians, in all frames."""
     offset: Array = np.full(stop - start, delta)
     return Interval(chain, start, stop, offset)

@@ -164,7 +164,7 @@ def joint_path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
 def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
     """Return the positions of C and E relative to P, each (frames, 3), in the file's unit.
 
-    They are in the frame of P's parent.
+    The positions are in the frame of P's parent.
     """
     upper = joint_path(motion.skeleton, limb.parent, limb.child)
     lower = joint_path(motion.skeleton, limb.child, limb.end)

@@ -49,7 +49,7 @@ UNSEEN = 3.0  # steps of written angles: a smaller error may be rounding
 
 
 def angle_step(angles: Iterable[Array]) -> float:
-    """Return the step size of a clip's written angles, radians; 0 if it is finer than 0.1°.
+    """Return the step size of a clip's written angles, in radians; 0 if it is finer than 0.1°.
 
     `angles` has one array per joint, in degrees, shape (frames, channels). Angles that are equal to
     the previous frame are ignored, since constants such as 0 fit any step.
@@ -109,7 +109,7 @@ class DistinctFrames:
     def smallest(self) -> float:
         """Return the lowest τ, in radians, that distinguishes an error from motion between keys.
 
-        It is 0 if frames are held.
+        The result is 0 if frames are held.
         """
         return BETWEEN_KEYS / self.motion.fps if self.even else 0.0
 

@@ -99,8 +99,8 @@ class OwnChain:
 
 @dataclass(frozen=True)
 class Rig:
-    """The chains of a skeleton, without those that a person removed and with those that were
-    added.
+    """The chains of a skeleton, with a person's additions and without the chains that were
+    removed.
 
     A limb and its first chain are added and removed separately.
 

@@ -176,7 +176,7 @@ def quaternion_from_euler(order: str, angles: ArrayLike) -> Array:
 
 
 def euler_from_quaternion(order: str, q: ArrayLike) -> Array:
-    """Return angles of intrinsic rotations about three distinct axes, radians, shape (…, 3).
+    """Return angles of intrinsic rotations about three distinct axes, in radians, shape (…, 3).
 
     The middle angle is in [−π/2, π/2]. The other solution is (φ1 + π, π − φ2, φ3 + π). In gimbal
     lock (cos φ2 ≈ 0) only φ1 ± φ3 is determined; to keep φ3, use

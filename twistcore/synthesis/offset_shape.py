@@ -31,7 +31,7 @@ def shaped(
     protocol: Protocol,
     fps: float,
 ) -> Array:
-    """Return the offset in each frame, radians, (length,), longer at both ends if low-passed.
+    """Return the offset in each frame, in radians, (length,), longer at both ends if low-passed.
 
     `onset` and `end` are True if the error begins, or ends, inside the clip.
     """
@@ -81,7 +81,7 @@ def filter_reach(protocol: Protocol, fps: float) -> int:
 
 
 def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
-    """Return the twist that P loses if its twist is 'held' or 'interpolated' over a gap,
+    """Return the twist that P loses if its twist is 'held' or 'interpolated' over a gap, in
     radians.
     """
     start, stop = place

@@ -251,9 +251,9 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
 
 
 def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
-    """Return the twist increments of a chain's parent and child, radians, (frames,) each.
+    """Return the twist increments of a chain's parent and child, in radians, (frames,) each.
 
-    These are the increments of relative rotations about the bone, for the parent in its own frame
+    The increments are those of relative rotations about the bone, for the parent in its own frame
     and for the child in its parent's frame. They are 0 in frame 0.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]

@@ -20,7 +20,7 @@ _ABOVE = 1.5  # times the least that counts of a joint
 
 @dataclass(frozen=True, eq=False)
 class InjectedSpike:
-    """A joint that is turned by a rotation vector, radians, (3,), in frames [start, stop)."""
+    """A joint that is turned by a rotation vector, in radians, (3,), in frames [start, stop)."""
 
     joint: int
     start: int

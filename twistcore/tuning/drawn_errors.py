@@ -49,7 +49,7 @@ class DrawnErrors:
         return DrawnErrors(*(values[chosen] for values in vars(self).values()))
 
     def from_size(self, smallest: float) -> DrawnErrors:
-        """Return the errors whose size is at least `smallest`, radians."""
+        """Return the errors whose size is at least `smallest`, in radians."""
         return self.of(self.size >= smallest - _SAME_SIZE)
 
     def between(self, below: int, share: float) -> DrawnErrors:

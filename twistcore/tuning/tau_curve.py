@@ -74,12 +74,12 @@ class TauCurve:
 
     @property
     def floor(self) -> float:
-        """Return the median of the clips' own noise, radians."""
+        """Return the median of the clips' own noise, in radians."""
         return float(np.median(self.noise)) if self.noise else 0.0
 
     @property
     def automatic(self) -> float:
-        """Return the median of the detector's automatic τ, radians."""
+        """Return the median of the detector's automatic τ, in radians."""
         return float(np.median(self.own)) if self.own else self.floor
 
     def __add__(self, other: TauCurve) -> TauCurve:

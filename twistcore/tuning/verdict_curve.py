@@ -250,7 +250,9 @@ class VerdictScore:
 def verdict_score(
     clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | None = None
 ) -> VerdictScore:
-    """Return the score at the given τ, radians by chain, for one chain or all chains in `tau`."""
+    """Return the score at the given τ, in radians by chain, for one chain or all chains in
+    `tau`.
+    """
     place = {name: int(np.abs(np.log(GRID / t)).argmin()) for name, t in tau.items()}
     told = [
         (v.error, bool(v.found[place[v.chain]]))

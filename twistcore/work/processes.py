@@ -52,9 +52,9 @@ class ProcessTimeError(Exception):
 class Apart:
     """A separate process that carries out one call after another, and is replaced after a crash.
 
-    The process has one BLAS thread, since the cores are busy with other files. It ignores Ctrl+C,
-    which reaches every process of a terminal, because only the parent decides. It ends with the
-    parent.
+    The process has one BLAS thread, since the cores are busy with other files. The process ignores
+    Ctrl+C, which reaches every process of a terminal, because only the parent decides. It ends with
+    the parent.
     """
 
     def __init__(self) -> None:

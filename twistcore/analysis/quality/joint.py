@@ -129,7 +129,7 @@ def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
 def _slide(places: Array, dt: float, up: int) -> Array:
     """Return the horizontal speed of a joint since the previous frame, m/s, (frames,).
 
-    It is NaN while the joint is in the air.
+    The speed is NaN while the joint is in the air.
     """
     height = places[:, up]
     low = height < np.percentile(height, 2.0) + 0.001 * CONTACT_MM

@@ -195,7 +195,7 @@ def _edges_near(
 
 
 def _change(interval: Interval, start: int, stop: int) -> float:
-    """Return the change of an offset over frames [start, stop) and the next ones, radians."""
+    """Return the change of an offset over frames [start, stop) and the next ones, in radians."""
     low, high = (min(max(t - interval.start, 0), interval.frames) for t in (start - 2, stop + 1))
     return float(np.ptp(interval.offset[low:high])) if low < high else 0.0
 

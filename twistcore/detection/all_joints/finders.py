@@ -361,7 +361,7 @@ def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
 def reach(skeleton: Skeleton, joint: int) -> float:
     """Return the distance from a joint to the farthest joint or end below it.
 
-    It is measured in the rest pose, as a fraction of the skeleton's height.
+    The distance is measured in the rest pose, as a fraction of the skeleton's height.
     """
     place = {joint: np.zeros(3)}
     for below in range(joint + 1, len(skeleton)):  # a parent comes before its children

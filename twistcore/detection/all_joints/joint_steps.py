@@ -2,8 +2,8 @@
 
 A *spike* leaves the joint's path for one or a few frames and comes back: each of its frames departs
 from the path between the frame before and the frame after. A *jump* is a single step between calm
-frames. Both are compared with the motion of the same joint over the same number of frames nearby,
-so that a fast movement is not mistaken for either.
+frames. Spikes and jumps are compared with the motion of the same joint over the same number of
+frames nearby, so that a fast movement is not mistaken for either.
 """
 
 from __future__ import annotations

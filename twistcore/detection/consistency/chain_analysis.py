@@ -108,7 +108,7 @@ class ChainAnalysis:
         return curve
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of the chain at threshold τ, radians, by start."""
+        """Return the intervals of the chain at threshold τ, in radians, by start."""
         found = [i for i in self.between_edges(tau) if not self.gives_way(i)]
         past = [s.interval for s in self.standing if s.strength >= tau]
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
@@ -130,7 +130,7 @@ class ChainAnalysis:
         return replace(self, standing=(*kept, *soft), instead=tuple(instead))
 
     def between_edges(self, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals between jumps at threshold τ, radians, by start."""
+        """Return the intervals between jumps at threshold τ, in radians, by start."""
         found: list[Interval] = []
         for table in self.tables:
             # Only the edges that τ lets pass matter, and as jumps are sorted, their number
@@ -145,7 +145,7 @@ class ChainAnalysis:
         return tuple(found)
 
     def _solve(self, table: PairTable, tau: float) -> list[Interval]:
-        """Return the intervals of one segment at threshold τ, radians, by start."""
+        """Return the intervals of one segment at threshold τ, in radians, by start."""
         pairs = best_pairs(table, tau, self.fps)
         applied = len(pairs)
         pairs += unpaired(table, pairs, tau)
@@ -234,8 +234,8 @@ class ConsistencyAnalysis:
         """Return the interval with its confidence limited by the evidence, and True if it is
         motion.
 
-        The only evidence for a straight limb is usually the course of the error. That is enough if
-        both bones turn at its ends and there is no noise.
+        The only evidence for a straight limb is usually the course of the error. The course is
+        enough if both bones turn at its ends and there is no noise.
         """
         if interval.chain not in self.witnesses:
             return interval, False

@@ -43,7 +43,9 @@ class NotatedAnalysis:
     _known: dict[Interval, Interval] = field(default_factory=dict)  # as τ moves most intervals stay
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ, radians, which is the largest of both analyses and the keys."""
+        """Return the automatic τ, in radians, which is the largest of both analyses and the
+        keys.
+        """
         both = (a.automatic_tau(chain) for a in (self.coarse, self.fine) if a is not None)
         return max(self.kept.smallest, *both)
 

@@ -22,7 +22,7 @@ _NEAR = 3  # frames on either side: their median is the twist's natural pace
 
 
 def own_twist(motion: Motion, chain: Chain) -> Array:
-    """Return the increments of θp minus the median of nearby frames, radians, (frames,)."""
+    """Return the increments of θp minus the median of nearby frames, in radians, (frames,)."""
     angle = twist_angle(motion.rotations[:, chain.parent], chain.axis)
     steps = wrap(np.diff(angle, prepend=angle[:1]))
     padded = np.pad(steps, _NEAR, mode="edge")

@@ -45,7 +45,7 @@ _ANYWHERE = 0.1  # share of a density that is even
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Frames from `start` on in which a limb is flipped by `offset`, radians, (frames,).
+    """Frames from `start` on in which a limb is flipped by `offset`, in radians, (frames,).
 
     Attributes
     ----------

@@ -74,11 +74,11 @@ class LimbFlips:
     )
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
-        """Return the flips at threshold τ, radians, by start."""
+        """Return the flips at threshold τ, in radians, by start."""
         return self._explained(self.jumps(tau))[1]
 
     def scale_at(self, frames: Index) -> Array:
-        """Return the natural size of the departures around the given frames, radians, (n,)."""
+        """Return the natural size of the departures around the given frames, in radians, (n,)."""
         return scale(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
@@ -120,7 +120,7 @@ class LimbFlips:
         return found
 
     def departures_without(self, offset: Array) -> Array:
-        """Return the departures of the limb's turns without an offset, radians, (frames,)."""
+        """Return the departures of the limb's turns without an offset, in radians, (frames,)."""
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
         return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
 
@@ -168,7 +168,7 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
 
 
 def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
-    """Return how far E still turns at the edges of a flip after the flip is removed, radians.
+    """Return how far E still turns at the edges of a flip after the flip is removed, in radians.
 
     `along` is True if E rotated with the limb and is turned back with it.
     """
@@ -227,11 +227,11 @@ class LimbFlipAnalysis:
         return TAU
 
     def strength(self, limb: str) -> Array:
-        """Return the size of the limb's departures, radians ≥ 0, (frames,)."""
+        """Return the size of the limb's departures, in radians ≥ 0, (frames,)."""
         return np.abs(self.limbs[limb].departures)
 
     def intervals(self, limb: str, tau: float) -> tuple[Interval, ...]:
-        """Return the flips of a limb at threshold τ, radians, by start."""
+        """Return the flips of a limb at threshold τ, in radians, by start."""
         return self.limbs[limb].intervals(tau)
 
 

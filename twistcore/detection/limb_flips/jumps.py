@@ -54,12 +54,12 @@ class Jump:
 
     @property
     def turn(self) -> float:
-        """The sum of the jump's turns, radians."""
+        """The sum of the jump's turns, in radians."""
         return sum(self.turns)
 
 
 def departure(turns: Array) -> Array:
-    """Return a limb's turns minus the median of nearby frames, radians, (frames,).
+    """Return a limb's turns minus the median of nearby frames, in radians, (frames,).
 
     The median excludes the frame itself, and frame 0, which has no turn.
     """

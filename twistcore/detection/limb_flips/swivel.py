@@ -183,7 +183,9 @@ def _angle(line: Array, aside: Array, side: Array) -> Array:
 
 
 def angle_about(axis: Array, a: Array, b: Array) -> Array:
-    """Return angles from a to b about a unit axis perpendicular to both, radians; (n, 3) → (n,)."""
+    """Return angles from a to b about a unit axis perpendicular to both, in radians; (n, 3) →
+    (n,).
+    """
     across = np.einsum("ti,ti->t", np.cross(a, b), axis)
     angle: Array = np.arctan2(across, np.einsum("ti,ti->t", a, b))
     return angle

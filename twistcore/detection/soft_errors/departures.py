@@ -112,8 +112,8 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
 def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
     """Return the natural course of levels (…, frames) over [start, stop), from nearby frames.
 
-    Both ends need at least one frame outside; if there are fewer than `reach`, the slope is
-    measured over the frames that exist.
+    At least one frame outside is needed at both ends. If there are fewer than `reach` frames, the
+    slope is measured over the frames that exist.
     """
     first, last = start - 1, stop
     before, behind = min(reach, first), min(reach, level.shape[-1] - 1 - last)

@@ -2,7 +2,7 @@
 
 A twist error does not change x + y of a chain. So β(x + y), the part of x that is proportional to
 this sum, is natural, and the remainder u = x − β(x + y) contains the whole error. If P does not
-twist, β is 0 and u is x; if C does not twist, β is 1 and u is −y; in all other cases u is the part
+twist, β is 0 and u is x. If C does not twist, β is 1 and u is −y. In all other cases, u is the part
 of x that x + y does not explain.
 """
 

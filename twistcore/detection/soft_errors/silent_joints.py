@@ -41,7 +41,7 @@ BESIDE = 8  # at least so many frames nearby, to measure P's own motion
 
 
 def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
-    """Return the level minus its constant value, radians, (frames,); None if no value is
+    """Return the level minus its constant value, in radians, (frames,); None if no value is
     constant.
 
     `increments` and `other` are the increments of the joint and of the other joint of its chain,

@@ -86,7 +86,7 @@ class Jumps:
         return replace(self, edges=edges, tables=tables)
 
     def offset(self) -> Array:
-        """Return the sum of the offsets of all intervals, radians, (frames,)."""
+        """Return the sum of the offsets of all intervals, in radians, (frames,)."""
         total = np.zeros(self.counter.x.shape[1])
         for j in self.found():
             total[j.frames] += j.offset
@@ -117,7 +117,7 @@ class StraightLimb:
 
     @property
     def offset(self) -> Array:
-        """The sum of the errors, radians, (frames,)."""
+        """The sum of the errors, in radians, (frames,)."""
         total = np.zeros(len(self.claimed))
         for e in self.errors:
             total[e.start : e.stop] += e.offset
@@ -230,7 +230,7 @@ def _error_of(
 
 
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
-    """Return the increments of P and C without some errors, radians, (frames,) each."""
+    """Return the increments of P and C without some errors, in radians, (frames,) each."""
     known = np.zeros(len(increments[0]))
     for j in jumping:
         known[j.frames] += j.offset

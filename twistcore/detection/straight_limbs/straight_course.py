@@ -35,7 +35,8 @@ def course(
     high: int,
     fps: float,
 ) -> Array:
-    """Return δ in frames [start, stop), radians; in the rest of the segment [low, high), δ is 0.
+    """Return δ in frames [start, stop), in radians; in the rest of the segment [low, high), δ is
+    0.
 
     `increments` are x and y, each (frames,), in radians, and `scales` are their scales from
     :func:`scale_of`. At the segment's ends δ is free, because the motion before and after is
@@ -56,7 +57,7 @@ def course(
 
 
 def scale_of(increments: Array, step: float = 0.0) -> float:
-    """Return the usual difference between successive increments, radians.
+    """Return the usual difference between successive increments, in radians.
 
     `step` is the rounding step of the angles in the file; it sets a lower limit.
     """
@@ -76,8 +77,8 @@ def _smooth(
 ) -> list[Rows]:
     """Return scaled least-squares equations for a smooth course of both signals and for rest.
 
-    They are linear in the unknown δ. The increment into the segment's first frame is left out,
-    because it crosses a cut.
+    The equations are linear in the unknown δ. The increment into the segment's first frame is left
+    out, because it crosses a cut.
     """
     rows = []
     at = np.arange(max(start - 1, low + 2), min(stop + 1, high)) - 1

@@ -212,7 +212,7 @@ def left_over(
     spell: Spell,
     fps: float,
 ) -> float:
-    """Return how far P and C still turn against each other after δ is removed, radians.
+    """Return how far P and C still turn against each other after δ is removed, in radians.
 
     The result is the maximum over windows, minus the pace next to each window. `scales` are the
     scales of both increments. `delta` is δ in all frames, shape (frames,). The quieter signal has
@@ -271,7 +271,9 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
 
 
 def _counter(turn: Array, answer: Array) -> Array:
-    """Return the size of the smaller of two opposite turns, radians; 0 if they are not opposite."""
+    """Return the size of the smaller of two opposite turns, in radians; 0 if they are not
+    opposite.
+    """
     return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
 
 

@@ -89,7 +89,9 @@ class AmcClip(Clip):
         return self.values[:, list(self.asf.channels[joint].rotation[::-1])]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and angles, radians, (frames, 3), for :meth:`as_written`."""
+        """Return a joint's Euler order and angles, in radians, (frames, 3), for
+        :meth:`as_written`.
+        """
         layout = self.asf.channels[joint]
         if not layout.rotatable:
             return None

@@ -90,8 +90,8 @@ def with_bones_of_channels(
 def _carrying(skeleton: Skeleton) -> set[int]:
     """Return the joints that may move the whole figure, such as 'Reference' → 'Hips'.
 
-    They are the single children from the root on, and the branching joints after these, such as two
-    pairs of hips below one reference.
+    These joints are the single children from the root on, and the branching joints after these,
+    such as two pairs of hips below one reference.
     """
     found = set()
     for here in np.flatnonzero(skeleton.parents < 0).tolist():

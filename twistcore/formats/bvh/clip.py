@@ -67,7 +67,7 @@ class BvhClip(Clip):
         return self.values[:, list(self.channels[joint].rotation)]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and angles, radians, (frames, 3); None without three
+        """Return a joint's Euler order and angles, in radians, (frames, 3); None without three
         channels.
         """
         layout = self.channels[joint]

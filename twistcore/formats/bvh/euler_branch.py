@@ -25,7 +25,7 @@ _LEAST_WEIGHT = 1e-6
 def continuous_angles(
     order: str, q: Array, own: Array, before: Array | None, after: Array | None
 ) -> Array:
-    """Return the Euler angles of q that move least, radians, (n, 3).
+    """Return the Euler angles of q that move least, in radians, (n, 3).
 
     Every frame has two solutions, each with any number of full turns. The result is the path with
     the smallest Σ|Δchannel| between the fixed angles at both edges. Without fixed edges, a path and
@@ -75,7 +75,7 @@ def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> lis
 
 
 def _distance(angles: Array, others: Array) -> Array:
-    """Return Σ|Δchannel| over the last axis, each the shorter way round, radians."""
+    """Return Σ|Δchannel| over the last axis, each the shorter way round, in radians."""
     far: Array = np.abs(wrap(angles - others)).sum(axis=-1)
     return far
 
@@ -135,7 +135,9 @@ def _near_own(order: str, q: Array, own: Array) -> Array:
 
 
 def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
-    """Return the full turns, radians, (3,), that bring each channel as a whole nearest to `own`."""
+    """Return the full turns, in radians, (3,), that bring each channel as a whole nearest to
+    `own`.
+    """
     off = np.sort((own - angles)[weight >= weight.max() / 2], axis=0)
     # The median, not the mean: where `own` wraps, the majority of frames decides.
     turns: Array = _TURN * np.ceil(off[len(off) // 2] / _TURN - 0.5 - _LEAST_WEIGHT)
@@ -150,7 +152,8 @@ def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
 
 
 def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array) -> Array:
-    """Return the path from `before` to `after` with the smallest Σ|Δchannel|, radians, (n, 3).
+    """Return the path from `before` to `after` with the smallest Σ|Δchannel|, in radians, (n,
+    3).
 
     `solutions` are the two solutions in every frame, up to full turns, shape (n, 2, 3). `near` is a
     path of solutions from `before` on without steps above half a turn, shape (n, 3). The result is

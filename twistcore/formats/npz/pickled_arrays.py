@@ -52,7 +52,7 @@ class Unreadable:
 
 
 class _Dtype(Unreadable):
-    """Replacement for numpy.dtype: its type code and byte order."""
+    """Replacement for numpy.dtype, with its type code and byte order."""
 
     def __init__(self, letters: object = "", *_: object) -> None:
         self.letters, self.order = str(letters), "="

@@ -86,7 +86,7 @@ def has_pose_names(names: Collection[str]) -> bool:
 
 
 def find_pose_names(arrays: Arrays) -> PoseNames | None:
-    """Return the layout of a file; None if its names are unknown; raises NpzError."""
+    """Return the layout of a file, or None if its names are unknown; raises NpzError."""
     if POSES in arrays:
         return _whole(arrays, POSES, TRANS)
     if SMPL_POSES in arrays:

@@ -18,7 +18,7 @@ _OWN = 1e-3  # weight of the distance to the file's own vector compared with the
 def continuous_vectors(
     q: Array, own: Array, before: Array | None = None, after: Array | None = None
 ) -> Array:
-    """Return rotation vectors of q, (n, 4) -> (n, 3), radians, with the smallest Σ|Δv|.
+    """Return rotation vectors of q, (n, 4) -> (n, 3), in radians, with the smallest Σ|Δv|.
 
     `own` are the file's vectors in these frames, shape (n, 3), which decide between equally short
     paths. `before` and `after` are the vectors of the neighbouring frames, shape (3,), or None at

@@ -71,7 +71,9 @@ class Shape:
         return [j for j in ancestors(self.skeleton, joint) if j in self.joints]
 
     def bend(self, joint: int, below: int) -> float:
-        """Return how much the angle between the bones above and below a joint varies, radians."""
+        """Return how much the angle between the bones above and below a joint varies, in
+        radians.
+        """
         if (joint, below) not in self._bends:
             self._bends[joint, below] = self._bend_of(joint, below)
         return self._bends[joint, below]

@@ -22,7 +22,9 @@ _FEWEST = 0.1  # seconds of clear bend
 
 
 def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
-    """Return the offsets to remove, radians, (frames,), by chain, for all chains with a hinge."""
+    """Return the offsets to remove, in radians, (frames,), by chain, for all chains with a
+    hinge.
+    """
     out = {}
     for chain in chains:
         known = Witnesses.of(motion, chain)

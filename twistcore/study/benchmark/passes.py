@@ -58,7 +58,7 @@ class MethodResult:
 class CleanRun:
     """The result of a method on the clean clip, without injected errors.
 
-    `change` is the angle by which the method turned each joint, radians, shape (frames,
+    `change` is the angle by which the method turned each joint, in radians, shape (frames,
     scene.joints).
     """
 
@@ -315,7 +315,9 @@ def _damage_tally(
 
 
 def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
-    """Return the angle between two sets of rotations of some joints, radians, (frames, joints)."""
+    """Return the angle between two sets of rotations of some joints, in radians, (frames,
+    joints).
+    """
     p, q = before[:, joints], after[:, joints]
     out = np.zeros(p.shape[:-1])
     changed = (p != q).any(axis=-1)

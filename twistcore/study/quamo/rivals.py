@@ -1,8 +1,8 @@
 """The rivals that a tracker must beat, which are causal filters, smoothers of a whole clip and an
 offset.
 
-Each rival has separate settings for rotations and for the root's position. These are the best of a
-grid on the training subjects at no higher MPJPE (and GRE) than our tracker's. `python -m
+Each rival has separate settings for rotations and for the root's position. The settings are the
+best of a grid on the training subjects at no higher MPJPE (and GRE) than our tracker's. `python -m
 benchmarks.quamo_tune_rivals FOLDER` repeats the choice and prints the rule. Linear filters act on
 the four components of the quaternions, each in the hemisphere of the previous one, and scale the
 result to unit length, because components have no wrap and prefer no direction of turning.
