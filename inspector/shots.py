@@ -214,7 +214,7 @@ def main() -> int:
 
 
 def film(window: MainWindow) -> None:
-    """Record the README's film: the striped skin before and after, at a tenth of the speed."""
+    """Record the README's film, with the striped skin before and after, at a tenth of the speed."""
     document = window.document
     with tempfile.TemporaryDirectory() as folder:
         window.resize(*_SIZE)

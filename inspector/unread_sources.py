@@ -13,7 +13,7 @@ from typing import Any
 
 
 def leave_sources_unread() -> None:
-    """Turn this reading off; call this before PySide6 is imported for the first time."""
+    """Stop this reading, which must be done before PySide6 is imported for the first time."""
     importlib.import_module("shiboken6")  # contains the reader; PySide6 starts it at once
     reader: Any = sys.modules.get("shibokensupport.feature")
     if hasattr(reader, "_mod_uses_pyside"):

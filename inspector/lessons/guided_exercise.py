@@ -1,4 +1,4 @@
-"""The exercise: errors are hidden in a sample clip, which is reviewed as usual and then scored."""
+"""The exercise, in which errors are hidden in a sample clip, which is then reviewed and scored."""
 
 from __future__ import annotations
 

@@ -57,7 +57,9 @@ class LessonActions:
         self.program.guide.linked.connect(self.hidden_errors.go_to)
 
     def _add_menu(self) -> None:
-        """Add a menu of the lessons that come with the program; it is filled when first opened."""
+        """Add a menu of the lessons that come with the program, which is filled when it is first
+        opened.
+        """
         self.lessons_menu = QMenu(tr("Lessons"), self.window)
         below = self.program.actions["open_lesson"]
         for menu in self.window.menuBar().findChildren(QMenu):
@@ -111,7 +113,7 @@ class LessonActions:
         self.program.document.message.emit(str(error), True)
 
     def export_page(self) -> None:
-        """Write a lesson as a web page: the running lesson, or one that the person chooses."""
+        """Write the running lesson, or a lesson that the person chooses, as a web page."""
         self.page_export.ask(self._lesson if self.player.running else None)
 
     def copy_place(self) -> None:

@@ -170,7 +170,7 @@ class PageData:
         }
 
     def _chain(self, data: Analysed, chain: Chain, span: int) -> int:
-        """Return the index of a chain in a span; the first time, add its signals."""
+        """Return the index of a chain in a span, and add the chain's signals if it is new."""
         key = span, chain.name
         if key not in self._chains:
             self._numbers[key] = len(self._chains)
@@ -256,7 +256,7 @@ def _ends(chain: Chain | None) -> dict[str, int] | None:
 
 
 def _strong(bones: Sequence[BoneSegment], chain: Chain | None, data: Analysed) -> list[int]:
-    """Return the indices of the bones to emphasise: the bones of a chain or limb."""
+    """Return the indices of the bones of a chain or limb, which are emphasised."""
     if chain is None:
         return []
     pairs: Iterable[tuple[int, int]] = {

@@ -1,4 +1,4 @@
-"""Checks that a lesson page fits its clip: its chain, its frame and its task."""
+"""Check that a lesson page fits its clip, with its chain, its frame and its task."""
 
 from __future__ import annotations
 

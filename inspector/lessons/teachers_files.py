@@ -1,4 +1,4 @@
-"""The teacher's part of a class exercise: writing it, and scoring the answers."""
+"""The teacher's part of a class exercise, which is to write it and to score the answers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _SEEDS = 2**31
 
 
 class TeachersFiles(QObject):
-    """Asks for the files of a class exercise; reads and writes them in the background.
+    """Asks for the files of a class exercise, and reads and writes them in the background.
 
     Parameters
     ----------

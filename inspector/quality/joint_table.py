@@ -114,7 +114,9 @@ class JointsModel(RowModel[_Joint]):
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """Names of everything that can be tracked: the joints, then the figure's position."""
+        """Names of everything that can be tracked, which are the joints and then the figure's
+        position.
+        """
         return (*self.names, *((self.place,) if self.place else ()))
 
     @property

@@ -28,8 +28,8 @@ SUFFIXES = tuple(_CODECS)
 
 
 class FilmWriter:
-    """Writes one film: call `offer` with frames while it is not `full`,
-    then `finish` or `cancel`.
+    """Writes one film from frames that are given to `offer` while it is not `full`; ends with
+    `finish`.
     """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:

@@ -260,7 +260,7 @@ class Keeper(QObject):
 
     @property
     def files(self) -> frozenset[Path]:
-        """The files that only the review may write: session, journal and lock."""
+        """The files that only the review may write, which are session, journal and lock."""
         if self._kept is None:
             return frozenset()
         ends = ("", JOURNAL_SUFFIX, f"{JOURNAL_SUFFIX}.lock")

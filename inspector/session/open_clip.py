@@ -21,7 +21,7 @@ from twistcore.tuning.learned_confidence import LearnedConfidence
 
 
 class Show(StrEnum):
-    """Which poses the 3D view shows: before, after or both."""
+    """The poses that the 3D view shows, which are before, after or both."""
 
     BEFORE = "before"
     AFTER = "after"
@@ -284,7 +284,7 @@ class OpenClip(QObject):
 
     @property
     def listed_chains(self) -> tuple[Chain, ...]:
-        """The chains and limbs whose intervals are listed: one person's, or everyone's."""
+        """The chains and limbs whose intervals are listed, either of one person or of everyone."""
         chains, others = self.data.chains_and_limbs if self.data else (), self._others()
         return tuple(chain for chain in chains if chain.name not in others)
 
@@ -294,7 +294,7 @@ class OpenClip(QObject):
         return frozenset(c.name for c in chains if c.person != self.person)
 
     def set_show(self, show: Show) -> None:
-        """Choose which poses the 3D view shows: before, after or both."""
+        """Choose which poses the 3D view shows, which may be before, after or both."""
         if show != self.show:
             self.show = show
             self.show_changed.emit()

@@ -72,7 +72,7 @@ class Recovery(QObject):
         self.withdrawn.emit()
 
     def look_around(self) -> None:
-        """Check the lock and the clip's file; called when the window is activated."""
+        """Check the lock and the clip's file when the window is activated."""
         if self._data is not None:
             if not self._keeper.read_only:
                 self._keeper.may_change()
@@ -229,7 +229,9 @@ class Recovery(QObject):
             self.open_again.emit(self._source())
 
     def _source(self) -> Path:
-        """Return the file to open again: the session if it is in another folder, or the clip."""
+        """Return the file to open again, which is the session if it is in another folder, or the
+        clip.
+        """
         path, session = self._open().clip.path, self._keeper.session_file
         own = session is None or session == session_path(path) or not is_there(session)
         return path if own or session is None else session

@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 @dataclass
 class Settings:
-    """The settings of the program; CHECKS says which values are allowed.
+    """The settings of the program, whose allowed values are in CHECKS.
 
     - theme: 'system', 'light' or 'dark'
     - geometry, layout: the window's geometry and layout as Qt saves them, in hexadecimal

@@ -1,4 +1,4 @@
-"""The same rotation in other forms: with the twist first, as −q, and as the file's Euler angles."""
+"""The same rotation in other forms, with the twist first, as −q, and as the file's Euler angles."""
 
 from __future__ import annotations
 

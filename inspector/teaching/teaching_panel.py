@@ -28,7 +28,7 @@ _FEW_ROWS = 110  # pixels, so that some equations are always visible
 
 
 class TeachingPanel(QWidget):
-    """The panel of the teaching tab; while it is visible, the 3D view shows the gizmo."""
+    """The panel of the teaching tab, which adds the gizmo to the 3D view while it is visible."""
 
     least_width = Signal(int)  # pixels, known once the symbols are typeset
     moved_far = Signal()  # a slider was released, and the limb may be out of view
@@ -139,7 +139,7 @@ class TeachingPanel(QWidget):
         self.least_width.emit(self.minimumSizeHint().width())
 
     def set_shown(self, on: bool) -> None:
-        """Activate or deactivate the tab; the first time, load the typesetter.
+        """Activate or deactivate the tab, and load the typesetter the first time.
 
         The dock calls this, because Qt sends no show or hide event to a tab that is hidden.
         """

@@ -62,7 +62,7 @@ class DetectorsModel(RowModel[_Line]):
         return thing.chain, thing.kind
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return a row for display; rows of the automatic τ are dimmed."""
+        """Return a row for display, dimmed if it shows the automatic τ."""
         soft = thing.kind == _KINDS[1]
         colours = dict.fromkeys(range(len(thing.texts)), self.theme.soft) if soft else {}
         return TableRow(thing.texts, colours=colours, tips=thing.tips)

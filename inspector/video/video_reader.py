@@ -145,7 +145,7 @@ class VideoReader:
             return Picture(start, stop, self._pixels(frame, width, height))
 
     def close(self) -> None:
-        """Close the file; after this, no picture can be read."""
+        """Close the file, after which no picture can be read."""
         with self._lock:
             self.end = -math.inf
             self._passed.clear()

@@ -1,4 +1,4 @@
-"""The window of the guide: the pages of docs/ with links, pictures, history and search."""
+"""The window of the guide, with the pages of docs/, links, pictures, history and search."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The program's icons: line drawings in the theme's colours."""
+"""The program's icons, which are line drawings in the theme's colours."""
 
 from __future__ import annotations
 

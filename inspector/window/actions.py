@@ -53,9 +53,7 @@ def key_text(key: str) -> str:
 def build_actions(
     menus: Menus, window: QWidget, bar: QMenuBar
 ) -> tuple[Mapping[str, QAction], Mapping[str, QMenu]]:
-    """Return the QActions by id and the menus by name; the actions have
-    no keys and no effect yet.
-    """
+    """Return the QActions by id and the menus by name, before the actions have keys and effects."""
     shown = {name: bar.addMenu(menu_title(name)) for name in menus}
     groups: dict[str, QActionGroup] = {}
     actions: dict[str, QAction] = {}

@@ -39,7 +39,7 @@ class DrawnFirst(QObject):
             window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Stop a key that repeats, or that comes before the interval is painted; clicks are
+        """Drop a repeated key, or a key pressed before the interval is painted; clicks are
         slower.
         """
         if isinstance(event, QKeyEvent):

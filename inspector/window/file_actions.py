@@ -293,7 +293,7 @@ class FileActions(Saving):
         self._at_once = None
 
     def export(self, choice: ExportChoice) -> None:
-        """Export in the background; the message bar shows the result."""
+        """Export in the background, and show the result in the message bar."""
         self.detail.commit()
         self.exporter.start(choice)
 

@@ -168,8 +168,8 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with another rig: with all its chains, or only with the
-        chosen ones.
+        """Return the analysis with another rig, with all its chains or only with the chosen
+        ones.
         """
         every = rig.chains(self.motion)
         if self._people is not None:
@@ -187,7 +187,9 @@ class ClipAnalysis:
 
     @property
     def every_chain(self) -> tuple[Chain, ...]:
-        """The chains that the detectors analyse: all chains, even if only some were chosen."""
+        """The chains that the detectors analyse, which are all chains, even if only some were
+        chosen.
+        """
         return self._whole.chains if self._whole else self.chains
 
     @property
@@ -208,7 +210,9 @@ class ClipAnalysis:
 
     @cached_property
     def reliability(self) -> Mapping[str, float]:
-        """The median of ‖v⊥‖/‖v‖ by chain, 0…1; low if a straight limb leaves θc undefined."""
+        """The median of ‖v⊥‖/‖v‖ by chain, 0…1, which is low if a straight limb leaves θc
+        undefined.
+        """
         return {k: median(s.azimuth_reliability) for k, s in self.signals.items()}
 
     @cached_property
@@ -236,7 +240,7 @@ class ClipAnalysis:
 
     @property
     def people(self) -> tuple[str, ...]:
-        """The names of the people in the skeleton; () if there is only one."""
+        """The names of the people in the skeleton, or () if there is only one."""
         return _people_of(self.motion)
 
     @cached_property
@@ -517,7 +521,9 @@ class ClipAnalysis:
         return any(jump.start < b.stop and b.start < jump.stop for b in same)
 
     def left_open(self, interval: Interval) -> Interval:
-        """Return the interval of a restless person as an open interval; always the same object."""
+        """Return the interval of a restless person as an open interval, always as the same
+        object.
+        """
         if interval.open or not interval.repairable:
             return interval
         if (kept := self._left.get(interval)) is None:
@@ -666,7 +672,7 @@ class ClipAnalysis:
     def tau_of(
         self, for_all: float | None, by_name: Mapping[str, float] = MappingProxyType({})
     ) -> dict[str, float]:
-        """Return τ in radians by name: one value for all chains of limbs, then a profile's values.
+        """Return τ in radians by name, from one value for all chains of limbs or from a profile.
 
         Names in the profile that the clip does not have are left out.
         """
@@ -859,7 +865,7 @@ class Detection:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The notes of the analysis; a note that nothing was examined is dropped if something was
+        """The notes of the analysis; the note that nothing was examined is dropped if something was
         found.
         """
         notes = self.analysis.notes

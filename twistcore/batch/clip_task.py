@@ -91,7 +91,7 @@ class Outcome:
 
 
 def process(task: ClipTask) -> Outcome:
-    """Carry out a task; problems with the clip are returned, never raised."""
+    """Carry out a task; problems with the clip are returned and never raised."""
     begin = time.perf_counter()
     forget_peak()
     found: dict[str, Any] = {}
@@ -134,7 +134,9 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
 
 
 def has_companions(path: Path | str) -> bool:
-    """True if a clip needs more than its file: an AMC needs a skeleton in the same folder."""
+    """True if a clip needs more than its file, such as an AMC, which needs a skeleton in its
+    folder.
+    """
     return bool(_companion(path))
 
 

@@ -66,7 +66,7 @@ _CONFIDENCE = re.compile(rf"confidence\s*({_OP})\s*(\S+)")
 
 @dataclass(frozen=True)
 class Rule:
-    """A parsed rule: a quantity, the intervals it applies to, and the limit.
+    """A parsed rule, with a quantity, the intervals to which it applies, and a limit.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def parse_rule(text: str) -> Rule:
 
 
 def broken(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
-    """Return every rule that a clip or the run breaks: the clips in their order, then the run.
+    """Return every rule that is broken, first by the clips in their order and then by the run.
 
     The records are iterated only once.
     """

@@ -68,7 +68,7 @@ def percent_affected(affected: int, frames: int) -> float:
 
 
 def limbs_left_out(result: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the limbs that no chain examines, as 'left arm of B not examined: …'."""
+    """Return the limbs that no chain examines, as text such as 'left arm of B not examined: …'."""
     return tuple(
         f"{_limb(entry)} not examined: {entry['why']}" for entry in result.get("unexamined") or ()
     )

@@ -138,7 +138,7 @@ def _lines(text: str) -> Iterator[str]:
 
 
 def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Source]:
-    """Yield the clips of a folder, pattern or URL; a file is appended to `files` instead."""
+    """Yield the clips of a folder, pattern or URL; a single file is appended to `files` instead."""
     if "://" in word:
         from twistcore.batch.remote_files import find_remote
 

@@ -1,4 +1,4 @@
-"""The manifest of a batch folder: the state of every clip, in one SQLite file.
+"""The manifest of a batch folder, which has the state of every clip in one SQLite file.
 
 One process writes it, clip by clip; others may read it and add decisions. A killed process or a
 full disk leaves all earlier entries intact.
@@ -80,7 +80,7 @@ class ClipRecord:
 
 @dataclass(frozen=True)
 class ClipGlance:
-    """Brief data about a clip for long lists: see ClipRecord and its result.
+    """Brief data about a clip for long lists; for the fields, see ClipRecord and its result.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ class ClipGlance:
 
 @dataclass(frozen=True)
 class ManifestRow:
-    """A clip's row as a run reads and writes it: see ClipRecord.
+    """A clip's row as a run reads and writes it; for other fields, see ClipRecord.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def is_batch_folder(path: Path | str) -> bool:
 
 
 class Manifest:
-    """The manifest of a folder; a context manager that closes it.
+    """The manifest of a folder, which is a context manager that closes the file.
 
     Its methods raise TwistError if the file is damaged or cannot be written.
     """
@@ -287,7 +287,7 @@ class Manifest:
         raise TwistError(f"{legible(source)}: is not a clip of {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
-        """Store the progress of a clip's review, replacing the earlier one; {} removes it.
+        """Store the progress of a clip's review instead of the earlier progress; {} removes it.
 
         `decisions` has the keys accepted, rejected, undecided (numbers), reviewers (names), session
         (path) and at (ISO 8601). Raises TwistError if the folder has no such clip.
@@ -349,11 +349,13 @@ class Manifest:
         )
 
     def put_rows(self, rows: Iterable[ManifestRow]) -> None:
-        """Store the rows of clips; only within a transaction."""
+        """Store the rows of clips, which is possible only within a transaction."""
         self._connection.executemany(_PUT, (_values(row) for row in rows))
 
     def put_result(self, row: ManifestRow, result: Mapping[str, Any]) -> None:
-        """Store a clip's result by its bytes and parameters; only within a transaction."""
+        """Store a clip's result by its bytes and parameters, which is possible only within a
+        transaction.
+        """
         self._connection.execute(
             "INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)",
             (row.sha256, row.mark, row.bytes, json_text(dict(result), indent=None)),
@@ -369,7 +371,9 @@ class Manifest:
 
 
 def now() -> str:
-    """Return the present time in a manifest's form: ISO 8601, UTC, to the second."""
+    """Return the present time in the form of a manifest, which is ISO 8601 in UTC, to the
+    second.
+    """
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 

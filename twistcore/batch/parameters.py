@@ -1,4 +1,4 @@
-"""Processing parameters: the options of `detect` and `refine`, identified by a mark."""
+"""Processing parameters, which are the options of `detect` and `refine`, identified by a mark."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The results of a batch as files: JSON lines, Parquet, and a table of clips as CSV."""
+"""The results of a batch as files, which are JSON lines, Parquet, and a table of clips as CSV."""
 
 from __future__ import annotations
 

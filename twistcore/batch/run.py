@@ -1,4 +1,4 @@
-"""Run a batch over many clips: new clips are processed and recorded one after another."""
+"""Run a batch over many clips, in which new clips are processed and recorded one after another."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _IN_VAIN = 20  # clips in a row that could not be recorded: the disk stays full
 
 
 class CarryOut(Protocol):
-    """A way to carry out tasks: in local processes, or on a cluster."""
+    """A way to carry out tasks, either in local processes or on a cluster."""
 
     def __call__(
         self, tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float]
@@ -136,7 +136,9 @@ def run_batch(
 
 
 class _Run:
-    """A run in progress: outcomes are written to files, then to the manifest, then reported."""
+    """A run in progress, which writes outcomes to files and then to the manifest, and then reports
+    them.
+    """
 
     def __init__(
         self,

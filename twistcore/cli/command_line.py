@@ -22,7 +22,8 @@ from twistcore.files.atomic import is_standard_output
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code; an error is one line, without a traceback.
+    """Run one command and return its exit code; an error is printed in one line, without a
+    traceback.
 
     `argv` are the arguments. By default, they are the arguments of this process, which then ends
     with the command.

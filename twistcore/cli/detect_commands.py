@@ -380,7 +380,7 @@ def _peaks_to_json(found: Detection) -> list[Document]:
 
 
 def _in_words(evidence: Mapping[str, Any]) -> list[str]:
-    """Return evidence as lines: numbers and texts on one line, then a line per item of its
+    """Return evidence as lines, with numbers and texts on one line, and one line per item of its
     lists.
     """
     parts, below = [], []

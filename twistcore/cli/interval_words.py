@@ -1,4 +1,6 @@
-"""Sentences about intervals: counts by kind, and what was corrected, left or not examined."""
+"""Sentences about counts of intervals by kind, and about intervals corrected, left or not
+examined.
+"""
 
 from __future__ import annotations
 

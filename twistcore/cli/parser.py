@@ -89,7 +89,7 @@ def _set_texts(parser: argparse.ArgumentParser, texts: CommandHelp) -> None:
 def commands_of(
     parser: argparse.ArgumentParser, words: str = ""
 ) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Yield the name and the parser of each command: 'detect', 'quamo refine'."""
+    """Yield the name, such as 'detect' or 'quamo refine', and the parser of each command."""
     groups = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
     if not groups:
         yield words, parser

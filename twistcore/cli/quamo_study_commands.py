@@ -36,7 +36,7 @@ from twistcore.synthesis import generator
 
 
 def quamo_noise_command(arguments: argparse.Namespace) -> int:
-    """Write a clip with synthetic noise and print how large the noise is."""
+    """Write a clip with synthetic noise and print the size of the noise."""
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output], [arguments.clip])
     motion = clip.motion
@@ -133,7 +133,9 @@ def _held_out_networks(
 
 
 def quamo_train_command(arguments: argparse.Namespace) -> int:
-    """Train and write one network for each held-out subject; an earlier run is continued."""
+    """Train and write one network for each held-out subject, continuing an earlier run if there is
+    one.
+    """
     from twistcore.study.quamo import training
     from twistcore.study.quamo.torch_model import import_torch
 

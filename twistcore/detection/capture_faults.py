@@ -1,4 +1,4 @@
-"""Noise bursts and frozen limbs as intervals of chains: faults of the capture, never corrected."""
+"""Noise bursts and frozen limbs, which are faults of the capture, as intervals of chains."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def find_bursts(search: KindSearch) -> Found:
 
 
 def find_frozen(search: KindSearch) -> Found:
-    """Return the frozen spans by chain name; each is listed with the limb's first chosen chain."""
+    """Return the frozen spans by chain name, each with the first chosen chain of its limb."""
     return frozen_intervals(search.motion, search.chains, search.chosen)
 
 

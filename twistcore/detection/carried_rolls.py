@@ -1,4 +1,5 @@
-"""Carried rolls: P turns about its bone and C rolls with it, while C's bone keeps its direction.
+"""Carried rolls, in which P turns about its bone and C rolls with it, while C's bone does not
+turn.
 
 In a counter-twist and in a carried roll, C turns back about P's bone by P's angle (its azimuth, θc
 of [Choi26 Eq. 6-7]). In a carried roll C also turns about its own bone by the same angle:
@@ -112,7 +113,9 @@ def may_carry(chain: Chain) -> bool:
 
 
 def bent_frames(motion: Motion, chain: Chain) -> Mask:
-    """Return where the limb is bent enough to show a carried roll, (frames,)."""
+    """Return a mask of the frames in which the limb is bent enough to show a carried roll,
+    (frames,).
+    """
     if not may_carry(chain):
         return np.zeros(motion.frames, dtype=bool)
     return np.asarray(Witnesses.of(motion, chain).bend >= LEAST_BEND)

@@ -1,4 +1,4 @@
-"""The search for kinds of error that no detector finds: the input of a finder, and its result."""
+"""The search for kinds of error that no detector finds, with the input and result of a finder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Limbs that do not move at all in the middle of a clip: lost markers, or a pose that was held."""
+"""Limbs that do not move at all in the middle of a clip, because markers were lost or a pose
+held.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Guards for detectors of other authors: a failure becomes one sentence that names the detector."""
+"""Guards for detectors of other authors, which turn a failure into one sentence with its name."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class GuardedDetector:
 
 
 class GuardedAnalysis:
-    """The analysis of a guarded detector; a wrong result raises a TwistError."""
+    """The analysis of a guarded detector, in which a wrong result raises a TwistError."""
 
     def __init__(self, name: str, analysis: Analysis, frames: int) -> None:
         self._name, self.analysis, self._frames = name, analysis, frames

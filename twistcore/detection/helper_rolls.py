@@ -1,4 +1,4 @@
-"""Twist bones that turn about their bone alone: after a jump, or by a driver that flips at ±180°.
+"""Twist bones that turn about their bone alone, after a jump or by a driver that flips at ±180°.
 
 A helper takes part in the roll of the joint C at the end of its bone. If it jumps about the bone
 while C does not jump and its parent does not turn the other way, then only the helper is wrong.
@@ -32,7 +32,7 @@ _AXIS = np.array([1.0, 0.0, 0.0])
 
 @dataclass(frozen=True, eq=False)
 class HelperAnalysis:
-    """The analysis of helpers before a threshold is chosen: their jumps about the bone.
+    """The analysis of helpers and their jumps about the bone, before a threshold is chosen.
 
     `own` is the angle by which each helper turns by itself in each frame, by name, in radians,
     shape (frames,).
@@ -100,7 +100,9 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
 
 
 def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
-    """Return the evidence for an interval: the jumps of the helper at both ends, in degrees."""
+    """Return the evidence for an interval, which is the jumps of the helper at both ends, in
+    degrees.
+    """
     opens, closes = (
         math.degrees(own[t]) if 0 < t < len(own) else None for t in (interval.start, interval.stop)
     )

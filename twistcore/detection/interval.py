@@ -120,7 +120,7 @@ class Interval:
 
     @property
     def size(self) -> float:
-        """The angle for tables, radians: the median offset, the turn of a lone jump, or σ
+        """The angle for tables, radians, which is the median offset, the turn of a lone jump, or σ
         of noise.
         """
         return self.delta if self.repairable or not self.kind.known else self.residual

@@ -1,4 +1,6 @@
-"""The kinds of error; each is declared in its own file in `kinds/`. This module loads no numpy."""
+"""The kinds of error, each of which is declared in its own file in `kinds/`, without loading
+numpy.
+"""
 
 from __future__ import annotations
 
@@ -81,7 +83,7 @@ class KindInfo:
 
 
 def plural_name(word: str) -> str:
-    """Return the plural of a kind's name: 'limb flips', 'stretches', but 'frozen frames'."""
+    """Return the plural of a kind's name, such as 'limb flips', 'stretches' and 'frozen frames'."""
     if word.endswith("frames"):
         return word
     return word + ("es" if word.endswith(("ch", "s", "x")) else "s")
@@ -140,7 +142,7 @@ class Kind(str, metaclass=_Kinds):
     info: KindInfo
 
     def __new__(cls, value: object) -> Kind:
-        """Return the kind that a word names; always the same object for the same word."""
+        """Return the kind that a word names, always the same object for the same word."""
         if (kind := _by_word().get(_word(value))) is not None:
             return kind
         if not (isinstance(value, str) and value.strip()):
@@ -175,7 +177,9 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def of_capture(self) -> bool:
-        """True for a fault of the capture, not a twist error; gates count it only on request."""
+        """True for a fault of the capture, which is no twist error and counts in gates only on
+        request.
+        """
         return self.info.of_capture
 
 

@@ -42,14 +42,15 @@ class Image:
             parts[row + 1, at] = np.einsum("ti,ti->t", q[:, 1:], axis)
 
     def __call__(self, angle: Array, row: int | slice = slice(None)) -> Array:
-        """Return the twist angles of a row, or of all rows, for φ of the same shape; radians."""
+        """Return the twist angles of a row, or of all rows, for φ of the same shape, in radians."""
         w, v, tw, tv = self._parts[:, row]
         c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
         return wrap(2.0 * np.arctan2(c * v + s * tv, c * w + s * tw))
 
 
 class Limbs:
-    """Lines of n chains each: joint k is the parent of chain k, and joint k+1 is its child.
+    """Lines of n chains each, in which joint k is the parent of chain k, and joint k+1 is its
+    child.
 
     Limbs of equal length, such as both arms, are solved together.
 

@@ -146,7 +146,7 @@ def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
 
 
 def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return each joint's chain: the chain whose parent it is, or else whose child it is."""
+    """Return each joint's chain, which has it as its parent or, if there is none, as its child."""
     owner = {chain.child: chain for chain in reversed(chains)}
     return owner | {chain.parent: chain for chain in chains}
 
@@ -161,7 +161,9 @@ def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
 
 
 def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return where turns in the parent's frame are fast enough to be too fast, (frames,)."""
+    """Return a mask of turns in the parent's frame that are fast enough to be too fast,
+    (frames,).
+    """
     return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
 
 

@@ -1,4 +1,4 @@
-"""Bursts of noise: spans in which a joint jitters more than any body can.
+"""Bursts of noise, in which a joint jitters more than any body can.
 
 White noise of σ in each frame gives the turns from frame to frame a variance of 2σ², and the
 changes of these turns a variance of 6σ², three times as much. Natural motion is smooth, so its
@@ -70,7 +70,9 @@ def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
 
 
 def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
-    """Return σ of each joint's noise, in degrees, (frames,); held frames get the previous value."""
+    """Return σ of each joint's noise, in degrees, (frames,), with previous values in held
+    frames.
+    """
     if (held := without_held(motion)) is None:
         return [_of_joint(motion, joint) for joint in joints]
     shown = np.maximum(np.searchsorted(held.first, np.arange(motion.frames), side="right") - 1, 0)

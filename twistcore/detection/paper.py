@@ -49,7 +49,7 @@ def running_offset(signals: TwistSignals, tau: float) -> Array:
 
 
 def error_of(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
-    """Return err(t) = sign(Δθp)·m where m ≥ τ and 0 elsewhere; radians [Choi26 §3.3.1].
+    """Return err(t) = sign(Δθp)·m where m ≥ τ and 0 elsewhere, in radians [Choi26 §3.3.1].
 
     The result has the shape of the arguments.
     """

@@ -1,4 +1,4 @@
-"""All detectors: the files in `detectors/`, detectors of packages, and registered detectors.
+"""All detectors, from the files in `detectors/`, from packages, and registered ones.
 
 Their names come from lists of files and of entry points, so the command line can show them without
 loading any detector or numpy. Everything that a table, a menu or a plot must show about a detector
@@ -33,8 +33,8 @@ _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 
 
 class Detectors(Mapping[str, Detector]):
-    """All detectors by name: the default, the program's other detectors, then those of other
-    authors.
+    """All detectors by name, in the order default, other built-in detectors, other authors'
+    detectors.
 
     A detector is loaded on first use. Access by name raises TwistError if the detector exists but
     cannot be loaded.

@@ -138,7 +138,7 @@ def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
 
 
 def _mean_around(values: Array, width: int) -> Array:
-    """Return the mean of `width` rows around each row; at the ends the outermost row is repeated.
+    """Return the mean of `width` rows around each row, repeating the outermost row at the ends.
 
     Sums of rows are built by doubling. So small sums contain no rounding errors of large ones, and
     scipy, which takes longer to load than the rest of a command, is not needed.

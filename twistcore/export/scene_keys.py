@@ -26,7 +26,7 @@ _SAME = 1e-7  # radians: limit for an unchanged global rotation
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A frame with uncorrected joints: their positions and rotations in the clip's axes.
+    """A frame with uncorrected joints, with their positions and rotations in the clip's axes.
 
     Attributes
     ----------

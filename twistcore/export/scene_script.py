@@ -140,7 +140,7 @@ def _names(names: Sequence[str], namespace: str | None) -> list[str]:
 
 
 def _interval_lines(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
-    """Return the lines that the script prints: the intervals, and the people who accepted them."""
+    """Return the lines with intervals, and the people who accepted them, that the script prints."""
     lines = []
     for judged in intervals:
         i = judged.interval

@@ -72,7 +72,7 @@ class Traces:
 
 @cache
 def weights_mark() -> str:
-    """Return the mark of the shipped networks in sessions: 16 digits of their SHA-256."""
+    """Return the mark of the shipped networks in sessions, which is 16 digits of their SHA-256."""
     return hashlib.sha256(weights_file().read_bytes()).hexdigest()[:16]
 
 
@@ -110,7 +110,7 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
 
 
 def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None) -> Motion:
-    """Return the motion with the joints tracked; T-pose frames at the start stay unchanged.
+    """Return the motion with the joints tracked, except in T-pose frames at the start.
 
     `tell` is called with the completed share. Raises TwistError like :func:`check_tracking`.
     """

@@ -83,7 +83,7 @@ def move_into_place(part: Path, end: Path) -> None:
 
 
 def destination(path: Path) -> Path:
-    """Return the path at the end of all links; the file need not exist.
+    """Return the path at the end of all links, even if the file does not exist.
 
     An open descriptor of this process is not followed, though Linux shows it as a link. Raises
     OSError for a loop of links, and for a folder, a block device or a socket, which can be neither

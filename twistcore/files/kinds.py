@@ -124,7 +124,9 @@ def _film(head: bytes) -> FileKind | None:
 
 
 def _c3d(head: bytes) -> FileKind | None:
-    """Recognise a C3D: byte 2 is 0x50, and byte 1 the number of the parameter block, usually 2."""
+    """Recognise a C3D, in which byte 2 is 0x50, and byte 1 is the parameter block's number, usually
+    2.
+    """
     if len(head) > 2 and head[1] == 0x50 and 2 <= head[0] < 0x20:
         return FileKind("a C3D file of markers", _SOLVE)
     return None

@@ -1,4 +1,4 @@
-"""A clip as read from a file: its bytes, its motion, and the way its numbers are rewritten."""
+"""A clip as read from a file, with its bytes, its motion, and the way its numbers are rewritten."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ _JOINTS_A_NUMBER = 2  # the limit for larger files; a figure has nearly three nu
 
 @dataclass(frozen=True)
 class ClipWarning:
-    """An assumption made while reading: a sentence, and its line in the file (from 1) if known."""
+    """An assumption made while reading, as a sentence with its line in the file (from 1) if
+    known.
+    """
 
     text: str
     line: int | None = None
@@ -157,7 +159,7 @@ class Clip(ABC):
 
     @property
     def duration(self) -> float:
-        """Duration in seconds: the number of frames times the frame time."""
+        """Duration in seconds, which is the number of frames times the frame time."""
         return self.frames * self.frame_time
 
     @property

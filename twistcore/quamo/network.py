@@ -198,7 +198,9 @@ def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
 
 
 def root_heading(root: Array) -> tuple[Array, Array]:
-    """Return (cos ψ, sin ψ) of the heading: the root's z axis projected onto the ground."""
+    """Return (cos ψ, sin ψ) of the heading, which is the root's z axis projected onto the
+    ground.
+    """
     w, x, y, z = (root[..., i] for i in range(4))
     sideways, ahead = 2 * (x * z + w * y), 1 - 2 * (x * x + y * y)
     length = np.maximum(np.hypot(sideways, ahead), 1e-6)
@@ -290,7 +292,7 @@ def untrained(width: int, init_width: int, rng: np.random.Generator, variant: st
 
 
 def write_network(network: Network, path: Path) -> None:
-    """Write the weights as float16, atomically; the same network always gives the same bytes."""
+    """Write the weights as float16, atomically, and with the same bytes for the same network."""
     buffer = io.BytesIO()
     arrays = {name: values.astype(np.float16) for name, values in network.weights.items()}
     arrays["variant"] = np.array(network.variant)

@@ -1,4 +1,6 @@
-"""Read pose files as named arrays: .npz files, and pickles without executing their code."""
+"""Read pose files as named arrays, from .npz files, and from pickles without executing their
+code.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,7 @@ def holds_poses(path: Path) -> bool:
 
 
 def read_names(path: Path) -> dict[Any, Any]:
-    """Return a file's contents by name: arrays, dicts, lists, strings, numbers.
+    """Return a file's contents by name, as arrays, dicts, lists, strings and numbers.
 
     Pickles, also those of dicts inside an .npz, are read without running code
     (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Raises PosesError, OSError.
@@ -69,7 +71,7 @@ def read_names(path: Path) -> dict[Any, Any]:
 
 
 def described(value: Any) -> str:
-    """Describe a value briefly: the shape of an array, the contents of a dict or list."""
+    """Describe a value briefly, by the shape of an array or the contents of a dict or list."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype} {value.shape}"
     if isinstance(value, dict):

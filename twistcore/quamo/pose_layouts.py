@@ -304,7 +304,7 @@ def _first(names: Names, wanted: tuple[str, ...]) -> str | None:
 
 
 def _numbers(path: Path, names: Names, name: str) -> Array:
-    """Return the named array as float64; a list of arrays of one shape is stacked."""
+    """Return the named array as float64, stacking a list of arrays of one shape."""
     found = names.get(name)
     if found is None:
         raise PosesError(f"{path}: expected the array {name!r}, found {described(names)}")

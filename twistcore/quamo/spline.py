@@ -33,7 +33,8 @@ _SECOND = np.array([1.0, -2.0, 1.0])  # the second difference
 
 
 def usual_cutoff(dt: float) -> float:
-    """Return the default cut-off in Hz for a frame time: 4 Hz at 25 fps, 5 at 60, 5.9 at 120.
+    """Return the default cut-off for a frame time, such as 4 Hz at 25 fps, 5 at 60, and 5.9 at
+    120.
 
     The noise in a frame is assumed to be the same at any rate. With more frames per second, each
     frame's noise then matters less, in proportion to Δt. The best weight of the spline's roughness,

@@ -38,7 +38,8 @@ class Gains:
 
     @classmethod
     def by_hand(cls, dt: float, *, causal: bool = True) -> Gains:
-        """Return the hand-tuned gains for a frame time in seconds: stiffer at higher frame rates.
+        """Return the hand-tuned gains for a frame time in seconds, which are stiffer at higher
+        frame rates.
 
         The gains are the defaults at 25 Hz, and κP/s² and κD/s with s = 0.3 + 0.7 Δt/0.04 s at
         other rates. A joint that turns steadily is 2κD/κP − Δt behind its reference, which is 10 ms

@@ -271,7 +271,8 @@ def smooth_clip(
     place: bool = False,
     first: int = 0,
 ) -> Motion:
-    """Smooth each of :func:`pieces` with a spline instead of a tracker; this needs the whole clip.
+    """Smooth each of :func:`pieces` with a spline, which needs the whole clip, instead of a
+    tracker.
 
     `cutoff` is the cut-off for rotations in Hz, by default :func:`usual_cutoff`; the position uses
     three quarters of it. The other parameters are those of :func:`track_by_hand`. Raises TwistError

@@ -34,7 +34,8 @@ _NAMED, _JOINTS_NAMED = 10, 6  # most runs of frames and most joints listed in a
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The tracker's state: q (…, joints, 4), ω (…, joints, 3) in rad/s, position r and velocity v.
+    """The tracker's state, with q (…, joints, 4), ω (…, joints, 3) in rad/s, position r and
+    velocity v.
 
     r and v have the shape (…, 3).
     """
@@ -279,6 +280,8 @@ def _checked(q_hat: ArrayLike, r_hat: ArrayLike) -> tuple[Array, Array]:
 
 
 def _leading(q: Array) -> Array:
-    """Return the first nonzero component, (…, 4) -> (…, 1); its sign determines the hemisphere."""
+    """Return the first nonzero component, (…, 4) -> (…, 1), whose sign determines the
+    hemisphere.
+    """
     first = np.argmax(q != 0.0, axis=-1)[..., None]
     return np.take_along_axis(q, first, axis=-1)

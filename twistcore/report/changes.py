@@ -34,7 +34,8 @@ _ROWS = 4096  # frames compared at a time
 
 @dataclass(frozen=True)
 class JointChange:
-    """The change of a joint's own rotation: number of frames, largest angle and RMS in degrees.
+    """The change of a joint's own rotation, with the number of frames, largest angle and RMS in
+    degrees.
 
     `rms` is the RMS over the frames in which the rotation changed.
     """

@@ -94,13 +94,16 @@ def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
 
 
 def report_files(folder: Path, name: str) -> tuple[Path, ...]:
-    """Return the paths of a report's files: HTML, CSV, markers, and the JSON that lists them."""
+    """Return the paths of a report's HTML, CSV and markers files, and of the JSON that lists
+    them.
+    """
     endings = ("report.html", "intervals.csv", "markers.py", "report.json")
     return tuple(folder / f"{name}.{ending}" for ending in endings)
 
 
 def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
-    """Return the SHA-256 values in a report's JSON by file name: one, or two during a replacement.
+    """Return the SHA-256 values in a report's JSON by file name, two of them during a
+    replacement.
 
     Names and values are not checked. The result is empty if the file is missing or is not a report.
     Raises TwistError if it cannot be read.

@@ -176,7 +176,7 @@ class ClipCurves:
         return Panel(chain.name, chain.label, *span, columns, tuple(rows), bands, tau)
 
     def _angles(self, corrected: Corrected, chain: Chain) -> list[tuple[str, str, Array, Array]]:
-        """Return (symbol, meaning, angles before, angles after) of each row; unwrapped, in
+        """Return (symbol, meaning, angles before, angles after) of each row, with unwrapped angles,
         radians.
         """
         expected = self._expected
@@ -207,9 +207,7 @@ def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Arr
 
 
 def weight(judged: Judged) -> float:
-    """Return a measure of how bad an interval is: degrees × frames, or its angle if it has no
-    offset.
-    """
+    """Return how bad an interval is, as degrees × frames, or as its angle if it has no offset."""
     interval = judged.interval
     if not interval.repairable:
         return float(abs(np.degrees(interval.residual)))

@@ -1,4 +1,4 @@
-"""A clip's report as data: one JSON document, and a CSV of its intervals."""
+"""A clip's report as data, in one JSON document and in a CSV of its intervals."""
 
 from __future__ import annotations
 
@@ -58,7 +58,8 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """The data of a report: the clip, the review, and the motion before and after the correction.
+    """The data of a report, with the clip, the review, and the motion before and after the
+    correction.
 
     Attributes
     ----------
@@ -97,7 +98,7 @@ class Report:
 
     @cached_property
     def analysed(self) -> ClipAnalysis:
-        """The clip's analysis: the given one, or a newly computed one with these chains."""
+        """The clip's analysis, which is given or newly computed with these chains."""
         return self.analysis or ClipAnalysis(
             self.clip.motion, self.chains, self.clip.name, self.state.rig
         )
@@ -150,7 +151,9 @@ class Report:
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
-        """Return the verdict as shown; 'not correctable' for an accepted interval not corrected."""
+        """Return the verdict as shown, which is 'not correctable' for an accepted interval not
+        corrected.
+        """
         if judged.decision == Decision.ACCEPTED and judged.id in self.stuck:
             return NOT_CORRECTABLE
         return judged.verdict

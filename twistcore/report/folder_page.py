@@ -77,7 +77,7 @@ def known_page(record: ClipRecord, why: str, home: Home) -> str:
 
 
 def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
-    """Return the kinds that have a column; capture faults have one only if there are any."""
+    """Return the kinds that have a column, without capture faults if there are none."""
     return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
 
 

@@ -1,4 +1,4 @@
-"""The report of a batch folder: an overview page, and one page for each clip."""
+"""The report of a batch folder, with an overview page and one page for each clip."""
 
 from __future__ import annotations
 

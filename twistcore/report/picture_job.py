@@ -58,7 +58,8 @@ class BeforeAfter:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """The figure to draw for one clip: a motion with the poses of its pairs of pictures.
+    """The figure to draw for one clip, with a motion that has the poses of its pairs of
+    pictures.
 
     `chains` are the chains and limbs, which decide which limbs have a skin and which way the figure
     faces.
@@ -220,7 +221,9 @@ def _figure_from(path: Path, entry: dict[str, Any]) -> Figure:
 
 
 def _chain_to_json(chain: Chain) -> dict[str, Any]:
-    """Return the chain's data for drawing a body; a varying axis is taken from the first frame."""
+    """Return the chain's data for drawing a body, with a varying axis taken from the first
+    frame.
+    """
     axis, arm = (np.atleast_2d(v)[0].tolist() for v in (chain.axis, chain.arm))
     keys = ("name", "parent", "child", "grandchild", "side", "segment", "person")
     own = {key: getattr(chain, key) for key in keys}

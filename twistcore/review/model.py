@@ -1,4 +1,4 @@
-"""The state of a review: immutable, so that an undo restores the previous state."""
+"""The state of a review, which is immutable, so that an undo restores the previous state."""
 
 from __future__ import annotations
 
@@ -289,7 +289,7 @@ def as_written(interval: Interval) -> Interval:
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """Return the interval over [start, stop); new frames get the offset of the nearest old one."""
+    """Return the interval over [start, stop), with the nearest old offset in new frames."""
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
 

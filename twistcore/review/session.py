@@ -233,7 +233,7 @@ def read_session_file(path: Path) -> tuple[Session, str]:
 
 
 def session_from_document(document: Any) -> Session:
-    """Return the session in a JSON document; a FormatError names the missing or wrong part."""
+    """Return the session in a JSON document; a FormatError names a missing or wrong part."""
     if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
     has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
@@ -269,7 +269,7 @@ def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
 
 
 def degrees_to_json(radians: float) -> float:
-    """Return an angle in degrees with nine decimals; −0.0 becomes 0.0."""
+    """Return an angle in degrees with nine decimals, and 0.0 instead of −0.0."""
     return round(float(np.degrees(radians)), 9) + 0.0
 
 

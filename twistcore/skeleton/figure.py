@@ -31,7 +31,7 @@ def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) ->
 
 
 def figure_size(positions: Array, skeleton: Skeleton) -> float:
-    """Return the figure's height in the file's unit: the height of its largest pose.
+    """Return the height of a figure's largest pose, in the file's unit.
 
     The height is at most the height of the rest pose. `positions` has the shape (frames, joints,
     3); about 200 of the frames are used. If there are several people, the tallest one is used.

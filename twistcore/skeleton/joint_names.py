@@ -212,7 +212,7 @@ def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _may_join(word: str, shortest: int) -> bool:
-    """True if a word may be searched for within another; short alphabetic words may not."""
+    """True if a word may be searched for within another, unlike short alphabetic words."""
     return len(word) >= shortest or not _has_case(word)
 
 
@@ -331,7 +331,8 @@ def _side(pieces: list[_Piece]) -> str:
 
 
 def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName]:
-    """Choose roles by comparing joints: drop a role if another word on that side fits it better.
+    """Choose roles by comparing joints, and drop a role if another word on that side fits it
+    better.
 
     If a word has several meanings, a meaning that no other word of its side has comes first.
     """

@@ -201,7 +201,7 @@ class _WordsError(FormatError):
 
 
 def _place(data: bytes, at: tuple[str, ...]) -> str:
-    """Return 'line 7: ' for the first line that contains these words in this order, or ''."""
+    """Return text such as 'line 7: ' for the first line with these words in this order, or ''."""
     found = 0
     lines = data.decode("utf-8", "replace").splitlines()
     for word in at:
@@ -302,7 +302,7 @@ def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
 
 
 def _phrase(words: str) -> str:
-    """Return a phrase in the form in which it is looked up: as one word."""
+    """Return a phrase in the form in which it is looked up, as one word."""
     if words.isascii():
         return "".join(filter(str.isalnum, words)).lower()
     return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")

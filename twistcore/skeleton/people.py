@@ -1,4 +1,4 @@
-"""Find several people in one skeleton: their joints and their names.
+"""Find several people in one skeleton, with their joints and their names.
 
 People are siblings in the hierarchy, under their own roots or under one joint, and have the same
 limbs. Their joints differ by a namespace (`A:Hips`), by words before or after the joint's own
@@ -250,7 +250,9 @@ def _all_below(skeleton: Skeleton, joint: int) -> tuple[int, ...]:
 
 
 def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
-    """Return a name for each person: the mark, the name of the first joint, or a number."""
+    """Return a name for each person, which is the mark, the name of the first joint, or a
+    number.
+    """
     own = [min(group, key=lambda top: top.joint).words[0] for group in groups]
     names = [group[0].mark.namespace or group[0].mark.affix for group in groups]
     if known := next(filter(None, names), ""):

@@ -158,7 +158,9 @@ def segment_of(chain: Chain) -> str:
 
 
 def segment_order(segment: str) -> tuple[int, str]:
-    """Return a sort key: segments in the order of SEGMENTS, whole limbs, then others by name."""
+    """Return a sort key for segments in the order of SEGMENTS, then whole limbs, then others by
+    name.
+    """
     return _ORDER.index(segment) if segment in _ORDER else len(_ORDER), segment
 
 

@@ -45,7 +45,7 @@ class CommonTau:
     chains: tuple[ChainTau, ...]
 
     def tau(self, chain: str) -> float | None:
-        """Return the τ to use for a chain, radians: its own if it needs one, or the common τ."""
+        """Return the τ to use for a chain, in radians, its own if it needs one, or the common τ."""
         for c in self.chains:
             if c.chain == chain and c.apart and c.own is not None:
                 return c.own.tau
@@ -126,7 +126,9 @@ def common_tau(
     *,
     seed: int = 0,
 ) -> CommonTau:
-    """Return the common τ and the chains that need their own; those chains do not affect it."""
+    """Return the common τ, and the chains that need their own τ and do not affect the common
+    one.
+    """
     names = sorted({v.chain for clip in clips for v in clip.verdicts})
     curves = {name: verdict_curve(clips, name) for name in names}
     own = {name: c.suggested(price, smallest, seed=seed) for name, c in curves.items()}

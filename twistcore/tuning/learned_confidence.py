@@ -106,7 +106,7 @@ def seen(clips: Iterable[JudgedClip]) -> Seen:
 
 
 def learned(given: Seen) -> LearnedConfidence:
-    """Return the most likely map given the verdicts; without verdicts, the built-in map."""
+    """Return the most likely map given the verdicts, or the built-in map without verdicts."""
     if not len(given):
         return LearnedConfidence()
     logit, sign = _logit(given.confidence), 2.0 * given.accepted - 1.0

@@ -1,4 +1,6 @@
-"""Profiles: TOML files with a τ per joint to use for other clips (`--profile`, or a folder)."""
+"""Profiles, which are TOML files with a τ per joint to use for other clips (`--profile`, or a
+folder).
+"""
 
 from __future__ import annotations
 

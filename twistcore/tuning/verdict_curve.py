@@ -121,7 +121,7 @@ class VerdictCurve:
         return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
-        """Return the cost of every τ: the fraction of missed errors plus the priced alarms per
+        """Return the cost of every τ, the fraction of missed errors plus the priced alarms per
         clip.
 
         If a chain has few errors, the errors of other chains show how large errors are in these

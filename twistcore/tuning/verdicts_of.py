@@ -96,7 +96,9 @@ class JudgedClip:
 
     @property
     def reviewed_chains(self) -> float:
-        """Return the number of reviewed chains; a partly decided chain counts by its fraction."""
+        """Return the number of reviewed chains, in which a partly decided chain counts by its
+        fraction.
+        """
         return sum(self.shares.get(chain, 1.0) for chain in self.reviewed)
 
     def of_chain(self, chain: str) -> JudgedClip:

@@ -1,4 +1,4 @@
-"""An altered frame: a person's changes to it, and the resulting motion of one frame."""
+"""An altered frame, with a person's changes to it and the resulting motion of one frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Other forms of the same rotation: factors in reverse order, −q, and the file's Euler angles."""
+"""Other forms of the same rotation, such as factors in reverse order, −q, and Euler angles."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ LOCK = float(np.radians(5.0))  # between first and last axis: the two channels d
 
 
 def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
-    """Return the factors of q = twist ⊗ swing', (4,) each: the same twist, another swing.
+    """Return the factors of q = twist ⊗ swing', (4,) each, with the same twist but another
+    swing.
 
     The angle of the swing is the same; its normal is the normal of the first swing turned back by
     the twist.

@@ -1,4 +1,4 @@
-"""Quality measures of a whole figure: jitter, foot slide and deviation. They need no ground truth.
+"""Jitter, foot slide and deviation, the quality measures of a whole figure without ground truth.
 
 Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26 §4.3].
 """

@@ -1,7 +1,7 @@
-"""Quality measures of every joint: jitter, speed, jumps of numbers, and foot slide.
+"""Jitter, speed, jumps of numbers and foot slide, the quality measures of every joint.
 
-They need no ground truth, and a high value is not in itself an error. The measures of the whole
-figure are in `figure`.
+The measures need no ground truth, and a high value is not in itself an error. The measures of the
+whole figure are in `figure`.
 """
 
 from __future__ import annotations

@@ -29,7 +29,9 @@ _EACH = 0.5 * PRIOR  # nats that each of two edges must bring
 
 @dataclass(frozen=True)
 class _Edge:
-    """An edge of a chain's table: frames [start, stop), and the turns of both joints in radians."""
+    """An edge of a chain's table, with its frames [start, stop) and the turns of both joints in
+    radians.
+    """
 
     table: PairTable
     index: int

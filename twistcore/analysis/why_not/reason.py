@@ -1,4 +1,4 @@
-"""The reason for a frame without an interval: one word, one sentence, and the numbers in it."""
+"""The reason for a frame without an interval, as one word and as one sentence with its numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Types of arguments: each value is checked, and a wrong one is refused in one line."""
+"""Types of arguments, which check each value and refuse a wrong one in one line."""
 
 from __future__ import annotations
 
@@ -71,7 +71,9 @@ class Parser(argparse.ArgumentParser):
 
 
 def _similar(word: str, known: Sequence[str]) -> str:
-    """Return '; did you mean detect?' if `known` has words similar to `word`, or ''."""
+    """Return text such as '; did you mean detect?' if `known` has words similar to `word`, or
+    ''.
+    """
     from difflib import get_close_matches  # slow to load, and seldom needed
 
     near = get_close_matches(word.lower(), known, cutoff=0.65)
@@ -79,7 +81,9 @@ def _similar(word: str, known: Sequence[str]) -> str:
 
 
 def target(text: str) -> Path:
-    """Return the file to write; '-' means standard output, and './-' a file of that name."""
+    """Return the file to write, where '-' means standard output, and './-' means a file called
+    '-'.
+    """
     return STANDARD_OUTPUT if text == "-" else Path(text)
 
 
@@ -95,7 +99,9 @@ def clip_target(text: str) -> Path:
 
 
 def readable(text: str) -> Path:
-    """Return the clip to read; '-' means standard input, and './-' a file of that name."""
+    """Return the clip to read, where '-' means standard input, and './-' means a file called
+    '-'.
+    """
     return STANDARD_INPUT if text == "-" else Path(text)
 
 

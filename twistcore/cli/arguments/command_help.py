@@ -1,4 +1,4 @@
-"""The help of every command: a summary, a description, and examples that the tests run."""
+"""The help of every command, with a summary, a description, and examples that the tests run."""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
 
 
 def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], list[JointStep]]:
-    """Return spikes and jumps; the clip is processed in blocks of frames to save memory."""
+    """Return spikes and jumps, processing the clip in blocks of frames to save memory."""
     cut, parents = find_cuts(motion), motion.skeleton.parents
     calm = ~cut
     for k in range(1, limits.longest + 1):  # no cut within a spike
@@ -231,7 +231,7 @@ class _Others:
         ]
 
     def _turned(self, error: Interval) -> tuple[int, ...]:
-        """Return the joints that an error turns; of the children of a bone, only C."""
+        """Return the joints that an error turns, with C as the only child of a bone."""
         chain = next(c for c in self.search.named if c.name == error.chain)
         joints = chain.changed_joints(self.search.motion.skeleton, carried=error.carried)
         # Other children need not have turned back.
@@ -314,7 +314,8 @@ def _owners(search: KindSearch) -> dict[int, Chain]:
 
 
 def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain with which each joint is listed: its own, or the nearest one of its person.
+    """Return the chain with which each joint is listed, its own or the nearest one of its
+    person.
 
     A joint that is not connected to any chain is left out.
     """

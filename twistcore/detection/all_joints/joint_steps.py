@@ -218,7 +218,9 @@ def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: in
 
 
 def _steps_over(rotations: Array, least: Array) -> Mask:
-    """Return where joints turn by more than `least` degrees into a frame, (frames, joints)."""
+    """Return a mask of turns of joints by more than `least` degrees into a frame, (frames,
+    joints).
+    """
     over = np.zeros(rotations.shape[:2], dtype=bool)
     cosine = np.einsum("tji,tji->tj", rotations[1:], rotations[:-1])
     over[1:] = np.abs(cosine) < np.cos(np.radians(0.5 * least))
@@ -261,7 +263,7 @@ def _between(a: Array, b: Array, share: float) -> Array:
 
 
 def _angle(a: Array, b: Array) -> Array:
-    """Return the angle between two rotations, in degrees: (…, 4) → (…)."""
+    """Return the angle in degrees between two rotations, (…, 4) → (…)."""
     cosine = np.abs(np.einsum("...i,...i->...", a, b))
     return np.asarray(np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0))))
 

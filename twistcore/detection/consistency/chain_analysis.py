@@ -100,7 +100,9 @@ class ChainAnalysis:
         return automatic_tau(self.limb, self.row)
 
     def strength(self) -> Array:
-        """Return |d| at events, |jump| at an edge's peak, and 0 elsewhere; radians, (frames,)."""
+        """Return |d| at events, |jump| at an edge's peak, and 0 elsewhere, in radians,
+        (frames,).
+        """
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
         for s in self.standing:
@@ -338,7 +340,7 @@ def _explained(
 
 
 def _edge_explained(limb: CounterRotation, row: int, edges: Edges, k: int) -> dict[str, Any]:
-    """Return the evidence for an edge by name: sums over its frames, with angles in degrees."""
+    """Return the evidence for an edge by name, as sums over its frames, with angles in degrees."""
     start, stop, jump = int(edges.start[k]), int(edges.stop[k]), float(edges.jump[k])
     at = row, slice(start, stop)
     sums = {

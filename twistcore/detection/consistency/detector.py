@@ -208,7 +208,8 @@ def _line_analyses(
     budget: float,
     tell: Tell,
 ) -> _Softened:
-    """Analyse lines of equal length: first jumps, then straight limbs, then soft errors.
+    """Analyse lines of equal length, first for jumps, then for straight limbs, then for soft
+    errors.
 
     `budget` is the work allowed for the search for soft errors.
     """
@@ -350,7 +351,7 @@ def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> Counte
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
-    """Return lines of chains; within a line the child of each chain is the parent of the next."""
+    """Return lines of chains in which the child of each chain is the parent of the next."""
     left = list(chains)
     lines: list[list[Chain]] = []
     while left:

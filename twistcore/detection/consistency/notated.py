@@ -50,17 +50,15 @@ class NotatedAnalysis:
         return max(self.kept.smallest, *both)
 
     def strength(self, chain: str) -> Array:
-        """Return the strength m_c(t) of a chain, radians, (frames,); the larger of both
-        analyses.
+        """Return the strength m_c(t) of a chain, the larger of both analyses, in radians,
+        (frames,).
         """
         curve = np.zeros(self.kept.frames)
         curve[self.kept.first] = self.coarse.strength(chain)
         return curve if self.fine is None else np.maximum(curve, self.fine.strength(chain))
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, by start; clear jumps have priority over
-        keys.
-        """
+        """Return the intervals of a chain at τ radians, by start; clear jumps precede keys."""
         found = [self._in_clip(i) for i in self.coarse.intervals(chain, tau)]
         if self.fine is not None:
             sharp = self.fine.intervals(chain, tau)

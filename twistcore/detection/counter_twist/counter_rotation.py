@@ -265,7 +265,7 @@ def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _coarsely_good(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
-    """Return a first mask of the frames without a sign of a jump; in doubt a frame is left out."""
+    """Return a first mask of the frames without a sign of a jump, without any doubtful frames."""
     good = live.copy()
     residual = root = signals
     known = 0

@@ -96,7 +96,7 @@ def _by_joint(values: Array, beyond: float) -> Array:
 
 
 def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
-    """Return the cost of the residuals at each joint: all (2, joints, …) → (joints, …)."""
+    """Return the cost of the residuals at each joint, (2, joints, …) → (joints, …)."""
     cost_x, cost_y = residual_cost(wrap(residual) / sigma, CAP + rarer)
     together = cost_x + cost_y
     lone: Array = JOINT_JUMP + np.minimum(rarer[0], rarer[1])

@@ -1,4 +1,5 @@
-"""Edges paired into intervals: the cheapest explanation of a chain's edges [Method, steps 5-6].
+"""Pair the edges of a chain into intervals that explain them at the lowest cost [Method, steps
+5-6].
 
 All values are gains in nats (log-likelihood ratios against natural motion). An interval gains from
 its two edges, from the steps inside that it explains, and from closing. The gain from closing

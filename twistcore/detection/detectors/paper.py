@@ -1,4 +1,4 @@
-"""The detector of [Choi26] §3.3, unchanged: the baseline of every table."""
+"""The detector of [Choi26] §3.3, unchanged, which is the baseline of every table."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twistcore.work.progress import Tell
 
 
 class PaperDetector:
-    """Finds where P and C turn against each other: min(|Δθp|, |Δθc|) ≥ τ."""
+    """Finds where P and C turn against each other with min(|Δθp|, |Δθc|) ≥ τ."""
 
     info = DetectorInfo(
         name="paper",

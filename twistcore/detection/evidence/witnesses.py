@@ -1,4 +1,4 @@
-"""The signals of a chain that show a twist: the turns of both joints, and the side of C's bone.
+"""The signals of a chain that show a twist, that is, the turns of both joints and C's side.
 
 A twist δ of P that C turns back turns P by δ, C by −δ, and the azimuth of C's bone about P's by −δ;
 the turn of P and C together does not change. All angles are in degrees.
@@ -138,8 +138,8 @@ class Witnesses:
 
     @cached_property
     def roll_turns(self) -> Array:
-        """The turns of C about its own bone since the previous frame, (frames,); P's axis must be
-        constant.
+        """The turns of C about its own bone since the previous frame, (frames,), for a constant
+        axis of P.
 
         y is the turn of the azimuth plus the roll times the cosine of the bend.
         """
@@ -181,7 +181,9 @@ class Witnesses:
         return self._series[name, width]
 
     def bent(self, width: int) -> Mask:
-        """Return where the limb is bent before and after frames [t, t + width), (frames,)."""
+        """Return a mask of where the limb is bent before and after frames [t, t + width),
+        (frames,).
+        """
         t = np.arange(self.frames)
         before = self.sine[np.maximum(t - 1, 0)]
         after = self.sine[np.minimum(t + width - 1, self.frames - 1)]

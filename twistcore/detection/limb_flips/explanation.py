@@ -81,7 +81,8 @@ Density = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class _Arc:
-    """One step of an explanation: from node `source` (so many jumps explained) to node `target`.
+    """One step of an explanation, from node `source` to node `target` (numbers of explained
+    jumps).
 
     `run` is the run between the two, or None if the step leaves a jump unexplained.
     """
@@ -165,7 +166,7 @@ def _ways(
     fps: float,
     runs: Sequence[Run],
 ) -> list[_Arc]:
-    """Return all steps; the clip's usual side is estimated outside of the runs found so far."""
+    """Return all steps, with the clip's usual side estimated outside of the runs found so far."""
     own = capture.copy()
     for run in runs:
         own[run.start : run.stop] = False
@@ -194,7 +195,9 @@ def _log_density(angle: Array, weight: Array) -> Density:
 def _arcs(
     jumps: Sequence[Jump], angle: Array, weight: Array, log: Density, fps: float
 ) -> list[_Arc]:
-    """Return all steps, by target: jumps that stay unexplained, and runs between two jumps."""
+    """Return all steps by target, which are jumps that stay unexplained, and runs between two
+    jumps.
+    """
     out = []
     as_is = log(angle) * weight
     for k, last in enumerate(jumps):

@@ -1,4 +1,6 @@
-"""The limb flips of a motion: the swivel of every limb, its jumps, and their explanation."""
+"""The limb flips of a motion, found from the swivel of every limb, its jumps, and an
+explanation.
+"""
 
 from __future__ import annotations
 
@@ -108,7 +110,9 @@ class LimbFlips:
         return self._solved[passing]
 
     def doubts(self, run: Run) -> list[str]:
-        """Return the doubts about a correction as clauses: noise nearby, or a worse path of C."""
+        """Return the doubts about a correction as clauses, such as noise nearby or a worse path of
+        C.
+        """
         found = []
         if self.noisy[max(run.start - 1, 0) : run.stop + 1].any():
             found.append("there is a burst of noise")

@@ -1,4 +1,4 @@
-"""Jumps of a limb about its line: sharp ones in a single frame, soft ones over several frames."""
+"""Jumps of a limb about its line, which are sharp in a single frame or soft over several frames."""
 
 from __future__ import annotations
 
@@ -106,7 +106,8 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return the jumps in one frame: departures of τ radians, or smaller but unusual for the limb.
+    """Return the jumps in one frame, which are departures of τ radians, or smaller but unusual
+    ones.
 
     `scale_at` and `steps_at` return the scale of the limb and the movement of its end at the given
     frames.

@@ -1,4 +1,4 @@
-"""The swivel of a limb: the angle of its middle joint about the line between its ends."""
+"""The swivel of a limb, which is the angle of its middle joint about the line between its ends."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Swivel:
 
 
 def swivel_of(motion: Motion, limb: Limb) -> Swivel:
-    """Return the swivel of a limb; angle and jump are 0 in frames with an undefined line."""
+    """Return the swivel of a limb, with angle and jump 0 in frames with an undefined line."""
     to_child, to_end = places(motion, limb)
     length = float(
         np.linalg.norm(to_child, axis=1).mean() + np.linalg.norm(to_end - to_child, axis=1).mean()
@@ -94,7 +94,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
 
 
 def _global_rotation(motion: Motion, joint: int) -> Array:
-    """Return the global rotation of a joint, (frames, 4); the identity for the root's parent."""
+    """Return the global rotation of a joint, (frames, 4), or the identity for the root's parent."""
     out = np.zeros((motion.frames, 4))
     out[:, 0] = 1.0
     while joint >= 0:
@@ -183,7 +183,7 @@ def _angle(line: Array, aside: Array, side: Array) -> Array:
 
 
 def angle_about(axis: Array, a: Array, b: Array) -> Array:
-    """Return angles from a to b about a unit axis perpendicular to both, in radians; (n, 3) →
+    """Return angles, radians, from a to b about a unit axis perpendicular to both, (n, 3) →
     (n,).
     """
     across = np.einsum("ti,ti->t", np.cross(a, b), axis)

@@ -46,7 +46,8 @@ class Span:
         return max(0, (frames - self.support) // self.step + 1)
 
     def departures(self, level: Array) -> Array:
-        """Return the departures from the bridge, radians: (…, frames) → (probes, …, positions).
+        """Return the departures from the bridge, in radians, (…, frames) → (probes, …,
+        positions).
 
         The departure at position j uses the frames from j·step on.
         """
@@ -68,7 +69,9 @@ class Span:
         return out
 
     def noise(self) -> Array:
-        """Return the σ of the departures of white noise of σ 1, (probes,)."""
+        """Return the standard deviation of departures for white noise with standard deviation 1,
+        (probes,).
+        """
         _, weights = self.nodes(0, 0)
         noise: Array = np.sqrt(1.0 + (weights**2).sum(axis=0))
         return noise

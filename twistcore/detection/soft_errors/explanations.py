@@ -1,4 +1,4 @@
-"""Explanations of a departure by a soft error of a chain: a free offset or a softened level."""
+"""Explain a departure by a soft error of a chain, which is a free offset or a softened level."""
 
 from __future__ import annotations
 

@@ -156,7 +156,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
 
 
 def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
-    """Return the ratio of P's turn to the turn back of a silent C in [start, stop); 1 if unclear.
+    """Return the ratio of P's turn to a silent C's opposite turn in [start, stop); 1 if unclear.
 
     P's natural motion is estimated with a cubic through nearby frames.
     """

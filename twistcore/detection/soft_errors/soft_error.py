@@ -1,4 +1,4 @@
-"""A soft error: a twist error that begins and ends gradually instead of with a jump."""
+"""A soft error, which is a twist error that begins and ends gradually instead of with a jump."""
 
 from __future__ import annotations
 

@@ -295,7 +295,8 @@ def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
 
 
 def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
-    """Return the sentences about frames that were not searched; chains with equal frames share one.
+    """Return the sentences about frames that were not searched, one for all chains with equal
+    frames.
 
     `left` lists the frame ranges [low, high) that were not searched, by chain name.
     """

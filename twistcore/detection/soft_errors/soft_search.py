@@ -64,7 +64,9 @@ class Search:
             self._update(row)
 
     def _update(self, row: int) -> None:
-        """Recompute the gains of a row's spans and their best seeds; discard its explanations."""
+        """Recompute the gains of a row's spans and their best seeds, and discard the row's
+        explanations.
+        """
         self._explained[row] = {}
         for k in range(len(self._surprise.at)):
             self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
@@ -89,7 +91,7 @@ class Search:
         return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
 
     def run(self) -> list[SoftError]:
-        """Search the whole limb and return its soft errors; each is removed from the surprise."""
+        """Search the whole limb and return its soft errors, removing each one from the surprise."""
         while (top := self.next()) is not None:
             self.explain(top)
         return self.found
@@ -155,7 +157,7 @@ class Search:
         return best if value > max(PRIOR, OF_LIMB * best.gain) else None
 
     def _gain_of_limb(self, error: SoftError) -> float:
-        """Return how much less surprising a chain and its neighbours are without an error, nats."""
+        """Return the decrease in surprise, in nats, if a chain and its neighbours have no error."""
         margin = len(error.offset) // 2 + 8
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
         rows = self._surprise.beside(error.row)

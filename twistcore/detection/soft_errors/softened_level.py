@@ -172,7 +172,9 @@ class _Descent:
         return self.ended
 
     def damped(self) -> Array:
-        """Return the damped matrix for the next step; an identity matrix before the first step."""
+        """Return the damped matrix for the next step, or an identity matrix before the first
+        step.
+        """
         if not self.begun:
             return np.eye(len(_AT))
         damped = self.curvature.copy()

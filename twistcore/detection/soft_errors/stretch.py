@@ -78,7 +78,9 @@ class Stretch:
         )
 
     def departures(self, courses: Array) -> Array:
-        """Return the departures of courses (m, frames), 0 outside the stretch; radians, (m, n)."""
+        """Return the departures of courses (m, frames), which are 0 outside the stretch, in
+        radians, (m, n).
+        """
         level = np.zeros((len(courses), self.frames + 1))
         level[:, :-1] = courses
         out: Array = level.take(self.nodes[0], axis=1)

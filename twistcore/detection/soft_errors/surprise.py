@@ -217,7 +217,7 @@ class Surprise:
         )
 
     def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:
-        """Return the offset in [start, stop) without which u follows its bridge, and its σ;
+        """Return the offset in [start, stop) without which u follows its bridge, and its σ, in
         radians.
 
         β and σ are estimated from the spans of similar length at that position.

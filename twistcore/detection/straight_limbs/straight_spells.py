@@ -172,7 +172,7 @@ def spells(
 def errors_in(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
-    """Return the errors of a spell: runs of δ that begin or end with opposite turns of both joints.
+    """Return the errors of a spell, which are runs of δ that begin or end with opposite turns.
 
     `delta` is δ in all frames, in radians, and 0 outside the spell.
     """
@@ -278,6 +278,6 @@ def _counter(turn: Array, answer: Array) -> Array:
 
 
 def _mirrored(turn: Array, answer: Array) -> Mask:
-    """Return where both joints turn in opposite directions by about the same amount."""
+    """Return a mask of where both joints turn in opposite directions by about the same amount."""
     large = np.maximum(np.abs(turn), np.abs(answer))
     return _counter(turn, answer) >= np.maximum(LEAST_TURN, LEAST_SHARE * large)

@@ -1,4 +1,4 @@
-"""Read Acclaim's skeleton file: the bones, their hierarchy, and the axes of each bone.
+"""Read the bones, their hierarchy and their axes from Acclaim's skeleton file.
 
 The format follows the Acclaim documentation of 1994 (":version 1.10"), as in CMU's files.
 """
@@ -308,7 +308,7 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
 
 
 def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
-    """Build the Asf: parents come before children, and each branch is completed before the next."""
+    """Build the Asf, with parents before children and each branch completed before the next."""
     children: dict[str, list[str]] = {}
     for name, parent in read.parents.items():
         children.setdefault(parent, []).append(name)

@@ -1,4 +1,4 @@
-"""An AMC clip: its motion, and the position of every number in the file."""
+"""An AMC clip, with its motion and the position of every number in the file."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class AmcClip(Clip):
         return layout.order, np.radians(self.values[:, list(layout.rotation)])
 
     def as_written(self, joint: int, q: Array) -> Array:
-        """Return a joint's rotation q, (…, 4), about the bone's own axes: R = C⁻¹ · q · C."""
+        """Return a joint's rotation q, (…, 4), about the bone's own axes, from R = C⁻¹ · q · C."""
         axes = self.asf.axes[joint]
         return multiply(multiply(conjugate(axes), q), axes)
 

@@ -97,7 +97,7 @@ def read_scene(
     fps: float | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Handover:
-    """Open a scene in Blender and sample its skeleton; Blender ends before this returns.
+    """Open a scene in Blender, sample its skeleton, and wait until Blender has ended.
 
     Raises TwistError with one sentence if Blender finds no skeleton or several, takes too long or
     fails.
@@ -149,7 +149,9 @@ def _command(blender: str, script: Path, job: Path) -> list[str]:
 
 
 def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) -> str:
-    """Run a command to its end and return its last line of output; end all its child processes."""
+    """Run a command to its end, with all its child processes, and return its last line of
+    output.
+    """
     # As a module, Blender leaves a temporary folder behind: put it into this one.
     own = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))}
     with (folder / "said.txt").open("w+b") as said:

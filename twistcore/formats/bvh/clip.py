@@ -1,4 +1,4 @@
-"""A BVH clip: its motion, and the position of every number in the text."""
+"""A BVH clip, with its motion and the position of every number in the text."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def continuous_angles(
 
 
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
-    """Return (row, channel) of every step of more than half a turn; row n is the step to
+    """Return (row, channel) of every step of more than half a turn, with row n for the step to
     `after`.
     """
     n = len(angles)

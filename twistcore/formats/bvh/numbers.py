@@ -50,8 +50,8 @@ class BadNumberError(ValueError):
 
 
 def decimal_value(token: bytes) -> float:
-    """Return the value of a decimal number; NaN for other forms that float() accepts: 1_000,
-    inf.
+    """Return the value of a decimal number, or NaN for other forms that float() accepts, such as
+    1_000.
     """
     return float(token) if _NUMBER.fullmatch(token) else np.nan
 

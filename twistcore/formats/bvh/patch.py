@@ -1,4 +1,4 @@
-"""Replace in a text the numbers of corrected joints in corrected frames."""
+"""Replace the numbers of corrected joints in corrected frames of a text."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _neighbours(angles: Array, start: int, stop: int) -> tuple[Array | None, Arr
 def moved_numbers(
     channels: Sequence[JointChannels], columns: int, before: Motion, motion: Motion
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return the position numbers that differ: indices in reading order, and new values."""
+    """Return the position numbers that differ, as indices in reading order and new values."""
     tokens, numbers = [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
     for place, positioned in enumerate(motion.positioned):
         for axis, column in channels[positioned].position:
@@ -80,7 +80,7 @@ def with_numbers(
     tokens: NDArray[np.int64],
     numbers: Array,
 ) -> bytes:
-    """Return a text with the given tokens replaced by numbers, (n,); all other bytes are kept.
+    """Return a text with the given tokens replaced by numbers, (n,), and all other bytes kept.
 
     `spans` are the byte offsets of the start and end of all tokens, in reading order. A number
     keeps its number of decimals, at least 6, and never gets an exponent.

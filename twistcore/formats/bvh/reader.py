@@ -189,7 +189,7 @@ def _timing(name: str, data: bytes, start: int) -> tuple[re.Match[bytes], re.Mat
 
 
 def _line_of(data: bytes, offset: int) -> int:
-    """Return the line number of a byte offset, from 1; CR, LF and CRLF each end a line."""
+    """Return the line number of a byte offset, from 1, where CR, LF and CRLF each end a line."""
     return len((data[:offset] + b"x").splitlines())
 
 

@@ -180,7 +180,7 @@ class Places:
         self._starts: dict[int, tuple[Any, int]] = {}  # by id() of the object with the bytes
 
     def note(self, held: Any, start: int) -> None:
-        """Remember the offset of some bytes; keeping a reference to `held` keeps its id()
+        """Remember the offset of some bytes, and keep a reference to `held`, so that its id() stays
         unique.
         """
         self._starts[id(held)] = held, start

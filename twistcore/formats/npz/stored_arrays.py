@@ -85,7 +85,8 @@ class PickledDict:
         return values
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the bytes with the given arrays instead of the old ones; all other bytes are kept.
+        """Return the bytes with the given arrays instead of the old ones, and all other bytes
+        kept.
 
         Raises NpzError if the pickle has an old protocol, which stores arrays with another length.
         """

@@ -65,7 +65,7 @@ class _Row:
 
 @dataclass(frozen=True, eq=False)
 class VideoPoses:
-    """The rows of one person as arrays by name: THETAS (frames, 72) and PLACE (frames, 3).
+    """The rows of one person as the arrays THETAS, (frames, 72), and PLACE, (frames, 3).
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ class VideoPoses:
         return filled.astype(rows.dtype)
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the archive with these rows for the person; filled frames are skipped.
+        """Return the archive with these rows for the person, without the filled frames.
 
         `sequence_results` is updated where it has the same numbers.
         """

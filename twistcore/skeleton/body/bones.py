@@ -97,7 +97,8 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
 
 
 def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
-    """Return the bones down to the end of a limb; after its two longest bones, only long ones.
+    """Return the bones down to the end of a limb, without short ones after its two longest
+    bones.
 
     `segments` are the names of the bones of an arm or leg, which ends with its two longest bones.
     Bones are then returned only up to there.

@@ -67,7 +67,7 @@ def lines_by_shape(
 
 
 def _toe(shape: Shape, side: str, foot: int) -> int:
-    """Return the joint that a foot points to: a named toe, or the next joint; −1 for none."""
+    """Return the joint that a foot points to, a named toe or the next joint, or −1 for none."""
     named = toe_of(shape, side, foot)
     return named if named >= 0 else _pointed_at(shape, foot, shape.below[2].get(foot, -1))
 

@@ -17,7 +17,7 @@ def has_length(skeleton: Skeleton, offset: Array) -> bool:
 
 
 def bone_offset(motion: Motion, joint: int) -> Array:
-    """Return a joint's offset from its parent: (3,) from OFFSET, (frames, 3) from channels.
+    """Return a joint's offset from its parent, (3,) from OFFSET or (frames, 3) from channels.
 
     Position channels near zero are shifts from OFFSET or rounding errors, so OFFSET is used
     instead.

@@ -1,4 +1,4 @@
-"""The parts of a body: bones, limbs, and the limbs that were not found."""
+"""The parts of a body, which are bones, limbs, and the limbs that were not found."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Bone:
 
 @dataclass(frozen=True)
 class LimbLine:
-    """A limb: its bones, from the trunk outwards, and the joint below its end.
+    """A limb, with its bones from the trunk outwards and the joint below its end.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The shape of a skeleton: lengths, lines of joints, and how far joints bend."""
+"""The shape of a skeleton, with lengths, lines of joints, and how far joints bend."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ Correct = Callable[[Array, float, Sequence[Gap]], Array]
 
 @dataclass(frozen=True)
 class Baseline:
-    """A method in the benchmark's table that is not a detector.
+    """A method in the benchmark's table other than a detector.
 
     Attributes
     ----------

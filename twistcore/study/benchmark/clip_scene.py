@@ -59,7 +59,7 @@ class CleanScene:
 
     @property
     def targets(self) -> tuple[Chain, ...]:
-        """Return the protocol's targets: all chains, all limbs, or all chains that can be
+        """Return the protocol's targets, which are all chains, all limbs, or all chains that can be
         straight.
         """
         if self.protocol.straight:
@@ -75,8 +75,8 @@ class CleanScene:
 
     @cached_property
     def eventful(self) -> frozenset[str]:
-        """Return names of chains and limbs with a natural event; the audited table excludes
-        them.
+        """Return names of chains and limbs with a natural event, which the audited table
+        excludes.
         """
         return with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 

@@ -1,4 +1,4 @@
-"""Measure what a method costs on a clean clip: lag and loss of peak speed [Choi26 §4.2.3]."""
+"""Measure the cost of a method on a clean clip as lag and loss of peak speed [Choi26 §4.2.3]."""
 
 from __future__ import annotations
 

@@ -205,7 +205,7 @@ def _event_parts(summary: BenchmarkSummary) -> list[str]:
 
 
 def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    """Return a Markdown table with aligned columns; numbers are aligned to the right."""
+    """Return a Markdown table with aligned columns, with numbers aligned to the right."""
     columns = []
     for title, *cells in zip(head, *lines, strict=True):
         width = max(map(len, (title, *cells)))

@@ -240,7 +240,7 @@ def _run_pass(
 
 
 def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
-    """Return the desired rotations; for limbs, these are without the clip's own flips.
+    """Return the desired rotations, which for limbs are without the clip's own flips.
 
     If a limb's flip is corrected in the clean clip, a method that also corrects it makes no error.
     """

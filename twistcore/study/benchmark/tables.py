@@ -134,7 +134,7 @@ def _percent(part: int, whole: int) -> float | None:
 
 
 def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[dict[str, Any]]:
-    """Return lag and peak speed on clean clips: the medians over all and over the fastest tenth."""
+    """Return lag and peak speed on clean clips, as medians over all and over the fastest tenth."""
     out = []
     for method in settings.methods:
         measured = [f for _, f in summary.fidelity.get(method, [])]
@@ -223,6 +223,6 @@ def benchmark_to_json(
 
 
 def rows_to_csv(rows: Iterable[BenchmarkRow]) -> str:
-    """Return CSV with one line per row; cells are empty where nothing was counted."""
+    """Return CSV with one line per row, with empty cells where nothing was counted."""
     documents = [row.to_json() for row in rows]
     return csv_text(documents[0], documents) if documents else ""

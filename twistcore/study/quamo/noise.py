@@ -50,7 +50,7 @@ LEVELS = {
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise to add: a level, and True if half of the bias's variance is constant
+    """The noise to add, with a level, and True if half of the bias's variance is constant
     (systematic).
 
     The systematic part is drawn for each clip separately, so no method can memorise it. The total

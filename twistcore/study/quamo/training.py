@@ -54,8 +54,8 @@ class TrainingSettings:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Training windows: q_hat, q (windows, frames, 24, 4), r_hat, r (…, 3), offsets (windows,
-    24, 3).
+    """Training windows with q_hat, q (windows, frames, 24, 4), r_hat, r (…, 3) and offsets
+    (windows, 24, 3).
     """
 
     q_hat: Array
