@@ -44,8 +44,8 @@ _SETTLE_MS = 700
 _LOOK_MS = 100
 _PATIENCE_S = 60.0  # how long to wait until the window stops changing
 _DOCK_TITLE = 32  # pixels
-_SEED = 5  # of the exercise
-_NOISY_FRAME = 200  # of a clip with synthetic noise
+_SEED = 5  # seed of the exercise
+_NOISY_FRAME = 200  # frame of a clip with synthetic noise
 _PICTURED = 3  # page of a lesson other than the tour
 _FILM = RecordChoice(
     IMAGES / "skin.gif", first=305, stop=323, speed=0.1, size=(800, 420),

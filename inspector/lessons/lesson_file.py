@@ -17,7 +17,7 @@ from twistcore.files.document_values import bytes_of, shown_value
 from twistcore.files.ordinary import is_file
 
 FENCE = "```lesson"
-KEYS = ("clip", *FIELDS, "done")  # of a page's settings
+KEYS = ("clip", *FIELDS, "done")  # keys of a page's settings
 _HEAD = ("title", "clip")
 _MOST_BYTES = 10_000_000  # ours have a few kilobytes
 _PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")

@@ -16,7 +16,7 @@ from inspector.teaching.symbols import SYMBOLS
 from twistcore.analysis.decomposition import WhatIf
 
 TABS = ("teaching", "intervals")
-_DIGITS = 9  # of a frame number: no clip needs more
+_DIGITS = 9  # digits of a frame number, of which no clip needs more
 _NEAREST = 100.0  # times the size at which the program shows the limb
 LOOKS = ("before", "after", "both")
 

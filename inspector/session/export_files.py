@@ -27,7 +27,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.work.progress import Tell, nobody
 
-_STILL = 1e-9  # of the height; smaller movements of a joint are rounding
+_STILL = 1e-9  # share of the height; smaller movements of a joint are rounding errors
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,8 @@ class Keeper(QObject):
         super().__init__(parent)
         self.message = message
         self.read_only = False
-        self.leftovers: list[Leftover] = []  # of earlier runs, not answered yet, the latest first
+        # Journals of earlier runs that were not answered yet, the latest first.
+        self.leftovers: list[Leftover] = []
         self.notes: list[str] = []  # what went wrong when the clip was opened
         self.away: Path | None = None  # the refuge, if the clip's folder is read-only
         self.lock: ReviewLock | None = None

@@ -44,7 +44,7 @@ class Stamp:
 
     modified: int  # nanoseconds
     size: int
-    file: int  # its number in the file system
+    file: int  # the file's number in the file system
 
 
 @dataclass(frozen=True, eq=False)

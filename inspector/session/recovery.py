@@ -48,8 +48,8 @@ class Recovery(QObject):
         super().__init__(parent)
         self._keeper, self._do, self._use, self._when_ready = keeper, do, use, when_ready
         self._data: Analysed | None = None  # the open clip
-        self._stamp: Stamp | None = None  # of the clip's file, as last shown to the person
-        self._changed = ""  # a sentence about a change of it
+        self._stamp: Stamp | None = None  # stamp of the clip's file, as last shown to the person
+        self._changed = ""  # a sentence about a change of the file
         self._asks_about_disk = False
         self._look = OneTask(self)  # hashes a large clip that has changed
         keeper.journal.failing.connect(self._ask_about_disk)

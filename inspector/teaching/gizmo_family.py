@@ -26,7 +26,7 @@ from twistcore.analysis.decomposition.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, wrap
 
 MEMBERS = 8
-_STEPS = 16  # of a dial
+_STEPS = 16  # steps of a dial
 _OUT, _SIZE = 0.62, 0.13  # distance of the dials from P, and their radius, in bone lengths
 _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
 

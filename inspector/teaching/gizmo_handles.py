@@ -19,9 +19,9 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, r
 W, DIAL = "w", "theta_p"  # the handles, by symbol
 REACH = 14.0  # pixels around the tip of w or the ring in which the mouse grips it
 _FLAT = 0.2  # cosine between view and dial axis below which the ring is edge-on
-_DEAD = 0.15  # of the dial's radius: closer to the centre the mouse has no direction
+_DEAD = 0.15  # share of the dial's radius; closer to the centre, the mouse has no direction
 
-Size = tuple[int, int]  # of a picture, pixels
+Size = tuple[int, int]  # size of a picture in pixels
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from inspector.viewport.mesh_actor import Index
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import Array, matrix_from_quaternion
 
-POINTS = 18  # of three triads
+POINTS = 18  # points of three triads
 LINES: Index = np.arange(POINTS).reshape(-1, 2)
 _LONG = 0.16  # length of an axis, in bone lengths
 

@@ -21,7 +21,7 @@ _HEAD = (0.105, 0.030)  # length and radius of an arrow head, in bone lengths
 _RING = 10
 _CONE = np.array([(end, 2 + k, 2 + (k + 1) % _RING) for end in (0, 1) for k in range(_RING)])
 _SIDES = np.sort(TRIANGLES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-_WIRES = np.unique(_SIDES, axis=0)  # of a sphere
+_WIRES = np.unique(_SIDES, axis=0)  # wires of a sphere
 _SEEN = np.radians(1.0)  # smaller differences are not drawn
 W_LONG = 0.92  # length of the arrow w, in bone lengths
 DIAL_AT, DIAL_SIZE = 0.60, 0.25  # position of the dial along w, and its radius

@@ -32,8 +32,8 @@ WANTS_PYAV = tr(
 # Seconds by which a frame may begin early: a BVH rounds its frame time and Matroska its time
 # stamps, so frames that belong together differ a little.
 TOLERANCE = 0.0005
-_FPS = 25.0  # for a file without a frame rate
-_KEPT_BYTES = 96_000_000  # of decoded frames, so that steps back need no decoding
+_FPS = 25.0  # default for a file without a frame rate
+_KEPT_BYTES = 96_000_000  # memory for decoded frames, so that steps back need no decoding
 _SPARSE = "mpeg"  # a format with few time stamps: after a seek the time is a guess
 _ORDERED = "avi"  # a format whose stamps only give the order of decoding
 

@@ -10,7 +10,7 @@ from inspector.bundled import ICONS
 from inspector.widgets.theme import Theme
 
 SIDE = 18  # pixels at screen scale 1
-_SCALES = (1.0, 2.0)  # of screens
+_SCALES = (1.0, 2.0)  # scales of screens
 _SIDES = (16, 22, 24, 32, 48, 64, 128, 256)  # pixels, for title bars, task bars and menus
 
 

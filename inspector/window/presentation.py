@@ -14,8 +14,8 @@ from inspector.viewport.viewport import Viewport
 from inspector.window.low_window import is_seen, show_title
 
 _KEPT = ("curves", "teaching")  # docks that stay if they are visible
-_SCALE = 1.7  # of type and lines
-_CURVES_SHARE = 0.42  # of the window's height
+_SCALE = 1.7  # scale of type and lines
+_CURVES_SHARE = 0.42  # share of the window's height
 
 
 class Presentation:

@@ -16,7 +16,7 @@ from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.widgets.building import bring_to_front, scrolled, vbox
 from inspector.window.review_actions import ReviewActions
 
-_STATUS_MS = 6000  # that a sentence stays in the status bar
+_STATUS_MS = 6000  # time that a sentence stays in the status bar
 
 
 class Reviewing(FeatureParts):

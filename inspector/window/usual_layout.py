@@ -12,10 +12,10 @@ from inspector.window.low_window import Compact, LowWindow
 # Chains, intervals, curves: pixels at most, and shares of a small window's size.
 _MOST = 350, 545, 330
 _SHARES = 0.25, 0.38, 0.35
-_LOW_SHARES = 0.25, 0.38, 0.27  # in a low window
+_LOW_SHARES = 0.25, 0.38, 0.27  # shares in a low window
 # With a large font the lines above the curves take some of the curves' height.
 _USUAL_LINE, _LINES_ABOVE = 14, 14  # pixels of a line; lines of menus, titles, tabs and so on
-_SIZE = (1440, 900)  # of the first window, if the screen is large enough
+_SIZE = (1440, 900)  # size of the first window, if the screen is large enough
 _FRAME = (12, 40)  # pixels for borders and a title bar
 _STATE_VERSION = 2
 _LEEWAY = 3  # pixels by which a layout may be rounded

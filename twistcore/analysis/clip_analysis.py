@@ -124,7 +124,7 @@ class ClipAnalysis:
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
         self._detectors: dict[str, Detector] = {}  # the detectors that made them
-        self._failed: dict[str, tuple[Detector, str]] = {}  # and why
+        self._failed: dict[str, tuple[Detector, str]] = {}  # the failed detectors, with the reasons
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
         # By kind and method, '' for the clip as captured; shared results of the finders by method.

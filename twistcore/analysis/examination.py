@@ -21,7 +21,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
 
 FEWEST_FRAMES = 5
-_STILL = 1e-6  # of a quaternion's component: rounding in a joint that never turns
+_STILL = 1e-6  # largest rounding error of a quaternion's component in a joint that never turns
 _MOST_PIECES = 5  # pieces that a note lists
 
 

@@ -194,7 +194,7 @@ class _Total:
     affected: int = 0
     missing: int = 0
     unexamined: int = 0
-    squares: float = 0.0  # of the severity, degrees², summed over frames
+    squares: float = 0.0  # squared severity, degrees², summed over frames
 
     def add(self, rule: Rule, result: Mapping[str, Any]) -> None:
         sizes = list(_sizes(rule, result))

@@ -15,7 +15,8 @@ from twistcore.skeleton.chain import Chain
 _SHOWS = {"Arm": 1.0, "UpLeg": 1.0}
 _ELSEWHERE = 0.7
 _SEEN = 0.1  # seconds: an edge, or a jump or spike, catches the eye for so long
-_REACH = 0.35  # of the height: what hangs on a joint and reaches so far, as an arm, shows fully
+# Share of the height: errors of a joint with body parts that reach so far are fully visible.
+_REACH = 0.35
 
 
 def severity(found: Detection) -> float:

@@ -18,7 +18,7 @@ from twistcore.files.encoding import csv_text, encoded, escaped, json_text
 
 _KINDS = {plural_name(kind.value).replace(" ", "_").replace("-", "_"): kind for kind in Kind}
 _VERDICTS = ("accepted", "rejected", "undecided")
-_ROWS = 50_000  # of a Parquet row group, a few MB
+_ROWS = 50_000  # rows in a Parquet row group, a few MB
 
 # Columns of a clip in the CSV and in every row of the Parquet: name and type.
 CLIP_COLUMNS: Mapping[str, type] = {

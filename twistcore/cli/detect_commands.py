@@ -249,7 +249,7 @@ def _detect_in(
     warnings = list(map(str, clip.warnings))
     with step(f"  {clip.path}: analysed and searched"):
         analysis = analysed(arguments, clip)
-        del clip  # its text takes more memory than its motion
+        del clip  # the clip's text takes more memory than its motion
         found = searched(arguments, analysis)
     for sentence in notes:
         note(sentence)

@@ -70,7 +70,8 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         _curves, methods=methods, seeds=seeds, rig=rig, sessions=sessions.of, words=words
     )
     found: dict[Path, Mapping[str, ByChain]] = {}
-    mute = {one.clip for one in sessions.damaged} - sessions.of.keys()  # its chains are not known
+    # Clips whose chains are not known.
+    mute = {one.clip for one in sessions.damaged} - sessions.of.keys()
     paths = [path for path in paths if path not in mute]
     for path, result in each(work, paths, arguments.workers):
         if isinstance(result, Exception):

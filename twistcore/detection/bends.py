@@ -17,7 +17,7 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, multiply, rotate
 
 _BLOCK = 2048  # frames
-_SHORTEST = 1e-6  # of the skeleton's height: anything shorter has no direction
+_SHORTEST = 1e-6  # share of the skeleton's height; anything shorter has no direction
 
 
 def bend_steps(motion: Motion) -> Array:

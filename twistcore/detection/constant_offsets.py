@@ -20,7 +20,7 @@ from twistcore.skeleton.rotation import Array, twist_angle, wrap
 from twistcore.work.frozen import dataclass
 
 LEAST = math.radians(30.0)
-_AGREE = 0.25  # of the offset: how far P's sum and C's may differ …
+_AGREE = 0.25  # share of the offset by which P's sum and C's may differ …
 _POSE = math.radians(50.0)  # … or this much: so asymmetric are the usual poses of both sides
 _STEADY = 0.5  # length of the mean direction: below it a twist has no usual angle
 _CLEARLY = math.radians(30.0)  # one side is farther from the rest pose than the other

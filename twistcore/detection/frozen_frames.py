@@ -14,7 +14,7 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_held
 
 _LEAST, _FEWEST = 0.25, 6  # seconds, and at least so many frames
-_ALIVE = 0.7  # of the other frames, in which the same limb must move
+_ALIVE = 0.7  # share of the other frames in which the same limb must move
 
 
 def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, int, int], ...]:

@@ -26,7 +26,8 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import nobody
 
 SMALLEST_ROLL = math.radians(20.0)  # a helper that is off by less does not visibly twist the skin
-_EXPLAINED = 0.4  # of the helper's jump: C turned as much, or its parent as much the other way
+# Share of the helper's jump that C's turn, or its parent's opposite turn, must have.
+_EXPLAINED = 0.4
 _AXIS = np.array([1.0, 0.0, 0.0])
 
 

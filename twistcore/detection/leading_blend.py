@@ -20,15 +20,17 @@ SECONDS, FRAMES = 0.27, 8  # the longest blend searched for: 32 frames at 120 Hz
 LENGTHS = (2, 3, 5, 8, 12, 18, 25, 32, 45, 64)
 TURNING = float(np.sin(0.5 * np.radians(1.0)))  # joints that turn less do not vote
 FAR = float(np.sin(0.5 * np.radians(2.0)))  # a shorter way has no direction
-LIVELY = 1.0 / 3.0  # of all joints must turn: if nearly all is still, an error is not a blend
-AT_REST, RESTING = 1e-9, 0.4  # of a turn, radians; of the joints that turn
+# Share of all joints that must turn: if nearly all are still, an error is not a blend.
+LIVELY = 1.0 / 3.0
+AT_REST, RESTING = 1e-9, 0.4  # largest turn at rest, in radians; share of the joints that turn
 # The share of a joint's acceleration that the course may leave unexplained, and the share of joints
 # that must follow it: out of a rest pose, where hardly any capture begins, and out of any other.
 FROM_REST, FROM_ANY = (0.6, 0.45), (0.2, 0.7)
-EXPLAINED = 0.5  # of a joint's acceleration: the joint follows the course
-UNDER, OVER = -0.1, 1.3  # of s: a spline overshoots
-BEGUN, NEARLY = 0.1, 0.9  # of s; more frames lie between them than before, or an error ends here
-KEEPING = 0.4  # of the joints, in a frame that is still part of the blend
+EXPLAINED = 0.5  # share of a joint's acceleration that is explained if it follows the course
+UNDER, OVER = -0.1, 1.3  # limits of s, since a spline overshoots
+# Values of s with more frames between than before; if not, an error ends here.
+BEGUN, NEARLY = 0.1, 0.9
+KEEPING = 0.4  # share of the joints that follow in a frame that is still part of the blend
 LONGER_LAG = 8  # frames of blend for each further frame of lag in second differences
 BEHIND = 6  # frames of capture that must follow the blend
 

@@ -29,7 +29,7 @@ LEAST = math.radians(60.0)  # a frame: less may be noise of a fast camera
 SLOW, LEAST_SLOW = 50.0, math.radians(120.0)
 _BLOCK = 4_096  # frames
 _Frames = Callable[[int, int], Motion]
-_OWN_SHARE = 0.5  # of the limit: a joint that turns less by itself only follows one above
+_OWN_SHARE = 0.5  # share of the limit; a joint that turns less by itself only follows a joint above
 
 
 def limit(fps: float) -> float:

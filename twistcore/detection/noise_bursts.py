@@ -28,8 +28,9 @@ _ROUGH = 2.5  # variance of changes over variance of turns: 3 of white noise, be
 _LEAST = 4.5  # degrees of σ: weaker noise may be fast motion
 _BEYOND = 2.0  # times the clip's own σ of the joint
 _MIDDLE = 6.0 * 2.366  # σ²: the median of |change|² of white noise about three axes
-_SWINGS = 0.8  # of the frames: share in which a change is reversed; five sixths for white noise
-_TAKEN_BACK = 0.25  # of the squared changes: no more remain if another joint takes them back
+_SWINGS = 0.8  # share of the frames in which a change is reversed, which is 5/6 for white noise
+# Largest share of the squared changes that remains if another joint takes them back.
+_TAKEN_BACK = 0.25
 _GAP = 5  # frames within a burst that may happen to be smooth
 _MOST = 5  # spans, and joints of a span, listed by name
 _EDGE = 1.2  # σ: how far a frame is off the mean of its neighbours at the border of a burst

@@ -185,7 +185,7 @@ class _Joint:
     fine: Array
     every: Array
     step: int
-    half: int  # of the window
+    half: int  # half of the window
     others: int  # frames to compare with, at least
     least: int  # frames of a span, at least
 

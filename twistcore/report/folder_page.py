@@ -16,7 +16,7 @@ from twistcore.report.page_templates import GENERATOR, rendered
 
 __all__ = ["GENERATOR", "folder_page", "known_page"]
 
-MOST_ROWS = 5000  # of the table: a browser can still sort them at once
+MOST_ROWS = 5000  # rows of the table that a browser can still sort at once
 _MOST_JOINTS = 60
 
 

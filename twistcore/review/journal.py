@@ -69,7 +69,7 @@ from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.journal/1"
 _DAMAGE = FormatError, KeyError, ValueError  # the last two if a command does not fit
-_MOST_BYTES = 1 << 32  # of a journal; large, because its contents exist nowhere else
+_MOST_BYTES = 1 << 32  # largest size of a journal, whose contents exist nowhere else
 UNDO, REDO = {"undo": True}, {"redo": True}
 
 

@@ -29,7 +29,7 @@ from twistcore.work.frozen import dataclass
 
 SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
 
-_NEAR = 0.75  # of difflib's ratio: a closer name may be a typing error
+_NEAR = 0.75  # smallest ratio of difflib for a name that may be a typing error
 _COLLINEAR = np.cos(np.radians(20.0))
 VARYING = np.cos(np.radians(1.0))  # bones that vary more have an axis for each frame
 

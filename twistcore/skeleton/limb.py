@@ -19,7 +19,7 @@ from twistcore.work.frozen import dataclass
 _SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
 _MIDDLES = {"Arm": "elbow", "UpLeg": "knee"}
 _ENDS = {"Arm": "hand", "UpLeg": "foot"}
-_SHORTEST = 0.3  # of the other bone: a shorter one is a stump, and the limb has no knee
+_SHORTEST = 0.3  # share of the other bone; a shorter bone is a stump, and the limb has no knee
 
 
 @dataclass(frozen=True, eq=False, repr=False)

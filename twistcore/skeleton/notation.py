@@ -22,7 +22,7 @@ from twistcore.work.frozen import dataclass
 Frames = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-KIND = "notation"  # of the notes
+KIND = "notation"  # kind of the notes
 # Steps of written angles, degrees, that count as coarse: finer steps are lost in any motion.
 STEPS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)
 MULTIPLES, FEWEST = 0.9, 60  # share of the changed angles, and their least number
@@ -33,11 +33,11 @@ HELD_SHARE, HELD_ALIKE = 0.4, 0.9  # share of repeated frames; of runs as long a
 STILL = 3.0  # times as long as most runs: then the figure is still
 FEWEST_HELD, FEWEST_KEYS = 8, 6  # least number of runs and of keys for a rule
 USUAL = 0.35  # quantile of the changes of pace in one frame of n that is compared
-MOVES = 0.05  # of the usual change of pace: with less the figure is still between keys
+MOVES = 0.05  # share of the usual change of pace below which the figure is still between keys
 # Frames between keys. With fewer, the pace changes in most frames, as in natural motion, and the
 # frames between two keys cannot outvote a jump among them.
 LEAST_BETWEEN, MOST_BETWEEN = 5, 60
-FEWEST_A_SECOND = 7.5  # keys: with fewer, finds are shown and never corrected automatically
+FEWEST_A_SECOND = 7.5  # keys below which intervals are listed but never corrected automatically
 BETWEEN_KEYS = math.radians(60.0)  # per second: natural motion deviates less between keys
 # Excess share of all changes of pace on one frame in n, 0…1. 87 captures have at most 0.05, pieces
 # of them of 30 to 200 frames 0.14; with linear keys they have at least 0.46.

@@ -10,7 +10,7 @@ NOISE = "noise burst"
 SMOOTHED = "smoothed"  # joints that lost their fine movement for a while
 FROZEN = "frozen"  # limbs that do not move at all for a while
 UNSEARCHED = "unsearched"  # frames in which soft errors were not sought, since there were too many
-RESTLESS_CLIP = "restless"  # too many lone jumps for any find to be sure
+RESTLESS_CLIP = "restless"  # too many lone jumps for any interval to be certain
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ _ALIKE = 0.7  # share of words in common with the other person below the same jo
 _EVERY = 0.9  # share of the skeleton's joints that such people have together
 _ENDS = ("hand", "foot")
 _SHORTEST = 3  # joints of a limb
-_LEVELS = 5  # of branching, from the roots down, at which people are sought
+_LEVELS = 5  # levels of branching, from the roots down, at which people are sought
 _CROWD = 50  # people in a file; damaged files have more
 _LATEST = 8  # people to whom another limb may belong
 

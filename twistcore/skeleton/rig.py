@@ -35,7 +35,7 @@ from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import normalise
 from twistcore.work.frozen import dataclass
 
-_ZERO = 1e-6  # of the skeleton's height
+_ZERO = 1e-6  # share of the skeleton's height
 _EXPECTED = "expected [[chain]] tables with two or three joints, and 'remove' with names of chains"
 
 

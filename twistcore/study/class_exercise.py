@@ -39,8 +39,8 @@ from twistcore.synthesis import InjectedError
 EXERCISE = "twistcore.exercise/1"
 SCORE = "twistcore.exercise-score/1"
 KINDS = ("judge", "find")
-_MOST_BYTES = 10_000_000  # of a file: a student may hand in any file
-_MOST_FRAMES = 10_000_000  # of its clip: a day at 120 fps
+_MOST_BYTES = 10_000_000  # size of a file, since a student may hand in any file
+_MOST_FRAMES = 10_000_000  # length of a clip, a day at 120 fps
 _MOST_INTERVALS = 1000
 _LONGEST_NAME = 100  # letters, in the table
 _Thing = TypeVar("_Thing")

@@ -124,7 +124,7 @@ def draw_errors(
             places = iter(shared)
         else:
             places = _places(motion, chain, first, rng, protocol)
-        # Where they stand and what they are is drawn in turn: a seed means what it always meant.
+        # Positions and kinds are drawn alternately, so that a seed gives the same errors as ever.
         for start, stop in places:
             if protocol.together > 1 and chain is chains[0]:
                 shared.append((start, stop))

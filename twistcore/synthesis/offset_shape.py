@@ -17,7 +17,7 @@ Place: TypeAlias = tuple[int, int]
 
 STRAIGHT = float(
     np.radians(18.0)
-)  # of bend: in a straighter limb the split of a twist is invisible
+)  # least bend; in a straighter limb the split of a twist is invisible
 SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1  # the shortest spell, and the shortest time between two
 _REACH = 2.5  # periods of the cut-off frequency after which a filtered step has settled
 

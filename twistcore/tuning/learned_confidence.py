@@ -27,7 +27,7 @@ from twistcore.tuning.verdicts_of import JudgedClip
 from twistcore.work.frozen import dataclass
 
 LEAST = 0.01  # and 1 − LEAST: closer to 0 or 1 the detector's confidence carries no information
-SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # of the prior
+SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # standard deviations of the prior
 FOLDS = 5
 BINS = 10
 ENOUGH = 20  # fewest verdicts to learn from

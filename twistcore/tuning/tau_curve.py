@@ -14,7 +14,8 @@ from twistcore.skeleton.rotation import Array
 from twistcore.tuning.drawn_errors import DrawnErrors, rate_band
 from twistcore.work.frozen import dataclass
 
-SMALLEST_ERROR = float(np.radians(2.0))  # of H6: a larger τ would miss errors that should be found
+# Smallest error of H6; a larger τ would miss errors that should be found.
+SMALLEST_ERROR = float(np.radians(2.0))
 ALARM_PRICE = 0.05  # share of the error frames that one false alarm a clip or minute may cost
 LOSS_ALLOWED = 0.001  # additional cost allowed for a larger τ, which is safer against noise
 

@@ -14,8 +14,8 @@ from twistcore.tuning.tau_curve import ALARM_PRICE, LOSS_ALLOWED, SMALLEST_ERROR
 from twistcore.tuning.verdicts_of import JudgedClip
 from twistcore.work.frozen import dataclass
 
-LEVEL = 0.9  # of confidence intervals
-_Z = 1.6449  # of the normal distribution for LEVEL
+LEVEL = 0.9  # level of confidence intervals
+_Z = 1.6449  # quantile of the normal distribution for LEVEL
 ENOUGH_ERRORS = 10  # fewest accepted intervals for a suggestion: recall in steps of 10 %
 ENOUGH_OWN = 5  # fewest verdicts of a chain, which borrows the errors of the others
 BORROWED = 10.0  # number of own errors that the errors of all other chains are worth to a chain

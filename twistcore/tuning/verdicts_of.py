@@ -31,7 +31,7 @@ from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
 from twistcore.work.frozen import dataclass
 
-SAME = 0.5  # share of the frames of both from which a find is the accepted error
+SAME = 0.5  # share of the frames of both from which a detection is the accepted error
 _PERFORMER = re.compile(
     r"(?P<number>\d{1,3})_\d+|.*?(?P<word>(?:subject|performer|actor)[-_ ]?\d+)", re.IGNORECASE
 )
@@ -163,7 +163,8 @@ def verdicts_in(state: ReviewState) -> Verdicts:
     said = [j for j in state.intervals if is_verdict(j)]
     return Verdicts(
         errors=tuple(
-            replace(j.interval, explain=None)  # or its evidence would be computed to be sent
+            # Without this, its evidence would be computed before sending.
+            replace(j.interval, explain=None)
             for j in said
             if j.decision == Decision.ACCEPTED
         ),

@@ -21,7 +21,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import wrap
 
-ONE_JOINT = 0.25  # of the larger turn: with less, the other joint does not respond
+ONE_JOINT = 0.25  # share of the larger turn below which the other joint does not respond
 UNDONE = 4.0  # σ by which an increment differs from its residual if an image was removed
 _NEAR = 4  # frames on either side that show how a joint turns anyway
 _EACH = 0.5 * PRIOR  # nats that each of two edges must bring

@@ -23,7 +23,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.signals import TwistSignals
 
-_ENOUGH = 0.5  # of a strength: a soft error must change by this share to account for it
+_ENOUGH = 0.5  # share of a strength by which a soft error must change to account for it
 
 
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:

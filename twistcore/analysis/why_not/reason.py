@@ -17,7 +17,7 @@ from twistcore.skeleton.notation import DistinctFrames
 class Why(StrEnum):
     """The word for the reason why a frame is not an edge of an interval, as used in files."""
 
-    INTERVAL = "interval"  # it is in one, or at its edge
+    INTERVAL = "interval"  # the frame is in an interval or at its edge
     MOVED = "moved"  # the detector has one here, which was moved in the review
     BELOW = "below tau"
     CUT = "cut"  # all joints jump at once: a T-pose, a cut
@@ -27,7 +27,7 @@ class Why(StrEnum):
     UNEQUAL = "unequal"  # both turn, but do not cancel
     MOTION = "motion"  # predicted by motion, within its usual departures
     NO_PARTNER = "no partner"
-    OTHER = "other interval"  # its partner belongs to an interval that explains more
+    OTHER = "other interval"  # the jump's partner belongs to an interval that explains more
 
 
 _FRAMES = ("start", "stop", "partner")  # numbers that are frames

@@ -13,11 +13,11 @@ from twistcore.detection.kind import Kind
 from twistcore.files.atomic import STANDARD_OUTPUT
 from twistcore.formats.suffixes import CLIP_SUFFIXES, not_written
 
-KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # of errors, as --kinds spells them
+KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # kinds of errors, as --kinds spells them
 STANDARD_INPUT = Path("/dev/stdin")  # by this name also on systems that have no such file
 
 _LEAST_MIB = 256  # with less, numpy cannot be loaded or a short clip cannot be analysed
-_MOST = 1_000_000  # of counted things: a larger number is a typing error
+_MOST = 1_000_000  # largest count; a larger number is a typing error
 _MOST_WORKERS = 1024
 _LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # frames a second that a file may have
 

@@ -20,8 +20,9 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-SHARE, FEWEST = 0.3, 5  # of the joints that move, and joints, that step at once
-_TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1  # times as much as around it; degrees off the motion's pace
+SHARE, FEWEST = 0.3, 5  # share of the moving joints, and number of joints, that step at once
+# Ratio to the motion around a step; degrees off the motion's pace.
+_TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1
 _SLOW, _LEAST_SLOW = 45.0, 5.0  # frames a second below which this is expected, degrees
 _AROUND = 0.08  # seconds of a block whose median is the usual value
 _MOVES = 0.02  # degrees a frame
@@ -29,7 +30,8 @@ _SHOWS = 2.0  # degrees: steps with a smaller median are hardly visible
 _NEARBY = 10  # frames on either side of a step
 _EDGE = 4  # frames at the ends, and after a first pose
 
-PLACE, PLACE_SLOW = 0.02, 0.05  # of the height, off the path between the neighbours
+# Distance from the path between the neighbours, as a share of the height.
+PLACE, PLACE_SLOW = 0.02, 0.05
 _PLACE_TIMES, _PLACE_FLOOR, _REACH = 8.0, 5e-4, 10
 
 

@@ -30,7 +30,7 @@ _TIMES, _CLEARLY = 8.0, 20.0  # times as far off as usual nearby; if it hardly c
 _FLOOR = 0.3  # degrees: every joint moves by that much
 _CALM = 3.0  # times the largest step around a jump
 _REACH, _NEAR = 10, 3  # frames around a spike, and around a jump
-# that share of it remains in the frames of joints above: the joint compensates none of them
+# share of a step that remains relative to the joints above, none of which it compensates
 _ALONE, _ABOVE = 0.5, 3
 _EDGE = 3  # frames at each end of a clip that are not compared
 _TOGETHER = 2048  # candidates in a block

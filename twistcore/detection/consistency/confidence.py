@@ -12,7 +12,7 @@ import math
 
 INTERCEPT, PER_LOG_GAIN, PER_CLOSING = -3.4892, 2.9625, -0.6089
 PER_MARGIN, PER_LENGTH, PER_BEYOND_TAU = -1.2179, -0.1997, 4.4911
-MOST_CLOSING, MOST_MARGIN = 6.0, 5.0  # beyond these the fit had no data
+MOST_CLOSING, MOST_MARGIN = 6.0, 5.0  # the fit had no data beyond these values
 LENGTH_FRAMES = 30.0
 
 

@@ -17,7 +17,7 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, twist_angle, wrap
 
-_SHOWN = 0.5  # of an interval's steps: the share that P's own twist must show
+_SHOWN = 0.5  # share of an interval's steps that P's own twist must show
 _NEAR = 3  # frames on either side: their median is the twist's natural pace
 
 

@@ -34,7 +34,7 @@ ANOTHER_ACTIVE = 18.0
 # with the usual residual. If that is small, as at a hinge, a jump is even rarer: log(HINGE / σ)
 # more. Measured on CMU: elbows of σ 0.005° were left 0.4° and 1.9° off for 14 nats.
 HINGE = float(np.radians(0.3))
-_SWEEPS = 4  # of Gauss-Seidel; three chains converge to < 0.01° in three
+_SWEEPS = 4  # sweeps of Gauss-Seidel; three chains converge to < 0.01° in three sweeps
 _BLOCK = 1 << 16  # chains times frames in a block, so that memory does not grow with the clip
 
 

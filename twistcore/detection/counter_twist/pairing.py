@@ -25,8 +25,9 @@ from twistcore.detection.robust_cost import residual_cost
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-PRIOR = 20.0  # of an interval: two natural jumps that close by chance gain less in 2.9 rich minutes
-BORDER_PRIOR = 12.0  # of an interval cut by a border: one edge, nothing closes
+# Prior of an interval: two natural jumps that close by chance gain less in 2.9 rich minutes.
+PRIOR = 20.0
+BORDER_PRIOR = 12.0  # prior of an interval cut by a border, in which one edge cannot close
 # Cost LENGTH·log(1 + frames / LENGTH_FRAMES): more may happen by chance in longer intervals.
 LENGTH, LENGTH_FRAMES = 4.0, 30.0
 SMALL_STEP, SMALL_SHARE = float(np.radians(8.0)), 0.4  # jitter inside, relative to the closing jump
@@ -36,14 +37,16 @@ ALWAYS_SMALL = float(np.radians(4.25))
 SMALL_COST, STEP_COST = 8.0, 30.0  # a real step inside is expensive, or neighbours would merge
 COUNTED = float(np.radians(1.5))  # smaller steps inside are free: they cannot begin an interval
 FOLLOW_COST, FOLLOW_ALL_COST = 2.0, 4.0
-TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005  # of closing, in addition to the scales
+# Tolerance of closing, in addition to the scales.
+TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005
 CLOSING_CAP = 25.0
 # The shorter side of an unpaired jump is applied up to this length, in frames if that is more than
 # the seconds, and up to this share of the other side: only the length shows which side is wrong.
 # Longer ones are open.
 SHORT_SECONDS, SHORT_FRAMES, SHORT_SHARE = 0.7, 24, 0.5
 USUAL_SECONDS, UNUSUAL_COST = 0.25, 4.5  # longer intervals must be surer
-SPANNING = 0.125  # of a pair's length next to it in its segment: the ends may be the errors instead
+# Share of a pair's length next to it in its segment; if it is less, the ends may be the errors.
+SPANNING = 0.125
 OPEN_GAIN = 20.0  # both signals must show an unpaired jump clearly
 BAND = 512  # edges an interval may span
 BLOCK = 64  # rows of the table computed at once

@@ -23,7 +23,7 @@ from twistcore.work.frozen import dataclass
 
 BENT = 0.117  # sin² of a bend of 20°, from which the azimuth at an edge can be trusted
 _LEAST = 0.3  # an edge that turns by less shows nothing
-_REACHED = 0.8  # of the largest offset: there an edge ends
+_REACHED = 0.8  # share of the largest offset at which an edge ends
 _BONE = 2.5  # uncertainty of a bone's direction; divided by sin(bend): of the azimuth
 _ELSEWHERE = 1.0  # seconds without errors that show natural motion
 _BESIDE = 0.1  # seconds on either side of an edge

@@ -20,15 +20,15 @@ from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-RUN = 1.0  # for any flip
-FOLLOWED = 2.5  # for a jump inside it: more expensive than another run
-SECOND = 4.0  # for each second of it
-CLOSING = 1.0 / math.radians(80.0)  # for each radian that its edges leave open
+RUN = 1.0  # cost of any flip
+FOLLOWED = 2.5  # cost of a jump inside a run, which is more expensive than another run
+SECOND = 4.0  # cost of each second of a run
+CLOSING = 1.0 / math.radians(80.0)  # cost of each radian that the edges of a run leave open
 NEVER_CLOSED = math.radians(110.0)  # no run
 # and once if more is left open than rounding and motion explain
 UNCLOSED, CLOSED = 0.6, math.radians(15.0)
-SOFT = 0.8  # for an edge that takes several frames
-LEFT = 6.0  # for a sharp jump that is left, from FULL_TURN on
+SOFT = 0.8  # cost of an edge that takes several frames
+LEFT = 6.0  # cost of a sharp jump of at least FULL_TURN that is left
 FULL_TURN = math.radians(120.0)
 # times the limb's own scale: a smaller jump costs nothing if left; a larger one costs all
 NATURAL, UNNATURAL = 4.0, 8.0
@@ -37,9 +37,9 @@ LONGEST, LONGEST_SOFT = 3.0, 0.25  # seconds; with a soft edge
 MOST_SIDE = 6.0  # frames together say no more about the side than a jump
 MOST_FOLLOWED = 4
 OBSERVATION = 0.08  # seconds of neighbouring frames say no more than one frame
-FULL_HEIGHT = 0.1  # of the limb's length: a middle joint nearer to the line says less
+FULL_HEIGHT = 0.1  # share of the limb's length; a middle joint nearer to the line says less
 ROUNDS = 3  # find runs, estimate the clip's usual side without them, find runs again
-_BINS, _BLUR = 72, 25.0  # of the density about the line; degrees
+_BINS, _BLUR = 72, 25.0  # bins of the density about the line, and its smoothing in degrees
 _ANYWHERE = 0.1  # share of a density that is even
 
 

@@ -18,7 +18,7 @@ _LEAST_SCALE = float(np.radians(1.0))
 _SOFT_SECONDS = 0.15  # a soft jump takes no longer
 _SOFT_TURN = np.radians([75.0, 190.0])
 _SOFT_PACES = np.radians([1200.0, 600.0, 300.0])  # a second; a run at each of them
-_UNREST, _STRAIGHT = 0.006, 0.04  # of the limb's length, off the line
+_UNREST, _STRAIGHT = 0.006, 0.04  # distance from the line, as a share of the limb's length
 _WEAK, _WEAK_SCALES = np.radians(25.0), 4.0
 SHARP = float(np.radians(40.0))  # a larger turn in a frame is not part of a soft jump
 

@@ -13,8 +13,8 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
 from twistcore.work.frozen import dataclass
 
-BENT = 0.03  # of the limb's length: a middle joint nearer to the line has no angle about it
-_FOLDED = 0.02  # of the limb's length: an end nearer to the first joint defines no line
+BENT = 0.03  # share of the limb's length; a middle joint nearer to the line has no angle about it
+_FOLDED = 0.02  # share of the limb's length; an end nearer to the first joint defines no line
 _REFINED = 5  # rounds
 _ALIKE = np.radians(40.0)
 _LARGE = np.radians(90.0)  # a turn that may take two frames

@@ -20,7 +20,7 @@ from twistcore.work.frozen import dataclass
 # Spans in seconds, each about 4/3 to 3/2 of the one before: 8, 12, 16 … 384 frames at 120 Hz.
 SPANS = tuple(n / 120.0 for n in (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384))
 SHORTEST = 3  # frames
-PROBES = (0.25, 0.5, 0.75)  # of a span
+PROBES = (0.25, 0.5, 0.75)  # fractions of a span
 SLOPE_SECONDS = 2.0 / 120.0  # the time over which the slopes at the ends are measured
 GRID = 4  # positions of a span's start, for each span length
 

@@ -22,11 +22,11 @@ from twistcore.work.frozen import dataclass
 
 # nats that an interval must gain, in its chain and in its limb: clean motion gains up to 30
 PRIOR = 45.0
-LEVEL_PRICE = 8.0  # of the four numbers of a softened level
+LEVEL_PRICE = 8.0  # price of the four numbers of a softened level
 COVERED = 4.0  # nats for the average cost of a departure, paid for leaving it free
 CLOSE = 3.0  # σ beyond which a residual adds little
 FREE_AT = 10.0  # σ that an offset needs before its course is kept as it is
-LEAST = float(np.radians(2.0))  # of an error that only natural motion reveals
+LEAST = float(np.radians(2.0))  # smallest error that only natural motion reveals
 HOLE = 3  # frames below the threshold within an interval
 WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it
 SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))

@@ -23,11 +23,11 @@ LOCAL_SECONDS = 0.6  # half window of the local scale, or one and a half spans
 # shares: of the local scale in σ; of the whole clip's scale where there is no local one
 OWN, BORROWED = 0.7, 0.15
 FEWEST, FEWEST_SHARE = 12, 0.06  # clean positions below which the scale of the span before is used
-GROWTH = 1.7  # of σ with the length of a span, if it cannot be measured
-SAMPLES, STEPS = 800, 8  # of the fit of β
+GROWTH = 1.7  # growth of σ with the length of a span, if it cannot be measured
+SAMPLES, STEPS = 800, 8  # samples and steps of the fit of β
 QUIET_SHARE, QUIET = 0.35, 2.2  # the quantile of |u| that errors do not affect, as a share of σ
 BEYOND = 6.0  # σ from which an increment is not natural
-ROUNDED = 0.29  # of the step of written angles: σ of a level from rounding
+ROUNDED = 0.29  # σ of a level from rounding, as a share of the step of written angles
 CAP = 14.0  # nats: beyond it, all departures are equally unlikely
 
 

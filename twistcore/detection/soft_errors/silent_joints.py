@@ -19,21 +19,22 @@ from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_f
 
 STILL = float(np.radians(2e-4))  # a frame, as rounded to six decimals of text
 STANDS = float(np.radians(0.1))  # how far a constant level may vary
-LEAST_STILL = 0.08  # of the frames in which the other joint moves
+LEAST_STILL = 0.08  # share of the frames in which the other joint moves
 # Of equal parts of a clip, the share in which it does not turn at all: a joint that only rests for
 # a while does so in one or two.
 PARTS, LEAST_PARTS = 8, 4
-LEAST_STANDING = 0.03  # of all frames, at the level of most: images of other errors shift it
+# Share of all frames at the most frequent level, which images of other errors shift.
+LEAST_STANDING = 0.03
 MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and at least so many frames of it
 SMALLEST = float(np.radians(1.5))  # a smaller permanent difference is ignored
 MOST = 200  # errors in a limb
 CERTAIN = 200.0  # nats: a joint that does not twist is off its level
 SHORTEST = 8  # frames between cuts, below which nothing is reported
-MOSTLY = 0.75  # of all frames at rest: its other turns are errors or gaps that were filled
-ANSWERED = 1.25  # of the other joint's turns: the share that may remain after the correction
-ALIKE = 0.05  # of that share: two chains within it explain equally much
-CLEARLY = 0.25  # of the unanswered share in one chain, at most, in the other
-LEFT = 0.3  # of silent joints' turns, that an explanation may leave
+MOSTLY = 0.75  # share of all frames at rest; all other turns are errors or gaps that were filled
+ANSWERED = 1.25  # share of the other joint's turns that may remain after the correction
+ALIKE = 0.05  # difference of that share up to which two chains explain equally much
+CLEARLY = 0.25  # largest ratio of the unanswered share in one chain to that in the other
+LEFT = 0.3  # share of silent joints' turns that an explanation may leave
 # P turns farther than a silent C turns back if it does so by as much at the beginning and at the
 # end, in step with it. A C that turns back by less than 30 % is not considered.
 FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1

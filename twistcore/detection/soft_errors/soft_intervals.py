@@ -32,7 +32,7 @@ ROUNDS = 2
 # departures to which courses are fitted. So the cost of a clip depends on its size, not on how
 # restless it is.
 BUDGET, LEAST_FRAMES = 15.0, 100
-NAMED = 5  # of the spans that were not searched
+NAMED = 5  # number of unsearched spans listed
 KNOWN_FIRST = 10.0  # nats by which jumps may explain a stretch less well
 BESIDE = 2  # frames around an interval in which a departure casts doubt on it
 

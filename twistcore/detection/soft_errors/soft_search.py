@@ -17,8 +17,8 @@ from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surpris
 from twistcore.skeleton.rotation import Array
 
 SEED = 18.0  # nats of the three probes of a span
-NEAR = 0.8  # of SEED, at another span of the same place
-OF_LIMB = 0.7  # of an interval's gain in its own chain: the gain that it needs in its limb
+NEAR = 0.8  # share of SEED at another span of the same place
+OF_LIMB = 0.7  # gain that an interval needs in its limb, as a share of the gain in its own chain
 IN_VAIN = 20  # seeds of a limb in a row without an explanation, after which it is left
 
 

@@ -71,7 +71,7 @@ class Surprise:
         self.x[:, cut] = self.y[:, cut] = 0.0
         self.spans = spans(fps, self.frames)
         self.work = 0  # departures to which a search has fitted courses so far
-        self.budget = budget  # of work
+        self.budget = budget  # amount of work
         self.at: list[_AtSpan] = []
 
     def beside(self, row: int) -> list[int]:

@@ -14,7 +14,7 @@ from twistcore.skeleton.body.shape import Shape
 _NUMBERED = np.radians(5.0)  # least bend of a joint that only its number distinguishes from a piece
 _UNKNOWN = np.radians(1.0)  # least bend of a joint whose name is unknown
 _BENT = np.radians(10.0)  # with a smaller largest bend, pieces and joints of a limb look the same
-_FOOT = 0.35  # of a limb's longest bone: a shorter bone below the shin or forearm ends the limb
+_FOOT = 0.35  # share of a limb's longest bone; a shorter bone below shin or forearm ends the limb
 _NEARLY = (
     0.8  # of the longest pair of bones: a pair of this length farther from the trunk is preferred
 )

@@ -11,7 +11,7 @@ from twistcore.skeleton.body.shape import Shape
 from twistcore.skeleton.joint_names import FEET, HANDS, TOES
 
 ROLES = {"arm": ("shoulder", "arm", "forearm", "hand"), "leg": ("upleg", "leg", "foot")}
-_STUB = 0.4  # of the next bone: shorter is a hip joint or collar bone, not a thigh or upper arm
+_STUB = 0.4  # share of the next bone; a shorter bone is a hip joint or collar bone
 _WORDS = {"hand": HANDS, "foot": FEET}  # the first word first
 
 # Joints of a limb from its end up to the root, and the index of the bone that the first one ends.

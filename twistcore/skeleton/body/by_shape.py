@@ -13,7 +13,7 @@ from twistcore.skeleton.body.shape import Shape
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
-_SMALL_LIMB = 0.35  # of the longest bone: a line of shorter bones is a neck or an ear
+_SMALL_LIMB = 0.35  # share of the longest bone; a line of shorter bones is a neck or an ear
 
 
 def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:

@@ -7,8 +7,8 @@ import numpy as np
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
 
-_ZERO = 1e-6  # of the skeleton's height: shorter offsets have no direction
-_SHIFT = 1e-2  # of OFFSET's length: shorter positions are shifts from it or rounding, not a bone
+_ZERO = 1e-6  # share of the skeleton's height; shorter offsets have no direction
+_SHIFT = 1e-2  # share of OFFSET's length; shorter positions are shifts from it or rounding errors
 
 
 def has_length(skeleton: Skeleton, offset: Array) -> bool:

@@ -13,8 +13,8 @@ from twistcore.skeleton.medians import quantile
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
-_SHORT_LINE = 0.15  # of the skeleton's longest line: a shorter one is no limb, but a finger or foot
-_WHOLE_BONE = 0.6  # of the bone above: a forearm is this long, a finger is not
+_SHORT_LINE = 0.15  # share of the skeleton's longest line; a shorter line is a finger or a foot
+_WHOLE_BONE = 0.6  # share of the bone above; a forearm is this long, a finger is not
 _FINGERS = 3  # lines of bones from one joint of a limb that make it the end
 
 
