@@ -290,7 +290,7 @@ def wait_for(ready: Callable[[], object]) -> None:
 
 def steady_picture(window: MainWindow) -> QImage:
     """Return the window's picture once it has stopped changing, even on a busy machine."""
-    window.statusBar().clearMessage()  # it would disappear at some time
+    window.statusBar().clearMessage()  # the message would disappear at some time
     seen, still_ms = window.grab().toImage(), 0
     ends = time.monotonic() + _PATIENCE_S
     while still_ms < _SETTLE_MS and time.monotonic() < ends:

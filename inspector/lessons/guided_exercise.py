@@ -79,7 +79,8 @@ class Exercise(QObject):
         self._task = OneTask(self)
         self._class: ClassExercise | None = None  # the open exercise of a class
         self._since = 0.0
-        self._kept: list[tuple[Interval, Decision]] = []  # as last handed in, or as at the start
+        # The verdicts as last handed in, or at the start.
+        self._kept: list[tuple[Interval, Decision]] = []
         self.result: ExerciseScore | None = None
         self.kind, self.seed = QComboBox(), QSpinBox()
         for kind, text in KINDS.items():

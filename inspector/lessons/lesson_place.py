@@ -17,7 +17,7 @@ from twistcore.analysis.decomposition import WhatIf
 
 TABS = ("teaching", "intervals")
 _DIGITS = 9  # digits of a frame number, of which no clip needs more
-_NEAREST = 100.0  # times the size at which the program shows the limb
+_NEAREST = 100.0  # ratio to the size at which the program shows the limb
 LOOKS = ("before", "after", "both")
 
 
@@ -169,7 +169,8 @@ _ALTERED: Mapping[str, Callable[[str], Any]] = {
     "applied": _share,
 }
 
-FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {  # of a LessonPlace, by key
+# Readers of the fields of a LessonPlace, by key.
+FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
     "frame": _frame,
     "chain": lambda name: {"chain": name},
     "camera": _camera,

@@ -55,7 +55,8 @@ class Stage(QWidget):
         paper = choice.paper if not self._film else Paper()
         self._units = SCREEN_DPI / paper.dpi * USUAL_POINTS / paper.points  # per pixel
         self.theme = WHITE if paper.white else shown.viewport.theme
-        self._colours = Colours(self.theme, self)  # its own, as the program's may change
+        # The stage's own colours, as the program's may change.
+        self._colours = Colours(self.theme, self)
         self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
         self._dress()
         self.document = shown.taught.document.snapshot(self)

@@ -280,7 +280,7 @@ class Document(OpenClip):
         """
         start, stop = max(interval.start, 0), min(interval.stop, self.frames)
         if (there := self.found(interval_id)) is None or start >= stop:
-            return  # it belongs to the last clip or was undone
+            return  # the interval belongs to the last clip or was undone
         new = resized(interval, start, stop)
         if drag or not same_offsets(new, there.interval):
             self.do(Edit(interval_id, new, drag))

@@ -62,7 +62,7 @@ class Keeper(QObject):
         self.read_only = False
         # Journals of earlier runs that were not answered yet, the latest first.
         self.leftovers: list[Leftover] = []
-        self.notes: list[str] = []  # what went wrong when the clip was opened
+        self.notes: list[str] = []  # problems with opening the clip
         self.away: Path | None = None  # the refuge, if the clip's folder is read-only
         self.lock: ReviewLock | None = None
         self.journal = ReviewJournal(message, lambda: not self.read_only, self)

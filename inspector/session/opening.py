@@ -282,7 +282,7 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     if why := not_usable(found.analysis, method):
         found = replace(found, notes=(*found.notes, why))
     if path.name.endswith(REPLAY_SUFFIX):
-        review.mark_unsaved()  # it continues in the clip's own session
+        review.mark_unsaved()  # the review continues in the clip's own session
         return replace(found, review=review)
     return replace(found, review=review, session=path, session_sha256=sha256)
 

@@ -71,7 +71,7 @@ class ReviewLock:
             try:
                 held = not lock(handle)
                 if not _same(self.path, handle):
-                    continue  # its holder has just deleted it
+                    continue  # the holder has just deleted the lock
                 found = _read(handle)
                 if held or (found is not None and not found.here):
                     self.holder = found or Holder(0, "", "", _written(handle))

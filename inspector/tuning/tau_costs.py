@@ -188,7 +188,7 @@ class Costs(QObject):
             try:
                 self._pipe.send(self._document.chain)
             except OSError:
-                return  # it has just ended, which the poll will notice
+                return  # the process has just ended, which the poll will notice
 
     # -- the process --------------------------------------------------------------------------
 

@@ -57,7 +57,7 @@ class SteadyLabel(QLabel):
         """Adapt the size to a new font."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
-            self.setMinimumSize(0, 0)  # or the size hint could not get smaller
+            self.setMinimumSize(0, 0)  # without this, the size hint could not get smaller
             self.setFixedSize(self.sizeHint())
 
     def _grow(self) -> None:

@@ -272,7 +272,7 @@ class RowTable(QTableView):
         self.verticalHeader().hide()
         self.set_room(room)
         self._first, self._spared = 0, tuple[int, ...]()
-        self._widths: dict[int, int] = {}  # of columns, before any was hidden
+        self._widths: dict[int, int] = {}  # widths of columns before any was hidden
 
     def set_room(self, room: int) -> None:
         """Make rows this number of pixels higher than a line of text."""

@@ -13,7 +13,7 @@ from inspector.language import chosen_language, tr, tr_as
 from inspector.session.settings import Settings
 from inspector.widgets.labels import as_entry
 
-_TITLES = {  # of menus; & marks the letter that opens the menu
+_TITLES = {  # titles of menus; & marks the letter that opens the menu
     "File": tr_as("menu", "&File"),
     "Edit": tr_as("menu", "&Edit"),
     "Go": tr_as("menu", "&Go"),

@@ -38,7 +38,7 @@ class SettingsKeeper(QObject):
         """
         super().__init__(parent)
         self._settings, self._path, self._look, self._tell = settings, path, look, tell
-        self._written = deepcopy(settings)  # as they are on disk, or were at the start
+        self._written = deepcopy(settings)  # the settings on disk or at the start
         self._seen = deepcopy(settings)
         self._began = False
         self._reported = ""

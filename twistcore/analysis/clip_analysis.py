@@ -130,7 +130,8 @@ class ClipAnalysis:
         # By kind and method, '' for the clip as captured; shared results of the finders by method.
         self._shown: dict[tuple[Kind, str], Mapping[str, tuple[Interval, ...]]] = {}
         self._shared: dict[str, dict[Any, Any]] = {}
-        self._failed_kinds: dict[Kind, str] = {}  # of other packages, with the reason
+        # Kinds of other packages that failed, with the reason.
+        self._failed_kinds: dict[Kind, str] = {}
         self._known: dict[str, tuple[Interval, ...]] = {}
         self._refiners: dict[str, Callable[[int, int], Motion] | None] = {}
         self._carried: dict[str, CarriedRolls] = {}  # by detector
@@ -159,7 +160,7 @@ class ClipAnalysis:
         (other._whole or other)._failed = dict((self._whole or self)._failed)
         for name in {"poses", "bursts"} & vars(self).keys():  # no chain changes these
             vars(other)[name] = getattr(self, name)
-        if "signals" in vars(self):  # nor do other chains change these
+        if "signals" in vars(self):  # other chains do not change these either
             stay = [c for c in other.chains if rig.own(c.name) == self.rig.own(c.name)]
             known = {c.name: self.signals[c.name] for c in stay if c.name in self.signals}
             new = [c for c in other.chains if c.name not in known]
@@ -350,7 +351,7 @@ class ClipAnalysis:
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
-        """Return the faults of joints without the faults of people who were not chosen."""
+        """Return the faults of joints, leaving out people who were not chosen."""
         if self._people is None:
             return list(faults)
         others = {
@@ -363,7 +364,7 @@ class ClipAnalysis:
 
     @property
     def _of_limbs(self) -> tuple[Chain, ...]:
-        """The chains of limbs, without the helpers next to them."""
+        """The chains of limbs, leaving out the helpers next to them."""
         return tuple(c for c in self.chains if not isinstance(c, Helper))
 
     @property
@@ -554,7 +555,7 @@ class ClipAnalysis:
         return self._protected[interval] or interval
 
     def _at_body_step(self, interval: Interval, method: str) -> bool:
-        """True if the whole body steps at an edge of an interval, even without any counter-twist.
+        """True if the whole body steps at an edge of an interval, even without counter-twists.
 
         Counter-twists of many chains that begin in the same frame look like a step of the body.
         """

@@ -20,7 +20,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 
 _APART = 0.1  # seconds: two bursts of a chain that are closer than this count as one
-_PART_OF_STEP = 8.0  # times the angle of a body step: a larger error is not a part of the step
+_PART_OF_STEP = 8.0  # ratio to the angle of a body step above which an error is not a part of it
 
 
 def find_bursts(search: KindSearch) -> Found:

@@ -33,7 +33,7 @@ LEAST_BEND = 20.0  # degrees: the azimuth of a straighter limb is mostly noise
 LEAST = 3.0  # degrees: smaller turns at an edge are not examined
 WIDEST = 0.06  # seconds, for an edge
 _AGREE = 0.4  # share of P's turn at an edge by which the azimuth and C's roll may differ from it
-_OUTSTANDING = 4.0  # times the usual turn beyond the pace: the least turn that may be an edge
+_OUTSTANDING = 4.0  # ratio of the least turn that may be an edge to the usual turn beyond the pace
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from twistcore.skeleton.notation import DistinctFrames, without_held
 
 # seconds between cuts: a shorter piece is too short to tell error from motion
 SHORTEST_SEGMENT = 0.25
-JUMP = 5.0  # times a joint's own pace
+JUMP = 5.0  # ratio to a joint's own pace
 SMALLEST = float(np.radians(0.5))  # joints that bend less in the jump do not vote
 SHARE = 0.55  # share of the joints that bend at all; tremors in tracked captures reach 0.52
 # Share of all joints that counts as bending: if nearly all are still, an error is not a cut.

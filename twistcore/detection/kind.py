@@ -220,7 +220,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
         where = f"the kind {point.name!r} of {point.value} is left out"
         try:
             info = point.load()
-        except Exception as error:  # of foreign code
+        except Exception as error:  # an error in another package
             warnings.warn(f"{where}: {type(error).__name__}: {error}", stacklevel=2)
             continue
         name = point.name.upper().replace("-", "_")

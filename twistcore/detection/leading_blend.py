@@ -1,7 +1,7 @@
 """A blend out of a first pose, during which all joints follow the same course [Method].
 
 A release often begins in a T-pose that is blended into the capture: each joint moves from its first
-rotation towards the capture, and at time t it has covered the fraction s(t) of the way. That
+rotation towards the capture, and at time t it has covered the fraction s(t) of the way. The
 fraction is the same for all joints, whether it grows evenly or eased, and whether rotations or
 channels are interpolated. So where the blend begins and ends, the acceleration of each joint points
 along its own way and is proportional to s″(t). Natural motion has no such course: no s explains
@@ -86,8 +86,8 @@ def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
 def _left(way: Array, length: int) -> Array | None:
     """Return the fraction of the accelerations that s″ does not explain, weighted by s″².
 
-    The result has one number for each joint that moves far. It is None if most joints do not move
-    far, or if s does not look like a blend.
+    The result has one number for each joint that moves far. The result is None if most joints do
+    not move far, or if s does not look like a blend.
     """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : length + 1 + 2 * lag], length)

@@ -45,7 +45,7 @@ class NaturalEvent:
     degrees
         The angle of the flip about the bone, or the interval's offset.
     joint
-        The joint that flips, P or C. It is P for an interval or a limb flip.
+        The joint that flips, P or C; always P for an interval or a limb flip.
     """
 
     chain: str

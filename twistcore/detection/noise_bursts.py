@@ -26,7 +26,7 @@ Mask = NDArray[np.bool_]
 _WINDOW, _FEWEST = 0.6, 21  # seconds, and at least so many frames
 _ROUGH = 2.5  # variance of changes over variance of turns: 3 of white noise, below 1 of motion
 _LEAST = 4.5  # degrees of σ: weaker noise may be fast motion
-_BEYOND = 2.0  # times the clip's own σ of the joint
+_BEYOND = 2.0  # ratio to the joint's σ in the whole clip
 _MIDDLE = 6.0 * 2.366  # σ²: the median of |change|² of white noise about three axes
 _SWINGS = 0.8  # share of the frames in which a change is reversed, which is 5/6 for white noise
 # Largest share of the squared changes that remains if another joint takes them back.

@@ -42,8 +42,8 @@ class PaperAnalysis:
 def running_offset(signals: TwistSignals, tau: float) -> Array:
     """Return offset(t) = offset(t−1) + err(t), with err = sign(Δθp)·m where m ≥ τ [Choi26 §3.3.1].
 
-    The offset is (frames,) and is not wrapped. It need not return to 0, because the errors of the
-    estimate add up.
+    The offset is (frames,) and is not wrapped. The offset need not return to 0, because the errors
+    of the estimate add up.
     """
     return np.cumsum(error_of(signals.dtheta_p, signals.strength, tau))
 

@@ -206,7 +206,8 @@ def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
     """Return the irregular frames at flat indices `at`, with their good neighbours."""
     none = np.array([-1, -1])
     known = np.concatenate([none, np.flatnonzero(good), none])
-    rank = np.cumsum(good, dtype=np.int32)[at] - good[at] + 2  # of the first good one from `at` on
+    # Rank of the first good frame from `at` on.
+    rank = np.cumsum(good, dtype=np.int32)[at] - good[at] + 2
     behind = rank + good[at]
     k = np.stack([known[rank - 2], known[rank - 1], known[behind], known[behind + 1]])
     first = at - at % frames

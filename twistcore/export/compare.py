@@ -12,7 +12,7 @@ from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.work.frozen import dataclass
 
 _SAME = np.radians(1e-9)
-_MOVED = 1e-3  # of the height: ten times the effect of writing angles with two decimals
+_MOVED = 1e-3  # share of the height, ten times the effect of writing angles with two decimals
 
 
 @dataclass(frozen=True)

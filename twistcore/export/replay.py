@@ -55,9 +55,9 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
 def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return sentences about chains that could not be corrected, and about joints moved along.
+    """Return sentences about uncorrectable chains, and sentences about joints that moved along.
 
-    The second list names joints that do not lie on a chain's axis and moved with it.
+    The latter are about joints that are not on a chain's axis and moved with it.
     """
     sentences = chains_left(clip.motion, chains, chosen)
     left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)

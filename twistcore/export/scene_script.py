@@ -1,8 +1,8 @@
 """Write the corrections as a script that sets keys in the scene that the clip came from.
 
-The scene is kept with its rig, meshes and namespaces. The script needs no other file. It contains
-the numbers, the arithmetic (in plain Python, since not every program includes numpy) and one of
-three short parts that control the program.
+The scene is kept with its rig, meshes and namespaces. The script needs no other file. The script
+contains the numbers, the arithmetic (in plain Python, since not every program includes numpy) and
+one of three short parts that control the program.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _IMPORTS = {
     "motionbuilder": "import pyfbsdk as fb",
 }
 PROGRAMS = tuple(_IMPORTS)
-_FITS = 0.01  # of the height: above rounding, below the difference to another pose
+_FITS = 0.01  # share of the height, above rounding and below the difference to another pose
 _TOLERANCE = 0.5  # degrees
 
 _HEADER = '''"""Corrections of {clip}: run this in {program}, in the scene that the clip came from.

@@ -23,9 +23,10 @@ from twistcore.files.ordinary import open_to_read
 
 MOST_FRAMES = 20_000_000  # in a clip (two days at 115 fps); larger numbers are damaged
 DEGREES = 1e6  # largest angle in both directions; larger ones are damaged
-LARGEST = 1e300  # of any number; real values come nowhere near
-_MOST_DIGITS = 30  # of an integer: longer ones are slow to parse
-_MOST_BYTES = 256_000_000  # of a file: the session of a long clip with dense offsets has 100 MB
+LARGEST = 1e300  # largest number; real values are far smaller
+_MOST_DIGITS = 30  # digits of an integer; longer ones are slow to parse
+# Size of a file; the session of a long clip with dense offsets has 100 MB.
+_MOST_BYTES = 256_000_000
 _MOST_TOML = 1_000_000  # bytes; real files have a few kilobytes
 _MOST_DOTS = 20  # in the keys of a line of TOML: parsing time grows with their square
 _QUOTED = re.compile(r""""(?:[^"\\\n]|\\.)*"|'[^'\n]*'|#[^\n]*""")

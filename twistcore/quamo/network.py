@@ -37,8 +37,8 @@ Float32 = NDArray[np.float32]
 KP, KD, KA, BIAS = 1000.0, 30.0, 1000.0, 25.0
 ROOT_KP, ROOT_KD, ROOT_BIAS = 400.0, 30.0, 10.0
 ERROR_SCALE, OMEGA_SCALE = 5.0, 0.3  # scales the inputs to about 1
-SLOPE = 0.01  # of LeakyReLU below 0
-EPSILON = 1e-5  # of LayerNorm
+SLOPE = 0.01  # slope of LeakyReLU below 0
+EPSILON = 1e-5  # ε of LayerNorm
 START_SCALE = 0.1  # radians and metres by which InitNet may move the start, times its output
 
 _VECTOR = 3 * JOINTS

@@ -46,7 +46,7 @@ _LIMBS = (
 )  # fmt: skip
 _HIPS, _CHEST, _HEAD = (1, 2), 9, 15
 _ASKEW = 30.0  # degrees between the body's own axes and those of the file
-_SHORT = 1e-6  # of the body's size: too short to have a direction
+_SHORT = 1e-6  # share of the body's size that is too short to have a direction
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,7 +29,7 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody, part
 
-_STILL = 1e-4  # of a quaternion; of the longest distance that a place moves
+_STILL = 1e-4  # largest rounding error of a quaternion, or of a place relative to its longest way
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
 """Unit quaternions, swing-twist and angles.
 
-Quaternions are Hamilton, scalar first ``(w, x, y, z)``. They act on column vectors and compose like
-matrices, so ``multiply(p, q)`` rotates by q, then by p. Angles are in radians. Leading axes
-broadcast.
+Quaternions are Hamilton, scalar first ``(w, x, y, z)``. Quaternions act on column vectors and
+compose like matrices, so ``multiply(p, q)`` rotates by q, then by p. Angles are in radians. Leading
+axes broadcast.
 """
 
 from __future__ import annotations

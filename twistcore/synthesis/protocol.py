@@ -254,7 +254,7 @@ def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
     """Return the twist increments of a chain's parent and child, in radians, (frames,) each.
 
     The increments are those of relative rotations about the bone, for the parent in its own frame
-    and for the child in its parent's frame. They are 0 in frame 0.
+    and for the child in its parent's frame. All increments are 0 in frame 0.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]

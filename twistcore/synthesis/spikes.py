@@ -15,7 +15,7 @@ from twistcore.skeleton.rotation import Array, exponential, multiply, normalise
 _APART = 30  # frames from one to the next, so that each is compared with sound motion
 _BORDER = 16  # frames at the ends without one
 _LARGEST = 120.0  # degrees
-_ABOVE = 1.5  # times the least that counts of a joint
+_ABOVE = 1.5  # ratio to the smallest spike of a joint that counts
 
 
 @dataclass(frozen=True, eq=False)

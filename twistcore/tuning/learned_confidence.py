@@ -26,7 +26,7 @@ from twistcore.tuning.verdict_curve import wilson
 from twistcore.tuning.verdicts_of import JudgedClip
 from twistcore.work.frozen import dataclass
 
-LEAST = 0.01  # and 1 − LEAST: closer to 0 or 1 the detector's confidence carries no information
+LEAST = 0.01  # closer to 0 or 1, the detector's confidence carries no information
 SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # standard deviations of the prior
 FOLDS = 5
 BINS = 10

@@ -45,7 +45,7 @@ _FACTORY = _Factory()
 def _made(cls: type, *, eq: bool, shown: bool, kw_only: bool) -> type:
     if hasattr(cls, "__post_init__"):
         raise TypeError(f"{cls.__name__}: expected no __post_init__; use dataclasses.dataclass")
-    own = frozenset(vars(cls))  # what the class itself defines stays
+    own = frozenset(vars(cls))  # names that the class itself defines stay
     dataclasses.dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
     added: dict[str, Any] = {"__setattr__": _refuse_to_set, "__delattr__": _refuse_to_delete}
     added["__init__"] = _init(cls)

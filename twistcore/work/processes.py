@@ -53,8 +53,8 @@ class Apart:
     """A separate process that carries out one call after another, and is replaced after a crash.
 
     The process has one BLAS thread, since the cores are busy with other files. The process ignores
-    Ctrl+C, which reaches every process of a terminal, because only the parent decides. It ends with
-    the parent.
+    Ctrl+C, which reaches every process of a terminal, because only the parent decides. The process
+    ends with its parent.
     """
 
     def __init__(self) -> None:

@@ -40,7 +40,7 @@ Mask = NDArray[np.bool_]
 _NUMBERS = 1 << 17  # frames times joints in a block
 _BESIDE = 3  # frames next to the edge of a known error
 _LEFT = 0.5  # share of a step; if less remains, the correction of another error removes the step
-_MORE = 4.0  # times as far as the whole body steps: listed separately
+_MORE = 4.0  # ratio to the step of the whole body from which a step is listed separately
 _LAST_BONES = ("ForeArm", "Leg")
 
 

@@ -26,9 +26,10 @@ SPIKE, SPIKE_SLOW, SPIKE_SMALL = 10.0, 20.0, 35.0
 JUMP, JUMP_SLOW, JUMP_SMALL = 30.0, 45.0, 60.0
 # Of the spike: the frames before and after it may be so far apart. For a jump it is 2.
 _BACK, _NEARLY = 0.4, 1.0
-_TIMES, _CLEARLY = 8.0, 20.0  # times as far off as usual nearby; if it hardly comes back
+# Ratio to the usual departure nearby; the latter if the joint hardly comes back.
+_TIMES, _CLEARLY = 8.0, 20.0
 _FLOOR = 0.3  # degrees: every joint moves by that much
-_CALM = 3.0  # times the largest step around a jump
+_CALM = 3.0  # ratio to the largest step around a jump
 _REACH, _NEAR = 10, 3  # frames around a spike, and around a jump
 # share of a step that remains relative to the joints above, none of which it compensates
 _ALONE, _ABOVE = 0.5, 3

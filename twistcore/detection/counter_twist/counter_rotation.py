@@ -252,7 +252,7 @@ def _jumps(
 
 
 def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
-    """Return d, the disagreement wrap(rx + ry), and the scales of both, from residuals (2, …).
+    """Return d and the disagreement wrap(rx + ry), with their scales, for residuals (2, …).
 
     d is the inverse-variance weighted mean of rx and −ry on the circle. Near ±180° both residuals
     may have the same sign, and their mean must not become 0.

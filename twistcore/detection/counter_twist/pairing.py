@@ -51,7 +51,8 @@ OPEN_GAIN = 20.0  # both signals must show an unpaired jump clearly
 BAND = 512  # edges an interval may span
 BLOCK = 64  # rows of the table computed at once
 SMALLEST = float(np.radians(0.3))  # smaller edges are never used
-LEVEL, STEPS, ALL = 0, 1, 2  # what an interval's offset follows: its edges, its events, every frame
+# The offset of an interval follows its edges, its events, or every frame.
+LEVEL, STEPS, ALL = 0, 1, 2
 
 
 class Pair(NamedTuple):
@@ -146,8 +147,8 @@ class PairTable:
 def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
     """Return running sums of d and σ², over steps and over all frames, (4, frames + 1).
 
-    Each sum ends before its frame; radians and radians². All segments of a chain share these sums,
-    because a long clip has hundreds of segments.
+    Each sum ends before its frame, and the units are radians and radians². All segments of a chain
+    share these sums, because a long clip has hundreds of segments.
     """
     d, var = counter.d[chain], counter.sigma[chain] ** 2
     sums = np.stack([d * step, var * step, d, var]).cumsum(axis=1)

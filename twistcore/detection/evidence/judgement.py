@@ -153,7 +153,7 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
     score = sum(parts.values())
     against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD]
     told = dict.fromkeys([*reversed(vetoes), *against])
-    if "off_its_hinge" in told:  # which says the same
+    if "off_its_hinge" in told:  # that doubt says the same
         told.pop("off_its_side", None)
     doubts = [_in_words(name, t, joint) for name in told if score < _SURE]
     if small:

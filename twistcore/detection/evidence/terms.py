@@ -434,7 +434,7 @@ class _Measured:
     def _elsewhere(self) -> tuple[float | None, float | None]:
         """Return how often per second P and C make such a turn elsewhere, and the 99 % quantile.
 
-        Both are None if there is too little motion without errors.
+        Both results are None if there is too little motion without errors.
         """
         width = max(1, round(median([e.width for e in self.edges] or [1])))
         against = self.background.against(width)

@@ -1,8 +1,8 @@
 """The cheapest explanation of a limb's jumps by runs, frame ranges in which the limb is flipped.
 
 Every sharp jump is the edge of a run, or lies inside a run that follows it, or stays unexplained at
-a price. The cost of a run grows with its length and with the angle that its edges leave open. It
-falls with the evidence for the other side, which is how often, in the clip itself, the limb's
+a price. The cost of a run grows with its length and with the angle that its edges leave open. The
+cost falls with the evidence for the other side, which is how often, in the clip itself, the limb's
 middle joint is at each angle about the line. Costs are logarithms of odds, so a difference of costs
 shows how sure an explanation is.
 """

@@ -155,7 +155,7 @@ class LimbFlips:
 def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
     """Return measures of C's path over a flip and around it, as captured and without the flip.
 
-    Each is (2,): the path's length and the total length of its second differences, both as
+    Each result has two values, the path's length and the total length of its second differences, as
     fractions of the limb's length.
     """
     stop = start + len(offset)

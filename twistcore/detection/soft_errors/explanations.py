@@ -28,7 +28,7 @@ CLOSE = 3.0  # σ beyond which a residual adds little
 FREE_AT = 10.0  # σ that an offset needs before its course is kept as it is
 LEAST = float(np.radians(2.0))  # smallest error that only natural motion reveals
 HOLE = 3  # frames below the threshold within an interval
-WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it
+WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # windows around a span, as multiples of its length
 SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
 MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which both ends are varied
 # Of the levels around a seed the likeliest are fitted: by the seed's span, their lengths and

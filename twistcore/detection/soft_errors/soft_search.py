@@ -157,7 +157,7 @@ class Search:
         return best if value > max(PRIOR, OF_LIMB * best.gain) else None
 
     def _gain_of_limb(self, error: SoftError) -> float:
-        """Return the decrease in surprise, in nats, if a chain and its neighbours have no error."""
+        """Return the drop in surprise of a chain and its neighbours without an error, in nats."""
         margin = len(error.offset) // 2 + 8
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
         rows = self._surprise.beside(error.row)

@@ -25,7 +25,8 @@ STEEPEST = 0.5  # frames
 _DECAY = np.pi * np.sqrt(2.0)  # a period: how fast the filtered step decays
 _AT = np.array([np.radians(2.0), 1.0, 1.0, 1.0])  # scales of the four numbers
 _STEPS = 1e-3
-MOST_STEPS, ENOUGH = 12, 0.05  # of the fit at one width of the scales; nats
+# Steps of the fit at one width of the scales, and the least gain of a step in nats.
+MOST_STEPS, ENOUGH = 12, 0.05
 NARROWER = 5.0  # factor from one width to the next
 
 
@@ -106,10 +107,10 @@ def all_fitted(
 ) -> list[tuple[Array, float]]:
     """Return, for each start, the course with the smallest residuals and the sum of their squares.
 
-    Each course is (frames,). The fit uses Levenberg-Marquardt steps; the derivatives by the four
-    numbers are computed from the residuals, for the courses of all starts at once. Far from the
-    best course every residual is at its cap, and no step improves the fit. So the scales are first
-    widened by the third item of each start, then by less.
+    Each course has the shape (frames,). The fit uses Levenberg-Marquardt steps; the derivatives by
+    the four numbers are computed from the residuals, for the courses of all starts at once. Far
+    from the best course every residual is at its cap, and no step improves the fit. So the scales
+    are first widened by the third item of each start, then by less.
     """
     descents = [_Descent(*start, frames) for start in starts]
     going = descents

@@ -1,7 +1,7 @@
 """The current increments of a limb, and their surprise at every time scale.
 
-Twist errors can be removed from the rotations on trial. That also removes, exactly, their effects
-on neighbouring chains. The surprise of a frame range is the sum of the costs of all departures
+Twist errors can be removed from the rotations on trial. This exactly removes their effects on
+neighbouring chains as well. The surprise of a frame range is the sum of the costs of all departures
 there, in u and in x + y, over all spans that fit.
 """
 
@@ -60,7 +60,7 @@ class _AtSpan:
 class Surprise:
     """Limbs without the errors removed so far, and their departures.
 
-    Each row is a chain: chain k of limb i is in row k·limbs + i.
+    Each row is a chain, and chain k of limb i is in row k·limbs + i.
     """
 
     def __init__(self, limbs: Limbs, fps: float, cut: Mask, budget: float = math.inf) -> None:

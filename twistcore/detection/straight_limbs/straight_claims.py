@@ -39,11 +39,11 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-LARGEST = float(np.radians(75.0))  # of δ: a larger δ would turn the hinge around
-CLEAR = 10.0  # times a hinge's spread: a smaller δ may be its own play
+LARGEST = float(np.radians(75.0))  # largest δ, since a larger one would turn the hinge around
+CLEAR = 10.0  # ratio to a hinge's spread; a smaller δ may be the hinge's own play
 # times as far off its hinge may δ leave a limb, whose bone is off it by nature when straight
 NEARLY = 1.6
-ROUNDS = 3  # of leaving out jumps that the bent limb contradicts
+ROUNDS = 3  # rounds in which jumps that the bent limb contradicts are left out
 AS_LITTLE = float(np.radians(2.0))  # jumps may leave so much more of a counter-turn
 BESIDE = 1  # frames next to an error to which its transitions extend
 

@@ -18,10 +18,11 @@ from twistcore.skeleton.rotation import Array
 
 Rows: TypeAlias = tuple[NDArray[np.int64], Array, Array]  # columns, their factors, their values
 
-ROUNDS = 12  # of weights
+ROUNDS = 12  # rounds of reweighting
 SELDOM, STEP = 0.05, float(np.radians(12.0))  # price of a change of δ, and its size a second
 SETTLES = 0.25  # seconds in which a twist comes to rest if nothing determines it
-LEAST_SCALE = float(np.radians(0.02))  # of the change of an increment from frame to frame
+# Least scale of the change of an increment from frame to frame.
+LEAST_SCALE = float(np.radians(0.02))
 ROUNDED = 0.71  # steps of written angles: σ of such a change, from three rounded angles
 SAME = 1e-5  # radians: iteration stops below this change
 
@@ -110,7 +111,7 @@ def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: 
     step
         The smallest change that counts, radians per frame.
     """
-    from scipy.linalg import solveh_banded  # as slow to load as all the rest; few clips need it
+    from scipy.linalg import solveh_banded  # loads as slowly as all the rest, and few clips need it
 
     delta = np.zeros(len(right))
     weight = np.full(len(right) + 1, SELDOM / step**2)

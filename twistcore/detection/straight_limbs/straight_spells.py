@@ -14,17 +14,17 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-BENT = float(np.radians(30.0))  # of bend: from here on a limb's twist is well determined
+BENT = float(np.radians(30.0))  # bend from which a limb's twist is well determined
 # for so long a clip's limb must be bent to show anything about the straight one
 ANCHOR_SECONDS = 0.1
-TOLD = float(np.radians(0.5))  # of bend: below, the side to which C's bone leaves P's is unknown
+TOLD = float(np.radians(0.5))  # bend below which the side to which C's bone leaves P's is unknown
 WINDOW = 0.13  # seconds of a mirrored transition
-LEAST_TURN = float(np.radians(8.0))  # of either joint in it
-LEAST_SHARE = 0.35  # of the smaller turn in the larger
-EXPLAINED = 0.5  # of the smaller turn, by the change of δ
+LEAST_TURN = float(np.radians(8.0))  # least turn of either joint in a transition
+LEAST_SHARE = 0.35  # least ratio of the smaller turn to the larger
+EXPLAINED = 0.5  # share of the smaller turn that the change of δ explains
 # seconds, and a share of δ: such a fast change is left to the search for jumps
 SHARP, SUDDEN = 0.015, 0.7
-LEAST_CHANGE = float(np.radians(6.0))  # of δ in it
+LEAST_CHANGE = float(np.radians(6.0))  # least change of δ in a transition
 NOTHING = float(np.radians(0.5))  # a smaller δ counts as none
 PAUSE = 0.1  # seconds of it that separate two errors
 HINGE, MOSTLY = float(np.radians(2.0)), 0.75  # a hinge's play in the bent limb, and how often
@@ -260,7 +260,8 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
     window = window_of(fps)
     half = window // 2
     at = spell.windows(window)
-    first, last = at.start + 1 - half, at.stop + window + half  # of the increments that are used
+    # First and last increments that are used.
+    first, last = at.start + 1 - half, at.stop + window + half
     low, high = max(first, spell.low + 1), min(last, spell.high)
     asked = np.pad(signal[low:high], (low - first, last - high), mode="edge")
     total = np.concatenate([[0.0], asked.cumsum()])

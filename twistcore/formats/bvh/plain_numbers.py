@@ -24,8 +24,8 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
     """Return the numbers in a block of text and the end of each; None if any is not plain.
 
     A plain number has an optional minus sign, up to 4 digits, and 1 to 11 decimals after a point.
-    It is an integer below 2⁵³ divided by a power of ten up to 10²². Both are exact, so their
-    quotient is correctly rounded.
+    The number is an integer below 2⁵³ divided by a power of ten up to 10²². Both are exact, so
+    their quotient is correctly rounded.
     """
     x = np.full(len(block) + 2 * _PAD, 32, dtype=np.uint8)
     x[_PAD:-_PAD] = block

@@ -15,9 +15,7 @@ _NUMBERED = np.radians(5.0)  # least bend of a joint that only its number distin
 _UNKNOWN = np.radians(1.0)  # least bend of a joint whose name is unknown
 _BENT = np.radians(10.0)  # with a smaller largest bend, pieces and joints of a limb look the same
 _FOOT = 0.35  # share of a limb's longest bone; a shorter bone below shin or forearm ends the limb
-_NEARLY = (
-    0.8  # of the longest pair of bones: a pair of this length farther from the trunk is preferred
-)
+_NEARLY = 0.8  # share of the longest pair of bones; such a pair is preferred farther from the trunk
 _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
     ("shoulder",): "Shoulder",
     ("arm",): "Arm",
