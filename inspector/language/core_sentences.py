@@ -81,8 +81,8 @@ def _translated(language: str, sentence: str) -> tuple[str, int]:
 
 
 def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
-    """Split a sentence at a joint: return the first part, and the second
-    part and its closing bracket.
+    """Split a sentence at a joint, and return the first part, the second part and its closing
+    bracket.
     """
     first, _, rest = sentence.partition(joint)
     bracket = joint == " (" and rest.endswith(")")

@@ -1,4 +1,4 @@
-"""The texts of a lesson's web page, with Markdown without HTML, and TeX as outlines."""
+"""Convert a lesson's Markdown to HTML, and its TeX to outlines, for a web page."""
 
 from __future__ import annotations
 

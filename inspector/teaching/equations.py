@@ -144,7 +144,7 @@ class SymbolButton(QAbstractButton):
 
 
 class _InRow(QLabel):
-    """A sign or number that takes no height of its own, so that formulas set the row's height."""
+    """A sign or number without a height of its own, so that formulas determine the row's height."""
 
     def sizeHint(self) -> QSize:
         """Return the width of the text and no height."""

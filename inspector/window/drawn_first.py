@@ -39,8 +39,9 @@ class DrawnFirst(QObject):
             window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Drop a repeated key, or a key pressed before the interval is painted; clicks are
-        slower.
+        """Drop a repeated key, or a key pressed before the interval is painted.
+
+        Clicks are slower and always pass.
         """
         if isinstance(event, QKeyEvent):
             press = event.key(), event.timestamp()

@@ -70,7 +70,7 @@ def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tup
 def frozen_intervals(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Chain] | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the frames in which a limb does not move, by name of the limb's first chosen chain.
+    """Return the frames in which a limb does not move, by the name of its first chosen chain.
 
     `chains` are all chains of the limbs. `chosen` are the chains to list, all if not given.
     """

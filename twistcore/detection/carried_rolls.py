@@ -1,5 +1,4 @@
-"""Carried rolls, in which P turns about its bone and C rolls with it, while C's bone does not
-turn.
+"""Carried rolls, in which P rolls and C rolls with it, while C's bone keeps its direction.
 
 In a counter-twist and in a carried roll, C turns back about P's bone by P's angle (its azimuth, θc
 of [Choi26 Eq. 6-7]). In a carried roll C also turns about its own bone by the same angle:

@@ -18,7 +18,7 @@ _ALIVE = 0.7  # share of the other frames in which the same limb must move
 
 
 def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, int, int], ...]:
-    """Return the limbs that do not move at all, each with its frames [start, stop), by start.
+    """Return the limbs that do not move at all, with the frames [start, stop), sorted by start.
 
     Frames at either end of the clip, where a pose may be held on purpose, are left out, and so are
     clips in a notation with held frames.

@@ -20,7 +20,8 @@ __all__ = ["Interval", "Kind", "circular_median"]
 
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """Frames [start, stop) in which P of a chain or limb has an error, with its size in each.
+    """Frames [start, stop) in which P of a chain or limb has an error, with the error in each
+    frame.
 
     Parameters
     ----------
@@ -150,7 +151,7 @@ class Interval:
         return self.largest if both_ways or self.soft_ended else self.size
 
     def angle_text(self, digits: int) -> str:
-        """Return `shown` as text in degrees with its sign, '±8.0°' for noise, '–' for frozen
+        """Return `shown` as text in degrees with its sign, or '±8.0°' for noise and '–' for frozen
         frames.
         """
         if not (sign := self.kind.info.sign):

@@ -123,7 +123,9 @@ def _turns_too_fast(
 
 
 def _as_written(jump: Interval, held: DistinctFrames) -> Interval:
-    """Return a jump with its frame numbers converted from the frames without held ones."""
+    """Return a jump with frame numbers of the whole clip instead of the clip without held
+    frames.
+    """
     start, stop = held.end(jump.start), held.end(jump.stop - 1) + 1
     return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))
 

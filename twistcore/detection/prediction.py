@@ -130,7 +130,7 @@ def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Irregular:
-    """The irregular frames and how they are predicted.
+    """The irregular frames, and the data from which they are predicted.
 
     Attributes
     ----------
@@ -267,7 +267,9 @@ class GapGrowth:
             self._roots.append(np.sqrt(near, out=near))
 
     def measured(self, good: Mask) -> Array:
-        """Return the growth of σ at the four gaps, ≥ 1, (2, chains, 4), from good frames only."""
+        """Return the growth of σ, at least 1, at the four gaps, (2, chains, 4), from good frames
+        only.
+        """
         frames = good.shape[1]
         out: list[Array] = []
         for n, k in enumerate(_DISTANCES):

@@ -1,4 +1,4 @@
-"""All detectors, from the files in `detectors/`, from packages, and registered ones.
+"""All detectors from the files in `detectors/`, from packages, and from registration.
 
 Their names come from lists of files and of entry points, so the command line can show them without
 loading any detector or numpy. Everything that a table, a menu or a plot must show about a detector

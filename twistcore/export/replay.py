@@ -34,9 +34,7 @@ def accepted_motion(
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """A session applied to its clip, with the chains and limbs that it names and the corrected
-    motion.
-    """
+    """A session applied to its clip, with the named chains and limbs and the corrected motion."""
 
     session: Session
     clip: Clip

@@ -170,7 +170,7 @@ class Clip(ABC):
     @property
     @abstractmethod
     def columns(self) -> int:
-        """Number of motion values in a frame."""
+        """The number of motion values in a frame."""
 
     @cached_property
     def motion(self) -> Motion:

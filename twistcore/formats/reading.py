@@ -22,7 +22,8 @@ def is_clip(path: str | Path) -> bool:
 
 
 def own_name(path: str | Path) -> str:
-    """Return the beginning of the names of files that belong to a clip, unique in its folder.
+    """Return a prefix for the names of files that belong to a clip, which is unique in its
+    folder.
 
     For a BVH this is the name without its suffix; for another format it is the whole name, since a
     BVH may be in the same folder: 05_05.bvh has 05_05.twist.json, 05_05.amc has

@@ -50,7 +50,9 @@ class Controller(ABC):
     """The source of each step's gains, which are hand-tuned or computed by a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """Return the state at the first reference; by default it is at rest on that reference."""
+        """Return the state at the first reference, which by default is at rest on that
+        reference.
+        """
         return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
     def both_ways(self, q_two: Array, r_two: Array) -> Controller:

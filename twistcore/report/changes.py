@@ -48,7 +48,7 @@ class JointChange:
 
 @dataclass(frozen=True)
 class FidelityCheck:
-    """Comparison of a written file, read back, with its source.
+    """Comparison of a written file with its source, after reading the written file again.
 
     Attributes
     ----------

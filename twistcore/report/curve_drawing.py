@@ -109,8 +109,8 @@ class ClipCurves:
         self._expected.take(i for i in sound if i.repairable)
 
     def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
-        """Return the panels of chains with intervals, worst first, and how many chains were left
-        out.
+        """Return the panels of chains with intervals, worst first, and the number of omitted
+        chains.
 
         `corrected` is the motion with the accepted intervals applied.
         """

@@ -194,7 +194,8 @@ class ReviewState:
         return None
 
     def chosen(self, *, undecided: bool = False) -> tuple[Interval, ...]:
-        """Return the accepted intervals or, with `undecided`, all that are not rejected.
+        """Return the accepted intervals or, with `undecided`, all intervals that are not
+        rejected.
 
         Lone jumps are left out: a person has only looked at an accepted lone jump, and it cannot be
         corrected.

@@ -137,7 +137,7 @@ def write_session(
     review: Review | ReviewState | Clip,
     path: str | Path | Review | ReviewState,
 ) -> None:
-    """Write a session file atomically: a review with its clip, to open or replay later.
+    """Write a review with its clip to a session file, atomically, to open or replay it later.
 
     Arguments in the order of earlier versions, ``(path, clip, state)``, are also accepted.
 

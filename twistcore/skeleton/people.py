@@ -338,7 +338,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """Return how many first words all runs have in common; 0 for a single run."""
+    """Return the number of first words that all runs have in common, or 0 for a single run."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1

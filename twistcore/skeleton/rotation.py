@@ -18,7 +18,7 @@ _AXIS_INDEX = {"X": 0, "Y": 1, "Z": 2}
 
 
 def wrap(angle: ArrayLike) -> Array:
-    """Add full turns to an angle to bring it into (−π, π]; the shape is kept."""
+    """Add full turns to an angle to bring it into (−π, π], keeping the shape."""
     a = np.asarray(angle, dtype=np.float64)
     if a.size < 64:
         return _wrap(a)
@@ -79,14 +79,14 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
 
 
 def normalise(v: ArrayLike) -> Array:
-    """Scale vectors or quaternions to unit length along the last axis; length must not be 0."""
+    """Scale vectors or quaternions of nonzero length to unit length along the last axis."""
     v = np.asarray(v, dtype=np.float64)
     unit: Array = v / np.linalg.norm(v, axis=-1, keepdims=True)
     return unit
 
 
 def continuous(q: ArrayLike) -> Array:
-    """Make quaternion signs continuous over frames, (frames, …, 4); rotations are unchanged."""
+    """Make quaternion signs continuous over frames, (frames, …, 4), without changing rotations."""
     q = np.asarray(q, dtype=np.float64)
     opposed = np.einsum("t...i,t...i->t...", q[:-1], q[1:]) < 0.0
     flips = np.zeros(q.shape[:-1], dtype=bool)

@@ -15,7 +15,7 @@ def consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
     `q_p` and `q_c` are the local unit quaternions (w, x, y, z) of parent and child, (frames, 4),
     and `axis` is the unit bone axis in the parent's coordinates, (3,). With x and y the twist
     increments of parent and child about the axis, each frame costs max(0, −x·y) / √(x² + y² + ε²).
-    This is 0 if they turn together and |x|/√2 if they cancel. The loss does not depend on the
+    This is 0 if they turn together, and |x|/√2 if they cancel. The loss does not depend on the
     quaternions' signs.
 
     Only elementary functions of `xp` are used, so the loss is differentiable with torch or

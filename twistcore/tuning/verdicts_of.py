@@ -291,7 +291,9 @@ def check_version(clip: Clip, session: Session) -> None:
 
 
 def check_method_and_chains(clip: Clip, session: Session) -> None:
-    """Raise TwistError unless the session's detector and the chains of its intervals exist."""
+    """Raise TwistError unless the session's detector and the chains of the session's intervals
+    exist.
+    """
     state = session.state
     if state.method not in DETECTORS:
         known = " or ".join(sorted(DETECTORS))

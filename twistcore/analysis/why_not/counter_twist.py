@@ -193,7 +193,9 @@ def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
 
 
 def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge | None:
-    """Return the edge above τ that the curve shows at the frame, else the clearest one there."""
+    """Return the edge above τ that the curve shows at the frame or, if there is none, the clearest
+    edge.
+    """
     e, t = table.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop) & (np.abs(e.jump) >= place.tau))
     if not len(at):

@@ -143,7 +143,7 @@ class AskedFrame:
         return f"frames {self.in_clip(start) + self.first}–{self.in_clip(stop) + self.first}"
 
     def named(self, interval: Interval) -> str:
-        """Describe an interval, by its kind and joint if it has no offset."""
+        """Describe an interval by its offset or, if it has none, by its kind and joint."""
         span, size = self.span(interval.start, interval.stop), signed_degrees(interval.shown)
         if named := interval.kind.info.named:
             return named.format(span=span, size=size, joint=interval.joint)

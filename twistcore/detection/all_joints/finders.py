@@ -303,7 +303,7 @@ def _as_written(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> 
 
 
 def _written(start: int, stop: int, held: DistinctFrames | None) -> tuple[int, int]:
-    """Convert frames [start, stop) from the frames without held ones to those of the clip."""
+    """Convert frames [start, stop) from a clip without held frames to the whole clip."""
     return (start, stop) if held is None else (held.begin(start), held.end(stop))
 
 

@@ -168,9 +168,9 @@ class _Softened:
     def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
         """Return the soft errors that replace no interval, by index, for :meth:`chains`.
 
-        The value is False for an error that is motion by the evidence; it is left to
-        :meth:`ConsistencyAnalysis.taken_for_motion`. The value is True for an error that is less
-        certain than the intervals between jumps that it overlaps; it is left out.
+        The value is True for an error that is left out, because it is less certain than the
+        intervals between jumps that it overlaps. It is False for an error that is motion according
+        to the evidence, and that :meth:`ConsistencyAnalysis.taken_for_motion` returns.
         """
         out = {}
         for k, (error, own) in enumerate(self.errors):

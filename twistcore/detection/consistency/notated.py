@@ -103,7 +103,7 @@ class NotatedAnalysis:
 
 
 def is_clear(interval: Interval) -> bool:
-    """True if an interval is certain enough to take priority over other ones in the same frames."""
+    """True if an interval is certain enough to take priority over others in the same frames."""
     return not interval.open and (interval.confidence or 0.0) >= CLEAR
 
 

@@ -56,7 +56,7 @@ LEVEL, STEPS, ALL = 0, 1, 2
 
 
 class Pair(NamedTuple):
-    """An interval by the indices of its two edges in the table, −1 for a border.
+    """An interval, given by the indices of its two edges in the table, with −1 for a border.
 
     Attributes
     ----------
@@ -291,7 +291,9 @@ def _gain_alone(edges: Edges, side: Index) -> Array:
 
 
 def _longest_alone(fps: float) -> int:
-    """Return the longest interval between a border and one edge that is corrected, in frames."""
+    """Return the length in frames of the longest corrected interval between a border and one
+    edge.
+    """
     return max(SHORT_FRAMES, round(SHORT_SECONDS * fps))
 
 

@@ -92,7 +92,7 @@ class Judgement:
 
 
 def weighed(t: Terms) -> dict[str, float]:
-    """Return the terms of the score before they are weighted, by the names in :data:`WEIGHTS`."""
+    """Return the unweighted terms of the score, by the names in :data:`WEIGHTS`."""
     told = t.hinged and t.edge_bend > BENT and t.for_azimuth < _SPEAKS and t.for_side < _SPEAKS
     known = not math.isnan(t.off_before)
     nearer = math.log((t.off_before + 1.0) / (t.off_after + 1.0)) if known else 0.0

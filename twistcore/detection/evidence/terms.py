@@ -188,7 +188,8 @@ class Background:
         return scale(usual, 0.02) if len(usual) > 10 else 5.0
 
     def usual(self, name: str, width: int) -> _Usual:
-        """Return the turns of a signal over `width` frames minus its pace, and their scale.
+        """Return the turns of a signal over `width` frames minus the signal's pace, and their
+        scale.
 
         `name` is the signal's name. Frames with errors are left out.
         """
@@ -346,7 +347,9 @@ class _Measured:
         return float(self.chain.both_frames[max(edge.start - 1, 0) : edge.stop + 1].min())
 
     def _turn(self, turns: Array, edge: Edge) -> Array:
-        """Return how far a signal turns at an edge, minus its pace in two frames on either side."""
+        """Return how far a signal turns at an edge, minus the signal's pace in two frames on either
+        side.
+        """
         before = turns[max(edge.start - PACE, 1) : edge.start]
         beside = np.concatenate([before, turns[edge.stop : edge.stop + PACE]])
         pace = beside.mean(axis=0) if len(beside) else np.zeros(turns.shape[1:])

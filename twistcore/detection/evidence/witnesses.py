@@ -148,7 +148,7 @@ class Witnesses:
 
     @cached_property
     def sine(self) -> Array:
-        """The sine of the bend, 0…1, which is how well the azimuth is defined, (frames,)."""
+        """The sine of the bend, 0…1, which measures how well the azimuth is defined, (frames,)."""
         return np.sin(np.radians(self.bend))
 
     @cached_property

@@ -106,8 +106,8 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return the jumps in one frame, which are departures of τ radians, or smaller but unusual
-    ones.
+    """Return the jumps in one frame: departures of at least τ radians, and smaller unusual
+    departures.
 
     `scale_at` and `steps_at` return the scale of the limb and the movement of its end at the given
     frames.

@@ -42,7 +42,7 @@ class Span:
         return self.length + 2 * self.reach + 1
 
     def count(self, frames: int) -> int:
-        """Return the number of positions of the span in a clip of so many frames."""
+        """Return the number of positions of the span in a clip with the given number of frames."""
         return max(0, (frames - self.support) // self.step + 1)
 
     def departures(self, level: Array) -> Array:

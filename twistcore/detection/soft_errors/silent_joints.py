@@ -190,7 +190,8 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
 def _of_two_chains(
     surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
 ) -> SoftError:
-    """Return the one of equally good errors in the same frames that the other joint turns back.
+    """Return the error that the other joint turns back, of equally good errors in the same
+    frames.
 
     Two chains share a silent joint, which does not show to which of them the error belongs.
     """

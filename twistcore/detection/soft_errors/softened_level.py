@@ -31,7 +31,7 @@ NARROWER = 5.0  # factor from one width to the next
 
 
 class Level(NamedTuple):
-    """A softened level by its four numbers.
+    """A softened level, given by its four numbers.
 
     Attributes
     ----------

@@ -97,7 +97,9 @@ class Spell:
         return int(self.start > self.low) + int(self.stop < self.high)
 
     def windows(self, window: int) -> slice:
-        """Return the windows over the spell and its neighbours, by the frame before each window."""
+        """Return the windows over the spell and its neighbours, indexed by the frame before each
+        window.
+        """
         first, last = max(self.start - window, self.low), min(self.stop, self.high - window)
         return slice(first, max(first, last))
 

@@ -53,12 +53,12 @@ class AmcClip(Clip):
 
     @property
     def frames(self) -> int:
-        """Number of frames."""
+        """The number of frames."""
         return len(self.values)
 
     @property
     def columns(self) -> int:
-        """Number of numbers in a frame."""
+        """The number of values in a frame."""
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:

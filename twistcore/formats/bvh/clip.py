@@ -45,12 +45,12 @@ class BvhClip(Clip):
 
     @property
     def frames(self) -> int:
-        """Number of frames."""
+        """The number of frames."""
         return len(self.values)
 
     @property
     def columns(self) -> int:
-        """Number of numbers in a row."""
+        """The number of values in a row."""
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:

@@ -109,7 +109,7 @@ def _indent(depth: int) -> str:
 def _described(
     skeleton: Skeleton, joint: int, depth: int, placed: bool, sites: list[Array]
 ) -> list[str]:
-    """Return the lines of a joint that come before those of its children."""
+    """Return the lines of a joint that come before the lines of its children."""
     indent, offset = _indent(depth), skeleton.offsets[joint]
     channels = "6 Xposition Yposition Zposition" if placed else "3"
     lines = [

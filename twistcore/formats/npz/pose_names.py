@@ -163,7 +163,9 @@ def _part(name: str, joints: tuple[str, ...]) -> PosePart:
 
 
 def _width(arrays: Arrays, name: str) -> int:
-    """Return how many numbers a frame has; 0 if they are not rotation vectors of one person."""
+    """Return the number of values in a frame, or 0 if they are not rotation vectors of one
+    person.
+    """
     shape: tuple[int, ...] = arrays.array(name).shape
     if len(shape) == 3 and shape[2] == 3:
         return 3 * shape[1]

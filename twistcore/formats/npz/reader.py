@@ -196,7 +196,7 @@ def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "
 
 
 def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float:
-    """Return the seconds per frame from the file or, if unusable, of the layout's rate or 30
+    """Return the seconds per frame from the file or, if they are unusable, from the layout or 30
     fps.
     """
     rate, whose = names.rate or (_ASSUMED_FPS, "")
