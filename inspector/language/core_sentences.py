@@ -1,8 +1,8 @@
 """Translate the sentences of twistcore.
 
 These sentences are in English, because they also go to terminals and files. The catalogue contains
-their templates with the context 'core': the template '{0} has {1} frames.' matches the sentence for
-any values of `{0}` and `{1}`, which are then inserted into the translation.
+their templates with the context 'core'. For example, the template '{0} has {1} frames.' matches the
+sentence for any values of `{0}` and `{1}`, which are then inserted into the translation.
 """
 
 from __future__ import annotations

@@ -286,7 +286,8 @@ class Document(OpenClip):
             self.do(Edit(interval_id, new, drag))
 
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
-        """Add and select an interval made by hand, the given one or one proposed around a frame.
+        """Add and select an interval made by hand, either the given one or one proposed around a
+        frame.
 
         If an interval of the same kind already has the same frames, that interval is selected and
         none is added, because the offsets of both would add up.

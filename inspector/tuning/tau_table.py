@@ -80,7 +80,9 @@ class ComparisonModel(RowModel[_Line]):
         return (Column(tr("now"), Profile(state.tau, state.method)), *self.others)
 
     def method(self, column: Column) -> str:
-        """Return the detector with which a set of τ is measured, its own or the one in use."""
+        """Return the detector with which a set of τ is measured: its own detector, or the one in
+        use.
+        """
         return column.profile.method or self._document.review.state.method
 
     @property

@@ -349,11 +349,11 @@ class Manifest:
         )
 
     def put_rows(self, rows: Iterable[ManifestRow]) -> None:
-        """Store the rows of clips, which is possible only within a transaction."""
+        """Store the rows of clips; this must be called within a transaction."""
         self._connection.executemany(_PUT, (_values(row) for row in rows))
 
     def put_result(self, row: ManifestRow, result: Mapping[str, Any]) -> None:
-        """Store a clip's result by its bytes and parameters, which is possible only within a
+        """Store a clip's result by its bytes and parameters; this must be called within a
         transaction.
         """
         self._connection.execute(

@@ -1,4 +1,6 @@
-"""The table of `twistcore info --names`: the joints, and the bones recognised from their names."""
+"""The table of joints, and of the bones recognised from their names, for `twistcore info
+--names`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`twistcore quamo noise | evaluate | ablation | train`: the commands for studying QuaMo."""
+"""The commands for studying QuaMo: `twistcore quamo noise | evaluate | ablation | train`."""
 
 from __future__ import annotations
 

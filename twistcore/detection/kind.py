@@ -235,7 +235,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
 
 
 def _announced() -> bool:
-    """True if a package on the path announces a kind; this is ten times as fast as
+    """True if a package on the path announces a kind, found ten times as fast as by
     `entry_points`.
     """
     for folder in dict.fromkeys(sys.path):

@@ -37,8 +37,8 @@ def half_window(fps: float) -> int:
 def coarse_residual(signals: Array, step: int) -> Array:
     """Return the signals minus the median of 5 samples that are `step` frames apart, in radians.
 
-    This is the first estimate, while jumps are still unknown: the median ignores a short interval
-    or a ramp.
+    This is the first estimate, made while jumps are unknown. The median ignores a short interval or
+    a ramp.
     """
     n = signals.shape[-1]
     padded = np.pad(signals, ((0, 0), (0, 0), (2 * step, 2 * step)), mode="edge")

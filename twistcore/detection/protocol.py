@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DetectorInfo:
-    """What the program shows about a detector; it is declared in the detector's own file.
+    """The information that the program shows about a detector, declared in the detector's own
+    file.
 
     Parameters
     ----------

@@ -25,8 +25,8 @@ def accepted_motion(
 ) -> Motion:
     """Return the motion corrected by the accepted intervals and then tracked, as it is exported.
 
-    `chains` are the chains and, for their flips, limbs. `tell` is called with the completed share
-    of tracking.
+    `chains` contains chains, and limbs whose flips were accepted. `tell` is called with the
+    completed share of tracking.
     """
     refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)

@@ -80,7 +80,8 @@ def own_folder(find: Callable[[], Path]) -> Path:
 def real_path(path: Path) -> Path:
     """Return the absolute path without links, as far as links can be resolved.
 
-    `Path.resolve` raises for a loop of links; here the path of such a link itself is returned.
+    `Path.resolve` raises an error for a loop of links, but here the path of such a link is
+    returned.
     """
     return Path(os.path.realpath(path))
 

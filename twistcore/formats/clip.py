@@ -66,7 +66,7 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
 class ChannelJump:
     """A step of more than 180° in a written channel that no equivalent angles could avoid.
 
-    The pose is right in every frame; only a program that interpolates the channels between frames
+    The pose is right in every frame, but a program that interpolates the channels between frames
     shows a spin.
 
     Parameters

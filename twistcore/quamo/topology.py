@@ -110,7 +110,7 @@ def _topology(skeleton: Skeleton, names: tuple[str, ...]) -> Topology:
 
 
 def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
-    """Return the metres per unit of a skeleton, the given number or CMU's for a CMU skeleton.
+    """Return the metres per unit of a skeleton, from the given number or for a CMU skeleton.
 
     Raises TwistError if the unit is unknown because the joint names are not CMU's or the height in
     metres would be impossible for a person.

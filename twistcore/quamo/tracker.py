@@ -71,7 +71,7 @@ class Controller(ABC):
 
 
 class HandGains(Controller):
-    """The same hand-tuned gains in every frame; they must be stable at the clip's frame time.
+    """The same hand-tuned gains in every frame, which must be stable at the clip's frame time.
 
     Parameters
     ----------

@@ -87,7 +87,7 @@ def _other_clip(listing: Path, clip: Clip) -> str:
 def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
     """True if the existing report is about a clip of this name with other bytes.
 
-    That clip may be an earlier version or a clip from another folder; there is no way to tell.
+    The other clip may be an earlier version or from another folder, which cannot be distinguished.
     """
     mark = _listed(report_files(folder, name)[-1]).get("sha256")
     return mark is not None and mark != clip.sha256

@@ -49,7 +49,7 @@ class ClipTuning:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the chains that have a curve, which are the correctable ones."""
+        """Return the names of the chains that have a curve, that is, of all correctable chains."""
         clean = self.clean
         return tuple(c.name for c in clean.chains if not uncorrectable_joints(clean.motion, c))
 

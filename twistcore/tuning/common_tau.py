@@ -45,7 +45,9 @@ class CommonTau:
     chains: tuple[ChainTau, ...]
 
     def tau(self, chain: str) -> float | None:
-        """Return the τ to use for a chain, in radians, its own if it needs one, or the common τ."""
+        """Return the τ to use for a chain, in radians: the chain's own τ if it needs one, or the
+        common τ.
+        """
         for c in self.chains:
             if c.chain == chain and c.apart and c.own is not None:
                 return c.own.tau

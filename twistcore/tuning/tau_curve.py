@@ -64,7 +64,9 @@ class TauCurve:
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the confidence band of the FSR, 0…1, (n,) each; NaN if unknown."""
+        """Return the lower and the upper limit of the FSR's confidence band, 0…1, (n,); NaN if
+        unknown.
+        """
         return self._drawn.band
 
     @property

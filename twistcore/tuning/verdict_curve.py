@@ -107,12 +107,12 @@ class VerdictCurve:
         return _share(found, found + self.alarms.sum(axis=0))
 
     def recall_between(self) -> tuple[Array, Array]:
-        """Return the 90 % confidence interval of the recall, (n,) each."""
+        """Return the limits, (n,), of the 90 % confidence interval of the recall."""
         found = self.found.sum(axis=0)
         return wilson(found, np.broadcast_to(self.errors.sum(), found.shape))
 
     def precision_between(self) -> tuple[Array, Array]:
-        """Return the 90 % confidence interval of the precision, (n,) each."""
+        """Return the limits, (n,), of the 90 % confidence interval of the precision."""
         found = self.found.sum(axis=0)
         return wilson(found, found + self.alarms.sum(axis=0))
 

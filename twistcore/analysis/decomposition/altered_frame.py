@@ -65,8 +65,8 @@ def altered(
 ) -> Motion:
     """Return one frame of the motion with the alterations, as a Motion of length 1.
 
-    Bend, swing and nudge are applied first, because they do not change the twist's own quaternion;
-    then the twist. With `counter` every child of P turns back, as in a twist error (Eq. 14). Last,
+    Bend, swing and nudge are applied before the twist, because they do not change the twist's own
+    quaternion. With `counter`, every child of P turns back, as in a twist error (Eq. 14). Finally,
     the fraction `applied` of `offset`, in radians, is removed. `stage` is the part of P's rotation
     that is included, with the children carried along: 0 for none, 1 for the whole swing, 2 for the
     whole twist as well.

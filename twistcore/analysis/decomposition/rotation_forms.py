@@ -14,8 +14,7 @@ LOCK = float(np.radians(5.0))  # between first and last axis: the two channels d
 
 
 def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
-    """Return the factors of q = twist ⊗ swing', (4,) each, with the same twist but another
-    swing.
+    """Return both factors, (4,), of q = twist ⊗ swing', with the same twist but another swing.
 
     The angle of the swing is the same; its normal is the normal of the first swing turned back by
     the twist.

@@ -314,7 +314,7 @@ def _owners(search: KindSearch) -> dict[int, Chain]:
 
 
 def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain with which each joint is listed, its own or the nearest one of its
+    """Return the chain with which each joint is listed: its own chain or the nearest of its
     person.
 
     A joint that is not connected to any chain is left out.

@@ -48,7 +48,7 @@ TAU_IN_SIGMA = 6.0  # an automatic τ: higher where σ of natural motion itself 
 
 @dataclass(frozen=True, eq=False)
 class FixedInterval:
-    """An interval that does not depend on τ; it is listed if its strength is at least τ.
+    """An interval that does not depend on τ, and is listed if its strength is at least τ.
 
     `peak` is the frame at which its strength appears in the curve.
     """

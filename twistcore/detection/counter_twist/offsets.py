@@ -48,8 +48,9 @@ def offsets_of(
 ) -> list[Course]:
     """Return the error of each interval in every frame.
 
-    The error is the running sum of its steps; the angle left open at the end is distributed by
-    variance. If C turns back only part of the error, P's own jumps give its size.
+    The error is the running sum of the interval's steps. The angle that remains at the end is
+    distributed over the steps in proportion to their variance. If C turns back only part of the
+    error, P's own jumps give its size.
     """
     d, variance = counter.d[chain], counter.sigma[chain] ** 2
     closed = [p for p in pairs if p.opening >= 0 and p.closing >= 0]

@@ -195,9 +195,7 @@ def _log_density(angle: Array, weight: Array) -> Density:
 def _arcs(
     jumps: Sequence[Jump], angle: Array, weight: Array, log: Density, fps: float
 ) -> list[_Arc]:
-    """Return all steps by target, which are jumps that stay unexplained, and runs between two
-    jumps.
-    """
+    """Return all steps, by target: jumps that stay unexplained, and runs between two jumps."""
     out = []
     as_is = log(angle) * weight
     for k, last in enumerate(jumps):

@@ -1,10 +1,10 @@
 """How far a level departs from its natural course, over spans of every length.
 
-A level U is the running sum of increments. Over the span [a, a + L] its natural course is a bridge:
-the cubic with the same values and slopes at both ends. The departure of U from the bridge is
-measured at a quarter, a half and three quarters of the span. A twist error δ that begins and ends
-within a span causes a departure of δ there, however gradually it begins. Natural motion departs
-little, and less over shorter spans.
+A level U is the running sum of increments. Over the span [a, a + L], its natural course is a
+bridge, which is the cubic with the same values and slopes at both ends. The departure of U from the
+bridge is measured at a quarter, a half and three quarters of the span. A twist error δ that begins
+and ends within a span causes a departure of δ there, however gradually it begins. Natural motion
+departs little, and less over shorter spans.
 """
 
 from __future__ import annotations
@@ -133,8 +133,7 @@ def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
 
 @lru_cache(maxsize=1024)
 def _cubic(length: int) -> tuple[Array, Array, Array, Array]:
-    """Return a cubic's weights in each frame for both end values and both slopes, (length − 1,)
-    each.
+    """Return a cubic's weights for both end values and both slopes, four arrays (length − 1,).
 
     The weights are for the inner frames of a span.
     """

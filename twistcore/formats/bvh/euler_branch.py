@@ -157,7 +157,7 @@ def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array
 
     `solutions` are the two solutions in every frame, up to full turns, shape (n, 2, 3). `near` is a
     path of solutions from `before` on without steps above half a turn, shape (n, 3). The result is
-    exact up to 2 turns; it is found by dynamic programming over the solution and the full turns of
+    exact up to 2 turns, and is found by dynamic programming over the solution and the full turns of
     each channel relative to `near`.
     """
     # Turn 0 of each solution is the one nearest to the path. A solution half a turn away is equally

@@ -1,7 +1,7 @@
 """Poses that ROMP and BEV estimated in a video [Sun et al. 2021]: a dict of persons by frame.
 
-`results` of `video_results.npz` is an object, which numpy would unpickle; here it is read without
-running anything (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Its frames are
+`results` of `video_results.npz` is an object that numpy would unpickle. Here, it is read without
+running any code (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Its frames are
 dicts with a row for each person: `smpl_thetas` (persons, 72), `cam_trans` (persons, 3) and, if
 people were tracked, `track_ids`. Earlier versions have a list of dicts with `poses` (72,).
 `sequence_results` repeats the rows by person.

@@ -73,7 +73,7 @@ def apply_method(
     wrong: Sequence[InjectedError] = (),
     tau: Taus = AUTOMATIC,
 ) -> MethodResult:
-    """Apply a method to a motion; only joints of `chains` change.
+    """Apply a method to a motion, changing only joints of `chains`.
 
     The automatic corrections are applied, or the offsets that the detector's analysis itself
     returns, such as the paper's running sum.

@@ -70,7 +70,7 @@ def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
 
 
 def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
-    """Filter positions with the One-Euro filter; the second setting is in Hz per m/s."""
+    """Filter positions with the One-Euro filter, whose second setting is in Hz per m/s."""
     lowest, slope, cutoff = setting
     r = r_hat.copy()
     moving = np.zeros(r_hat.shape[1:])
