@@ -107,7 +107,7 @@ def _like_a_blend(s: Array) -> bool:
 
 
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
-    """Return, for joints that move far, their paths, directions to frame `length`, and s(t).
+    """Return the paths of joints that move far, their directions to frame `length`, and s(t).
 
     `way` holds the chords from the first rotation, shape (joints, frames, 4). The returned ways are
     in units of the chord to frame `length`.

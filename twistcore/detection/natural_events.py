@@ -61,7 +61,9 @@ class NaturalEvent:
 
 
 def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalEvent]:
-    """Return all events of a clip without injected errors, by chain; see the rule above."""
+    """Return all events of a clip without injected errors, by chain, according to this module's
+    rule.
+    """
     events: list[NaturalEvent] = []
     for chain in chains:
         for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name)):
@@ -94,7 +96,9 @@ def with_events(
     limbs: Sequence[Limb],
     events: Iterable[NaturalEvent],
 ) -> frozenset[str]:
-    """Return the names of the chains and limbs that are not audited; see the rule above."""
+    """Return the names of the chains and limbs that are not audited, according to this module's
+    rule.
+    """
     own = {e.chain for e in events}
     out = set(own)
     for limb in limbs:
@@ -108,7 +112,7 @@ def with_events(
 
 
 def flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[NaturalEvent]:
-    """Yield the flips of P, then the flips of C; see the rule above."""
+    """Yield the flips of P, then the flips of C, according to this module's rule."""
     c, row = analysis.limb, analysis.row
     alone = np.zeros(c.x.shape[1], dtype=bool)
     for table in analysis.tables:  # a cut is no flip

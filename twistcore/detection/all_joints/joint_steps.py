@@ -270,7 +270,7 @@ def _angle(a: Array, b: Array) -> Array:
 
 
 def _without_overlaps(found: list[JointStep]) -> list[JointStep]:
-    """Return the spikes, by start, except those that overlap a larger spike of the same joint."""
+    """Return the spikes, by start, without spikes that overlap a larger spike of the same joint."""
     kept: dict[int, list[JointStep]] = {}
     for one in sorted(found, key=lambda s: -s.degrees):
         own = kept.setdefault(one.joint, [])
