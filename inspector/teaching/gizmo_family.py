@@ -34,7 +34,7 @@ _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
 def family(d: Decomposition) -> tuple[Array, Array]:
     """Return normals n, (MEMBERS, 3), in the coordinates of P's parent, and θp for each.
 
-    The first pair of n and θp is the one in the frame.
+    The first pair is the pair (n, θp) of the frame itself.
     """
     n = d.n if d.n.any() else perpendicular(d.a)
     normals: Array = turned(n, d.a, _TURNS[:, None])

@@ -186,8 +186,9 @@ def make_chain(
 ) -> Chain | None:
     """Return the chain of three joints, or None if P→C has no length and therefore no axis.
 
-    Without a grandchild, b is for a hand the unit Z of C's frame [Choi26 §4.1.3], or the axis of C
-    least parallel to a if Z lies within 20° of it; for a foot, b points to its End Site.
+    Without a grandchild, the direction b depends on the joint. For a hand, b is the unit Z of C's
+    frame [Choi26 §4.1.3] or, if Z is within 20° of a, the axis of C that is least parallel to a.
+    For a foot, b points to its End Site.
     """
     skeleton = motion.skeleton
     warnings: list[str] = []

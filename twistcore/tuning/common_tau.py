@@ -111,10 +111,9 @@ class CommonTau:
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
-    """Return how many more errors are found, and how many fewer rejected intervals listed, with
-    `own`.
+    """Return how many more errors are found and fewer rejected intervals listed at a chain's own τ.
 
-    `own` and `common` are the two τ to compare.
+    `own` and `common` are the chain's own τ and the common τ.
     """
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)

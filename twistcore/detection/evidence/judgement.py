@@ -134,7 +134,7 @@ def unanswered(t: Terms) -> bool:
 def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judgement:
     """Return the judgement of the evidence.
 
-    `segment` is the chain's segment, which names the joint in the words. `straight` is True if the
+    `segment` is the chain's segment, by which the doubts name the joint. `straight` is True if the
     error was found as an error of a straight limb, so that both bones must turn at its ends.
     """
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}

@@ -133,9 +133,9 @@ def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
 
 @lru_cache(maxsize=1024)
 def _cubic(length: int) -> tuple[Array, Array, Array, Array]:
-    """Return a cubic's weights for both end values and both slopes, four arrays (length − 1,).
+    """Return the weights of a cubic's end values and end slopes in the inner frames of a span.
 
-    The weights are for the inner frames of a span.
+    The result is four arrays of shape (length − 1,).
     """
     t = np.arange(1, length) / length
     rise = t * t * (3.0 - 2.0 * t)

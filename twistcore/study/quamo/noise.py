@@ -50,12 +50,12 @@ LEVELS = {
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise to add, with a level, and True if half of the bias's variance is constant
-    (systematic).
+    """The noise to add, given by its level and by whether half of the bias's variance is
+    systematic.
 
-    The systematic part is drawn for each clip separately, so no method can memorise it. The total
-    size is the same with and without it. `bursts` is the number of occlusions per minute, in each
-    of which a limb loses its input (it freezes, then jumps back).
+    The systematic part is constant within a clip and drawn for each clip separately, so no method
+    can memorise it. The total size is the same with and without it. `bursts` is the number of
+    occlusions per minute, in each of which a limb loses its input (it freezes, then jumps back).
     """
 
     level: NoiseLevel
