@@ -75,9 +75,7 @@ def _wrong_arguments(arguments: argparse.Namespace) -> str:
 
 
 def _missing_for_window() -> str:
-    """Return why no window can be opened on this system, where Qt would
-    only crash, or '' if one can.
-    """
+    """Return the reason why no window can be opened on this system, where Qt would crash, or ''."""
     if any(find_spec(name) is None for name in _WINDOW):
         return _NOT_INSTALLED
     platform = os.environ.get("QT_QPA_PLATFORM")

@@ -36,9 +36,14 @@ Area = Qt.DockWidgetArea
 
 
 class HostWindow(QMainWindow):
-    """The window as features see it.
+    """The window, as far as features use it.
 
-    docks: the docks by name; actions_by_id: the actions by the ids of their rows.
+    Attributes
+    ----------
+    docks
+        The docks by name.
+    actions_by_id
+        The actions by the ids of their rows.
     """
 
     document: Document
@@ -87,9 +92,16 @@ class FeatureParts:
 class Tool:
     """The toolbar button of an action.
 
-    word: the text on the button; place: its position from the left, where a separator divides
-    places with different tens digits (19 and 20, for example); spared: when its word is hidden in a
-    narrow window: first (1), second (2), or last (0), together with the remaining words.
+    Attributes
+    ----------
+    word
+        The text on the button.
+    place
+        Its position from the left, where a separator divides places with different tens digits (19
+        and 20, for example).
+    spared
+        When the word is hidden in a narrow window: first (1), second (2), or last (0), together
+        with the remaining words.
     """
 
     word: str
@@ -101,11 +113,21 @@ class Tool:
 class ActionRow(Generic[T]):
     """A row of a menu. T is the type of the object on which its action works.
 
-    checked: True if the row is checked at the start; group: name of a group in which exactly one
-    row is checked; needs: 'clip' if the row needs an open clip, 'figure' if it also needs the 3D
-    view; in_list: True if the row also appears in the context menu of the panel's list; tool: its
-    button in the toolbar, or None; verdict: True if the row decides on an interval, so that a held
-    key acts once, and only on an interval that has been drawn.
+    Attributes
+    ----------
+    checked
+        True if the row is checked at the start.
+    group
+        Name of a group in which exactly one row is checked.
+    needs
+        'clip' if the row needs an open clip, 'figure' if it also needs the 3D view.
+    in_list
+        True if the row also appears in the context menu of the panel's list.
+    tool
+        Its button in the toolbar, or None.
+    verdict
+        True if the row decides on an interval, so that a held key acts once, and only on an
+        interval that has been drawn.
     """
 
     id: str
@@ -154,7 +176,7 @@ class Switch(ActionRow[T]):
 class MenuRows(Generic[T]):
     """The rows of one menu; None stands for a separator.
 
-    after: id of the row after which they are inserted, or '' for the end of the menu.
+    `after` is the id of the row after which they are inserted, or '' for the end of the menu.
     """
 
     menu: str
@@ -166,11 +188,24 @@ class MenuRows(Generic[T]):
 class DockPanel(Generic[T]):
     """A dock of the window.
 
-    name: the name under which its position is remembered; title: its title; area: the area where it
-    is placed at first; content: function that returns the widget in the dock; shown: True if the
-    dock is visible at first; empty_at_start: True if it is hidden at every start, because it has
-    no content before something is opened; tab: True if it is a tab next to the interval table;
-    before: name of the panel that it precedes, or '' if it comes last.
+    Attributes
+    ----------
+    name
+        The name under which its position is remembered.
+    title
+        Its title.
+    area
+        The area where it is placed at first.
+    content
+        Function that returns the widget in the dock.
+    shown
+        True if the dock is visible at first.
+    empty_at_start
+        True if it is hidden at every start, because it has no content before something is opened.
+    tab
+        True if it is a tab next to the interval table.
+    before
+        Name of the panel that it precedes, or '' if it comes last.
     """
 
     name: str
@@ -185,7 +220,7 @@ class DockPanel(Generic[T]):
 
 @dataclass(frozen=True)
 class Tick:
-    """A check box in the preferences. name: the name of its FeatureSetting."""
+    """A check box in the preferences. `name` is the name of its FeatureSetting."""
 
     name: str
     text: str
@@ -194,7 +229,10 @@ class Tick:
 
 @dataclass(frozen=True)
 class Feature(Generic[Built]):
-    """A feature of the window. build: function that creates its views before any dock exists."""
+    """A feature of the window.
+
+    `build` is a function that creates its views before any dock exists.
+    """
 
     name: str
     build: Callable[[HostWindow], Built]

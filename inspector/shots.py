@@ -44,8 +44,8 @@ _SETTLE_MS = 700
 _LOOK_MS = 100
 _PATIENCE_S = 60.0  # how long to wait until the window stops changing
 _DOCK_TITLE = 32  # pixels
-_SEED = 5  # of the exercise
-_NOISY_FRAME = 200  # of a clip with synthetic noise
+_SEED = 5  # seed of the exercise
+_NOISY_FRAME = 200  # frame of a clip with synthetic noise
 _PICTURED = 3  # page of a lesson other than the tour
 _FILM = RecordChoice(
     IMAGES / "skin.gif", first=305, stop=323, speed=0.1, size=(800, 420),
@@ -214,7 +214,7 @@ def main() -> int:
 
 
 def film(window: MainWindow) -> None:
-    """Record the README's film: the striped skin before and after, at a tenth of the speed."""
+    """Record the README's film, with the striped skin before and after, at a tenth of the speed."""
     document = window.document
     with tempfile.TemporaryDirectory() as folder:
         window.resize(*_SIZE)
@@ -290,7 +290,7 @@ def wait_for(ready: Callable[[], object]) -> None:
 
 def steady_picture(window: MainWindow) -> QImage:
     """Return the window's picture once it has stopped changing, even on a busy machine."""
-    window.statusBar().clearMessage()  # it would disappear at some time
+    window.statusBar().clearMessage()  # the message would disappear at some time
     seen, still_ms = window.grab().toImage(), 0
     ends = time.monotonic() + _PATIENCE_S
     while still_ms < _SETTLE_MS and time.monotonic() < ends:
@@ -302,7 +302,9 @@ def steady_picture(window: MainWindow) -> QImage:
 
 
 def save(window: MainWindow, name: str, *, small: bool = False) -> None:
-    """Save a picture of the window once it is steady; small: crop the part below the 3D view."""
+    """Save a picture of the window once it is steady. If `small` is True, crop the part below the
+    3D view.
+    """
     wait(_SETTLE_MS)
     picture = steady_picture(window)
     if small:

@@ -52,7 +52,10 @@ def is_loadable(soname: str) -> bool:
 
 
 def missing_libraries(platform: str = "xcb") -> dict[str, str]:
-    """Return each missing library with its Debian package; platform: the name of Qt's platform."""
+    """Return each missing library with its Debian package.
+
+    `platform` is the name of Qt's platform.
+    """
     if not sys.platform.startswith("linux"):
         return {}
     needed = LIBRARIES | (X_LIBRARIES if platform.startswith("xcb") else {})

@@ -1,6 +1,6 @@
 """Stop PySide from reading the source of every imported module, which makes the start slower.
 
-PySide does this to support `from __feature__ import`, which this program does not use. It takes a
+PySide does this to support `from __feature__ import`, which this program does not use. This takes a
 sixth of the processor time of the program's start. PySide 6.10 has no setting for it; with other
 versions this module may have no effect.
 """
@@ -13,7 +13,7 @@ from typing import Any
 
 
 def leave_sources_unread() -> None:
-    """Turn this reading off; call this before PySide6 is imported for the first time."""
+    """Stop this reading, which must be done before PySide6 is imported for the first time."""
     importlib.import_module("shiboken6")  # contains the reader; PySide6 starts it at once
     reader: Any = sys.modules.get("shibokensupport.feature")
     if hasattr(reader, "_mod_uses_pyside"):

@@ -1,6 +1,6 @@
-"""Axial twist errors in skeleton motion: find, judge and remove them.
+"""Find, judge and remove axial twist errors in skeleton motion.
 
-The data goes through read_clip → find_chains, find_limbs → analyse, detect → Review → refine →
+The usual steps are read_clip → find_chains, find_limbs → analyse, detect → Review → refine →
 write_clip.
 """
 

@@ -1,4 +1,4 @@
-"""`python -m twistcore`."""
+"""Run the `twistcore` command with `python -m twistcore`."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Error classes, each with a sentence for a person."""
+"""The errors that this package raises, each with a sentence for a person."""
 
 from __future__ import annotations
 
@@ -6,17 +6,7 @@ from typing import Any
 
 
 class TwistError(Exception):
-    """Base of every error that a person should read: one sentence.
-
-    Examples
-    --------
-    >>> import twistcore as tc
-    >>> try:
-    ...     tc.read_clip("none.bvh")
-    ... except tc.TwistError as error:
-    ...     print(error)
-    none.bvh: expected a BVH file, but there is no such file
-    """
+    """Base of all errors that users should see; the message is one sentence."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle sentence and attributes without __init__, so that errors can cross processes."""
@@ -24,12 +14,14 @@ class TwistError(Exception):
 
 
 def _remade(kind: type[TwistError], arguments: tuple[Any, ...]) -> TwistError:
-    """Create the error without __init__, which needs more than the sentence; attributes follow."""
+    """Create the error without __init__, which needs more arguments; attributes are set
+    afterwards.
+    """
     return kind.__new__(kind, *arguments)
 
 
 class ClipError(TwistError):
-    """A clip cannot be read: the place in the file, and what was expected there."""
+    """Raised if a clip cannot be read, with the place in the file and what was expected there."""
 
     def __init__(
         self, path: str, expected: str, *, line: int | None = None, column: int | None = None
@@ -44,20 +36,20 @@ class ClipError(TwistError):
 
 
 class BvhError(ClipError):
-    """A BVH cannot be read."""
+    """Raised if a BVH file cannot be read."""
 
 
 class AmcError(ClipError):
-    """An AMC, or the ASF with its skeleton, cannot be read."""
+    """Raised if an AMC file, or the ASF file with its skeleton, cannot be read."""
 
 
 class NpzError(TwistError):
-    """An .npz cannot be read; it has no line numbers."""
+    """Raised if an .npz file cannot be read; the error has no line number."""
 
 
 class ClipMismatchError(TwistError):
-    """Two files that should belong together do not."""
+    """Raised if two files that should belong together do not."""
 
 
 class FormatError(TwistError):
-    """A JSON or TOML document of this project is damaged or has another schema."""
+    """Raised if a JSON or TOML document of this project is damaged or has another schema."""

@@ -51,8 +51,8 @@ def languages() -> dict[str, str]:
 def wished(setting: str, of_system: Iterable[str]) -> str:
     """Return the code of the language to use: the setting, or the first available system language.
 
-    setting: a code or 'system'; of_system: the system's languages in order of preference, as codes
-    such as 'de-AT'.
+    `setting` is a language code or 'system'. `of_system` lists the system's languages in order of
+    preference, as codes such as 'de-AT'.
     """
     for name in (setting, *of_system):
         code = name.replace("_", "-").split("-")[0].lower()

@@ -1,8 +1,8 @@
 """Translate the sentences of twistcore.
 
 These sentences are in English, because they also go to terminals and files. The catalogue contains
-their templates with the context 'core': the template '{0} has {1} frames.' matches the sentence for
-any values of `{0}` and `{1}`, which are then inserted into the translation.
+their templates with the context 'core'. For example, the template '{0} has {1} frames.' matches the
+sentence for any values of `{0}` and `{1}`, which are then inserted into the translation.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def of_core(said: object) -> str:
     """Return a sentence of twistcore in the chosen language, or unchanged
     if no template matches it.
 
-    said: a text or an error. A sentence of several parts is translated part by part. Control
+    `said` is a text or an error. A sentence of several parts is translated part by part. Control
     characters are made visible.
     """
     language, sentence = chosen_language(), legible(said, lines=True)
@@ -83,8 +83,8 @@ def _translated(language: str, sentence: str) -> tuple[str, int]:
 
 
 def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
-    """Split a sentence at a joint: return the first part, and the second
-    part and its closing bracket.
+    """Split a sentence at a joint, and return the first part, the second part and its closing
+    bracket.
     """
     first, _, rest = sentence.partition(joint)
     bracket = joint == " (" and rest.endswith(")")

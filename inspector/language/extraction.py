@@ -76,7 +76,7 @@ def main() -> int:
 
 
 def key(entry: polib.POEntry) -> _Key:
-    """Return the key of an entry: context, text and plural."""
+    """Return the key of an entry, which is its context, text and plural."""
     return entry.msgctxt or "", entry.msgid, entry.msgid_plural or ""
 
 

@@ -1,4 +1,4 @@
-"""Exercises for a class: a teacher writes one, students do it, and their answers are scored."""
+"""Exercises for a class, which a teacher writes, students do, and the program scores."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ def hidden(
 ) -> tuple[Motion, tuple[InjectedError, ...], tuple[Interval, ...]]:
     """Return a motion in which errors are hidden, the errors, and the intervals to judge.
 
-    seed: the seed of the random errors; kind: 'judge' if students judge a list of intervals.
+    `seed` is the seed of the random errors. `kind` is 'judge' if students judge a list of
+    intervals.
     """
     motion, chains = source.motion, find_chains(source.motion)
     dirty, errors = hide_errors(motion, chains, seed)
@@ -124,7 +125,7 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
 def scored(files: Sequence[Path]) -> str:
     """Score the students' answers by the key; return the table of scores as CSV.
 
-    files: the paths of the key and the answers, in any order.
+    `files` are the paths of the key and the answers, in any order.
     """
     by_schema = [(schema_of(path), path) for path in files]
     keys = [path for schema, path in by_schema if schema == TRUTH]

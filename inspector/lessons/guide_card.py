@@ -1,4 +1,4 @@
-"""The guide card of lessons and exercises: a page, its task, and whether the task is done."""
+"""The guide card of lessons and exercises, with a page, its task, and whether the task is done."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class GuideCard(QWidget):
         self._typesetter.start(formulas)
 
     def show_page(self, title: str, body: str, task: str) -> None:
-        """Show a page; body and task are Markdown."""
+        """Show a page, whose body and task are Markdown."""
         self.title.setText(title)
         self.body.show_markdown(body)
         self._task = task

@@ -1,4 +1,4 @@
-"""The exercise: errors are hidden in a sample clip, which is reviewed as usual and then scored."""
+"""The exercise, in which errors are hidden in a sample clip, which is then reviewed and scored."""
 
 from __future__ import annotations
 
@@ -49,8 +49,14 @@ def make_exercise(
 ) -> tuple[Analysed, tuple[InjectedError, ...]]:
     """Return a copy of a clip with hidden errors, ready for review, and the errors. Thread-safe.
 
-    folder: the folder for the copy; seed: the seed of the random errors; kind: the kind of
-    exercise.
+    Parameters
+    ----------
+    folder
+        The folder for the copy.
+    seed
+        The seed of the random errors.
+    kind
+        The kind of exercise.
     """
     source = read_bvh(clip)
     dirty, errors, listed = hidden(source, seed, kind.lower())
@@ -65,7 +71,7 @@ class Exercise(QObject):
     ended = Signal()
 
     def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], window: QWidget) -> None:
-        """Set up the exercise; `clips`: the sample clips, of which the seed chooses one."""
+        """Set up the exercise. The seed chooses one of the sample clips `clips`."""
         super().__init__(window)
         self._program, self._clips = program, clips
         self.running = False
@@ -73,7 +79,8 @@ class Exercise(QObject):
         self._task = OneTask(self)
         self._class: ClassExercise | None = None  # the open exercise of a class
         self._since = 0.0
-        self._kept: list[tuple[Interval, Decision]] = []  # as last handed in, or as at the start
+        # The verdicts as last handed in, or at the start.
+        self._kept: list[tuple[Interval, Decision]] = []
         self.result: ExerciseScore | None = None
         self.kind, self.seed = QComboBox(), QSpinBox()
         for kind, text in KINDS.items():
@@ -238,7 +245,8 @@ class Exercise(QObject):
     def before_leaving(self, then: Callable[[], object]) -> None:
         """Call `then` once it is safe to leave a class exercise.
 
-        That is when its verdicts are handed in, or when the person chooses to leave without that.
+        Leaving is safe when the verdicts are handed in, or when the person chooses to leave without
+        handing in.
         """
         asked = self._class
 
@@ -300,7 +308,7 @@ class Exercise(QObject):
 
 
 def score_text(result: ExerciseScore, first_frame: int) -> str:
-    """Return the score as Markdown; first_frame: the number of the clip's first frame."""
+    """Return the score as Markdown. `first_frame` is the number of the clip's first frame."""
     lines = [
         tr(
             "**Hits {hits}** · **misses {misses}** · **false verdicts {wrong}**",

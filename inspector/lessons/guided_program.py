@@ -19,9 +19,15 @@ from inspector.viewport.viewport import Viewport
 class GuidedProgram:
     """The parts of the program that a lesson or an exercise reads and controls.
 
-    actions: the actions of the program by id; list_all: a function that removes the filter from the
-    list of intervals and returns a function that restores it; show_intervals, show_teaching:
-    functions that bring the tab to the front.
+    Attributes
+    ----------
+    actions
+        The actions of the program by id.
+    list_all
+        A function that removes the filter from the list of intervals and returns a function that
+        restores it.
+    show_intervals, show_teaching
+        Functions that bring the tab to the front.
     """
 
     document: Document

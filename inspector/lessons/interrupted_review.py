@@ -22,7 +22,7 @@ _OVER = tr(
 class Aside:
     """The person's clip that was open before, and a folder for the borrowed clip.
 
-    A borrowed clip is one that a lesson or an exercise has opened. The person's review stays in
+    A borrowed clip is a clip that a lesson or an exercise has opened. The person's review stays in
     memory; its unsaved changes are also in its journal on disk.
     """
 
@@ -53,8 +53,8 @@ class Aside:
     def show(self, data: Analysed, why: str, *, signed: bool = False) -> None:
         """Open a borrowed clip; the first one puts the person's own clip aside.
 
-        why: a sentence that says why its review is not saved; signed: True if decisions carry the
-        reviewer's name nevertheless.
+        `why` is a sentence that says why the clip's review is not saved. `signed` is True if
+        decisions carry the reviewer's name nevertheless.
         """
         document = self._document
         document.leaving.emit()
@@ -78,7 +78,7 @@ class Aside:
     def put_back(self) -> None:
         """Show the person's clip again, exactly as it was.
 
-        If there was none, the borrowed clip stays open, only to be looked at.
+        If no clip was open, the borrowed clip stays open, but only for viewing.
         """
         if self._folder is None:
             return

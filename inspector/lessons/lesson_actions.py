@@ -34,7 +34,7 @@ _GUIDE_WIDTH = 330  # pixels
 class LessonActions:
     """The actions that start lessons, the exercise and the five trackers.
 
-    dock: the dock with the guide card, which is shown during a lesson below the dock `above`.
+    `dock` is the dock with the guide card, which is shown during a lesson below the dock `above`.
     """
 
     program: GuidedProgram
@@ -57,7 +57,9 @@ class LessonActions:
         self.program.guide.linked.connect(self.hidden_errors.go_to)
 
     def _add_menu(self) -> None:
-        """Add a menu of the lessons that come with the program; it is filled when first opened."""
+        """Add a menu of the lessons that come with the program, which is filled when it is first
+        opened.
+        """
         self.lessons_menu = QMenu(tr("Lessons"), self.window)
         below = self.program.actions["open_lesson"]
         for menu in self.window.menuBar().findChildren(QMenu):
@@ -90,7 +92,7 @@ class LessonActions:
         ask_files(self.window, tr("Open lesson"), pattern, lambda paths: self.play(paths[0]))
 
     def play(self, path: Path) -> None:
-        """Play a lesson; if it cannot be read, show why and change nothing."""
+        """Play a lesson; if it cannot be read, show the reason and change nothing."""
         try:
             lesson = read_lesson(path)
         except TwistError as error:
@@ -111,11 +113,13 @@ class LessonActions:
         self.program.document.message.emit(str(error), True)
 
     def export_page(self) -> None:
-        """Write a lesson as a web page: the running lesson, or one that the person chooses."""
+        """Write the running lesson, or a lesson that the person chooses, as a web page."""
         self.page_export.ask(self._lesson if self.player.running else None)
 
     def copy_place(self) -> None:
-        """Copy the current place and view to the clipboard, as the settings of a lesson page."""
+        """Copy the present place and view to the clipboard, in the form of a lesson page's
+        settings.
+        """
         place, message = present_place(self.program), self.program.document.message
         if place is None:
             message.emit(tr("Open a clip first."), False)

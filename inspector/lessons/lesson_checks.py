@@ -1,4 +1,4 @@
-"""The conditions of a lesson page: how to check each one, and how "Show me" fulfils it."""
+"""The conditions of a lesson page, with a check of each, and how "Show me" fulfils it."""
 
 from __future__ import annotations
 
@@ -23,9 +23,15 @@ _TWIST = np.radians(75.0)
 
 @dataclass(eq=False)
 class Visit:
-    """A visit to a page: where it starts, and which singularities were nudged during the visit.
+    """A visit to a page, with its starting point and the singularities that were nudged during the
+    visit.
 
-    frame: the frame at the start; chain: the chain that the page is about, or '' for any chain.
+    Attributes
+    ----------
+    frame
+        The frame at the start.
+    chain
+        The chain that the page is about, or '' for any chain.
     """
 
     program: GuidedProgram

@@ -45,8 +45,14 @@ CONDITIONS = {
 class Condition:
     """A condition of a task.
 
-    name: a key of CONDITIONS; amount: a number of degrees or frames, or a share; words: the words
-    that follow the name.
+    Attributes
+    ----------
+    name
+        A key of CONDITIONS.
+    amount
+        A number of degrees or frames, or a share.
+    words
+        The words that follow the name.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""A lesson in a Markdown file: its pages, and the clip and the place that each page shows."""
+"""A lesson in a Markdown file, with its pages and the clip and the place that each page shows."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from twistcore.files.document_values import bytes_of, shown_value
 from twistcore.files.ordinary import is_file
 
 FENCE = "```lesson"
-KEYS = ("clip", *FIELDS, "done")  # of a page's settings
+KEYS = ("clip", *FIELDS, "done")  # keys of a page's settings
 _HEAD = ("title", "clip")
 _MOST_BYTES = 10_000_000  # ours have a few kilobytes
 _PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")
@@ -27,9 +27,18 @@ _PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")
 class LessonPage:
     """A page of a lesson.
 
-    body: the text, as Markdown with TeX between $…$; task: the task, or ''; done: the conditions
-    under which the task is done; at: the line number of its heading, from 1; lines: the line
-    numbers of its settings, by key.
+    Attributes
+    ----------
+    body
+        The text, as Markdown with TeX between $…$.
+    task
+        The task, or ''.
+    done
+        The conditions under which the task is done.
+    at
+        The line number of its heading, from 1.
+    lines
+        The line numbers of its settings, by key.
     """
 
     title: str
@@ -112,7 +121,7 @@ def _headings(lines: list[str], first: int) -> list[int]:
 
 
 def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPlace) -> LessonPage:
-    """Read a page, from its heading to the next one; before: the previous page, if any."""
+    """Read a page, from its heading to the next one. `before` is the previous page, if any."""
     opened = [k for k in range(start, stop) if lines[k].strip() == FENCE]
     if len(opened) > 1:
         raise _error(
@@ -155,7 +164,9 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
 
 
 def body_and_task(lines: list[str]) -> tuple[str, str]:
-    """Return the text of a page, and its task as one line: the quoted paragraph at the end."""
+    """Return the text of a page and its task, which is the quoted paragraph at the end, as one
+    line.
+    """
     text = "\n".join(lines).strip().split("\n")
     at = len(text)
     while at > 0 and text[at - 1].startswith(">"):
@@ -169,7 +180,7 @@ def _pairs(
 ) -> dict[str, tuple[int, str]]:
     """Return lines of the form 'key: value' as key → (line number, value).
 
-    Line numbers count from 1; known: the allowed keys.
+    Line numbers count from 1. `known` are the allowed keys.
     """
     out: dict[str, tuple[int, str]] = {}
     for k in range(start, stop):

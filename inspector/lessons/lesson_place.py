@@ -1,4 +1,4 @@
-"""The place in a clip that a lesson page shows: reads and writes its block of settings."""
+"""The place in a clip that a lesson page shows, as read from and written to a block of settings."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from inspector.teaching.symbols import SYMBOLS
 from twistcore.analysis.decomposition import WhatIf
 
 TABS = ("teaching", "intervals")
-_DIGITS = 9  # of a frame number: no clip needs more
-_NEAREST = 100.0  # times the size at which the program shows the limb
+_DIGITS = 9  # digits of a frame number, of which no clip needs more
+_NEAREST = 100.0  # ratio to the size at which the program shows the limb
 LOOKS = ("before", "after", "both")
 
 
@@ -25,7 +25,7 @@ LOOKS = ("before", "after", "both")
 class Camera:
     """The direction from which the limb is seen, in radians; azimuth 0 is in front of the figure.
 
-    zoom: the size of the limb, 1 for the size at which the program shows it by default.
+    `zoom` is the size of the limb, 1 for the size at which the program shows it by default.
     """
 
     azimuth: float
@@ -169,7 +169,8 @@ _ALTERED: Mapping[str, Callable[[str], Any]] = {
     "applied": _share,
 }
 
-FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {  # of a LessonPlace, by key
+# Readers of the fields of a LessonPlace, by key.
+FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
     "frame": _frame,
     "chain": lambda name: {"chain": name},
     "camera": _camera,
@@ -228,6 +229,6 @@ def _alterations(place: LessonPlace) -> list[str]:
 def _short(number: float, digits: int) -> str:
     """Return a number as text without trailing zeros and without −0.
 
-    digits: the number of decimals.
+    `digits` is the number of decimals.
     """
     return f"{round(float(number), digits) + 0.0:.{digits}f}".rstrip("0").rstrip(".")

@@ -1,4 +1,4 @@
-"""Plays a lesson: each page sets up the program and has a task that is checked."""
+"""Play a lesson, in which each page sets up the program and has a task that is checked."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class LessonPlayer(QObject):
     def begin(self, lesson: LessonFile, failed: Callable[[Exception], object]) -> None:
         """Read copies of the clips in the background, then show the first page.
 
-        failed: a function that is called with the error if that fails.
+        `failed` is called with the error if that fails.
         """
         folder = self._program.aside.folder()
         self.pages = lesson.pages

@@ -1,4 +1,4 @@
-"""The text of a page: Markdown with TeX between $…$, typeset in the same way as the equations."""
+"""The text of a page, in Markdown with TeX between $…$ that is typeset like the equations."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def formulas(markdown: str) -> tuple[str, ...]:
 
 
 class LessonText(QTextBrowser):
-    """A text view; formulas appear as TeX source until they are typeset."""
+    """A text view in which formulas appear as TeX source until they are typeset."""
 
     def __init__(self, typesetter: Typesetter, colours: Colours) -> None:
         super().__init__(openLinks=False)
@@ -71,10 +71,11 @@ class LessonText(QTextBrowser):
         self._lower_images()
 
     def loadResource(self, kind: int, name: QUrl | str) -> object:
-        """Return the picture of a formula; Qt asks for it again after every change of the text.
+        """Return the picture of a formula, which Qt requests again after every change of the
+        text.
 
-        Any other address in a lesson gets an empty picture, because Qt would look for a file, and
-        would block if that is a pipe.
+        Any other address in a lesson gets an empty picture, because Qt would look for a file and
+        would block if the file is a pipe.
         """
         address = name.toString() if isinstance(name, QUrl) else name
         return self._pictures.get(address, _nothing())

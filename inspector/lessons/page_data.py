@@ -1,4 +1,4 @@
-"""The data of the clips for a lesson's web page: only the frames near those of its pages."""
+"""The data of the clips for a lesson's web page, limited to the frames near those of its pages."""
 
 from __future__ import annotations
 
@@ -39,14 +39,16 @@ class Window:
 def packed(values: Any, kind: str) -> dict[str, str]:
     """Return an array as little-endian numbers in base64.
 
-    kind: the type of the numbers, a key of _KINDS.
+    `kind` is the type of the numbers, a key of _KINDS.
     """
     data = np.ascontiguousarray(values, dtype=_KINDS[kind]).tobytes()
     return {"kind": kind, "data": base64.b64encode(data).decode("ascii")}
 
 
 class PageData:
-    """Collects the data that the pages of a lesson show; data shared by pages are stored once."""
+    """Collects the data that the pages of a lesson show, and stores data shared by pages only
+    once.
+    """
 
     def __init__(
         self, lesson: LessonFile, open_clip: Callable[[Path], Analysed], seconds: float
@@ -168,7 +170,7 @@ class PageData:
         }
 
     def _chain(self, data: Analysed, chain: Chain, span: int) -> int:
-        """Return the index of a chain in a span; the first time, add its signals."""
+        """Return the index of a chain in a span, and add the chain's signals if it is new."""
         key = span, chain.name
         if key not in self._chains:
             self._numbers[key] = len(self._chains)
@@ -254,7 +256,7 @@ def _ends(chain: Chain | None) -> dict[str, int] | None:
 
 
 def _strong(bones: Sequence[BoneSegment], chain: Chain | None, data: Analysed) -> list[int]:
-    """Return the indices of the bones to emphasise: the bones of a chain or limb."""
+    """Return the indices of the bones of a chain or limb, which are emphasised."""
     if chain is None:
         return []
     pairs: Iterable[tuple[int, int]] = {

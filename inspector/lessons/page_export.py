@@ -1,4 +1,4 @@
-"""Exports a lesson as a web page: asks for the lesson and a path, writes in the background."""
+"""Export a lesson as a web page, after asking for the lesson and a path."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from twistcore.errors import TwistError
 class PageExport(QObject):
     """Exports a lesson as a web page.
 
-    show: a function that shows a sentence to the person, with True if something went wrong.
+    `show` is a function that shows a sentence to the person, with True if something went wrong.
     """
 
     def __init__(self, window: QWidget, show: Callable[[str, bool], object]) -> None:

@@ -1,4 +1,4 @@
-"""The texts of a lesson's web page: Markdown without HTML, and TeX as outlines."""
+"""Convert a lesson's Markdown to HTML, and its TeX to outlines, for a web page."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Formulas:
         return {"d": _path(vertices, codes), "box": box}
 
     def svg(self, tex: str, words: str = "") -> Markup:
-        """Return a formula as an inline image on the baseline; words: its alternative text."""
+        """Return a formula as an inline image on the baseline. `words` is the alternative text."""
         shape = self.outline(tex)
         left, top, wide, high = shape["box"]
         em = 1.12  # makes a formula look as large as the text around it

@@ -107,7 +107,7 @@ def _facing(program: GuidedProgram) -> Array | None:
 def _from_side(best: OrbitCamera, camera: Camera, facing: Array) -> OrbitCamera:
     """Return the camera `best` with the direction and zoom of the page.
 
-    facing: the direction in which the figure faces.
+    `facing` is the direction in which the figure faces.
     """
     turned = replace(best, ahead=facing, azimuth=camera.azimuth, elevation=camera.elevation)
     return turned.zoomed(camera.zoom)

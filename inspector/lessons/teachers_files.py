@@ -1,4 +1,4 @@
-"""The teacher's part of a class exercise: writing it, and scoring the answers."""
+"""The teacher's part of a class exercise, which is to write it and to score the answers."""
 
 from __future__ import annotations
 
@@ -22,11 +22,16 @@ _SEEDS = 2**31
 
 
 class TeachersFiles(QObject):
-    """Asks for the files of a class exercise; reads and writes them in the background.
+    """Asks for the files of a class exercise, and reads and writes them in the background.
 
-    clips: the sample clips to use if no clip is open; kind: a function that returns the kind of
-    exercise to write; show: a function that shows a sentence to the person, with True if something
-    went wrong.
+    Parameters
+    ----------
+    clips
+        The sample clips to use if no clip is open.
+    kind
+        A function that returns the kind of exercise to write.
+    show
+        A function that shows a sentence to the person, with True if something went wrong.
     """
 
     def __init__(

@@ -1,4 +1,5 @@
-"""A lesson as one web page that needs no network: texts, equations, sliders and the 3D figure.
+"""A lesson as one web page that needs no network, with texts, equations, sliders and the 3D
+figure.
 
 Its template, styles and scripts are in assets/lesson_page. The 3D library three.js comes from the
 package trimesh, which contains it for its own viewer.

@@ -24,8 +24,14 @@ from twistcore.skeleton.rotation import Array
 class Measure:
     """A measure of quality, shown as a column in the table and as a curve.
 
-    decimals: number of decimals in the table; level: value of a horizontal line in the plot, or
-    None; seldom: True if only few frames have a value.
+    Attributes
+    ----------
+    decimals
+        Number of decimals in the table.
+    level
+        Value of a horizontal line in the plot, or None.
+    seldom
+        True if only few frames have a value.
     """
 
     name: str
@@ -88,7 +94,8 @@ class FigureEvidence:
     """The measures of all joints and, if the figure has the 24 joints of
     QuaMo, of the whole figure.
 
-    placed: index of the joint that carries the position of the figure, or None if there is none.
+    `placed` is the index of the joint that carries the position of the figure, or None if there is
+    none.
     """
 
     clip: object

@@ -17,9 +17,10 @@ from inspector.widgets.theme import Colours
 
 @dataclass(frozen=True)
 class _Joint:
-    """A row of the table; values: the measures, None where there is no number.
+    """A row of the table. `values` are the measures, None where there is no number.
 
-    number: the index of the joint, or the number of joints for the row of the figure's position.
+    `number` is the index of the joint, or the number of joints for the row of the figure's
+    position.
     """
 
     number: int
@@ -113,7 +114,9 @@ class JointsModel(RowModel[_Joint]):
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """Names of everything that can be tracked: the joints, then the figure's position."""
+        """Names of everything that can be tracked, which are the joints and then the figure's
+        position.
+        """
         return (*self.names, *((self.place,) if self.place else ()))
 
     @property

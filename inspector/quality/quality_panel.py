@@ -1,4 +1,4 @@
-"""The quality tab: the joints' measures, worst first, and tracking of the selected joints."""
+"""The quality tab, with the joints' measures, worst first, and tracking of the selected joints."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _REST_MS = 400  # screen readers get the numbers once the playhead rests
 
 
 class QualityPanel(QWidget):
-    """Shows the measures and the tracking; the rows selected in the table set the joints."""
+    """Shows the measures and the tracking, for the joints of the rows selected in the table."""
 
     def __init__(
         self, document: Document, colours: Colours, actions: Mapping[str, QAction]

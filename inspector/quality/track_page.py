@@ -1,4 +1,6 @@
-"""The tracking page: warning, direction, gains, and the effect of the tracker on one joint."""
+"""The tracking page, with a warning, direction, gains, and the effect of the tracker on one
+joint.
+"""
 
 from __future__ import annotations
 
@@ -225,8 +227,16 @@ class TrackPage(QWidget):
     def refresh(self, chosen: Sequence[str], joint: str, rows: Sequence[str], place: str) -> None:
         """Show the selection and the result.
 
-        chosen: names of the selected rows; joint: the joint whose traces are drawn if it is
-        tracked; rows: names of all rows; place: name of the row for the figure's position.
+        Parameters
+        ----------
+        chosen
+            Names of the selected rows.
+        joint
+            The joint whose traces are drawn if it is tracked.
+        rows
+            Names of all rows.
+        place
+            Name of the row for the figure's position.
         """
         self.buttons.setCurrentIndex(1 if self._tracked.asked is not None else 0)
         if self._tracked.asked is None:

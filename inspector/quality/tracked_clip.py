@@ -28,8 +28,14 @@ _SETTLE_MS = 250  # wait until a series of decisions ends before tracking again
 class Result:
     """The result of tracking.
 
-    wanted: the request; rotations, positions: global, (frames, joints, 4) and (frames, joints, 3);
-    quality: the quality of the figure before and after tracking.
+    Attributes
+    ----------
+    wanted
+        The request for tracking.
+    rotations, positions
+        Global rotations, (frames, joints, 4), and positions, (frames, joints, 3).
+    quality
+        The quality of the figure before and after tracking.
     """
 
     wanted: _Request

@@ -1,6 +1,4 @@
-"""The choice of content for a recording: a film of frames, a film of a
-moving slider, or a picture.
-"""
+"""The contents of a recording, which is a film of frames or of a moving slider, or a picture."""
 
 from __future__ import annotations
 
@@ -35,8 +33,14 @@ class Contents:
 class Paper:
     """The properties of a picture for print or screen.
 
-    dpi: pixels per inch; points: size of the smallest letters, to which the line widths are
-    adapted; white: True for the light theme on white paper, False for the colours of the window.
+    Attributes
+    ----------
+    dpi
+        Pixels per inch.
+    points
+        Size of the smallest letters, to which the line widths are adapted.
+    white
+        True for the light theme on white paper, False for the colours of the window.
     """
 
     dpi: float = SCREEN_DPI
@@ -48,10 +52,18 @@ class Paper:
 class RecordChoice:
     """The settings of a recording.
 
-    path: output file with the suffix of a film, or with .png, .svg or .pdf; first, stop: range of
-    the clip's frames for a film; speed: relative to real time; size: width and height in pixels,
-    where a height of 0 means as high as a picture needs to be; sweep: movement of a slider in a
-    film of a single frame, or None.
+    Attributes
+    ----------
+    path
+        Output file with the suffix of a film, or with .png, .svg or .pdf.
+    first, stop
+        Range of the clip's frames for a film.
+    speed
+        Speed relative to real time.
+    size
+        Width and height in pixels, where a height of 0 means as high as a picture needs to be.
+    sweep
+        Movement of a slider in a film of a single frame, or None.
     """
 
     path: Path
@@ -77,14 +89,14 @@ class RecordChoice:
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture of a film: a frame of the clip, and the value of the swept slider."""
+    """One picture of a film, with a frame of the clip and the value of the swept slider."""
 
     frame: int
     value: float | None = None
 
 
 def shots(choice: RecordChoice, clip_fps: float, frame: int) -> list[Shot]:
-    """Return the pictures of a film in order. frame: the frame at the playhead."""
+    """Return the pictures of a film in order. `frame` is the frame at the playhead."""
     if choice.sweep is not None:
         return [Shot(frame, value) for value in choice.sweep.values(choice.fps)]
     step = choice.speed * clip_fps / choice.fps

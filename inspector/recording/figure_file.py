@@ -1,4 +1,6 @@
-"""Picture files: PNG at any resolution, SVG and PDF with lines and letters as vectors."""
+"""Picture files, which are PNG at any resolution, or SVG and PDF with lines and letters as
+vectors.
+"""
 
 from __future__ import annotations
 

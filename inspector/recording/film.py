@@ -1,4 +1,4 @@
-"""Writes a film with ffmpeg in a thread; the file gets its final name when it is complete."""
+"""Write a film with ffmpeg in a thread; the file gets its final name when it is complete."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ SUFFIXES = tuple(_CODECS)
 
 
 class FilmWriter:
-    """Writes one film: call `offer` with frames while it is not `full`,
-    then `finish` or `cancel`.
+    """Writes one film from frames that are given to `offer` while it is not `full`; ends with
+    `finish`.
     """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
-        """Start writing. path: ends with one of SUFFIXES; size: of a frame,
-        in even numbers of pixels.
+        """Start writing. `path` ends with one of SUFFIXES. `size` is the size of a frame in pixels;
+        both numbers are even.
 
         Raises OSError if the path is a FIFO or a device, which cannot hold a film.
         """

@@ -7,7 +7,7 @@ from PySide6.QtCore import QPointF, QRectF, QSizeF
 from inspector.recording.choice import Contents
 
 WIDE = 620.0  # units; in a wider page the equations are next to the figure
-_CURVES_SHARE = 0.42  # of the height, for the curves below a figure
+_CURVES_SHARE = 0.42  # share of the height for the curves below a figure
 _VIEW_SHAPE = {True: 0.46, False: 0.72}  # height by width, in a wide picture and in a narrow one
 _GAP = 2.0
 
@@ -17,9 +17,9 @@ def boxes(
 ) -> dict[str, QRectF]:
     """Return the rectangles of 'view', 'curves' and 'equations'.
 
-    wanted: the natural size of the equations, which are never made larger and keep their
-    proportions; curves: the height of the curves below a figure, or 0 for the default share of the
-    page.
+    `wanted` is the natural size of the equations, which are never made larger and keep their
+    proportions. `curves` is the height of the curves below a figure, or 0 for the default share of
+    the page.
     """
     wide, high = page.width(), page.height()
     beside = contents.view and contents.equations and wide >= WIDE

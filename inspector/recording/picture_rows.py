@@ -1,4 +1,4 @@
-"""The rows of the Record dialog for a picture: size, resolution, type size and paper."""
+"""The rows of the Record dialog for a picture, with size, resolution, type size and paper."""
 
 from __future__ import annotations
 

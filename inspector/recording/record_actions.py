@@ -90,8 +90,8 @@ class RecordActions:
             stage.strike()
 
     def _typeset_first(self, choice: RecordChoice) -> None:
-        """Typeset the equations before recording; needed if the teaching
-        tab has never been visible.
+        """Typeset the equations before recording, in case the teaching tab has never been
+        visible.
         """
         self.bar.show_message(tr("The equations are being typeset …"), False)
         ready = self.typesetter.ready

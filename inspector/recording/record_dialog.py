@@ -1,4 +1,4 @@
-"""The Record dialog: film or picture, its content, speed and size."""
+"""The Record dialog, which asks for film or picture, contents, speed and size."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ class RecordDialog(WriteDialog):
     ) -> None:
         """Build the form.
 
-        seen: the range of frames visible in the plots; teaching: True if the teaching tab is in
-        front.
+        `seen` is the range of frames visible in the plots. `teaching` is True if the teaching tab
+        is in front.
         """
         assert document.data is not None
         proposed = document.proposed(f"_{document.chain or 'clip'}.mp4")
@@ -181,7 +181,7 @@ class RecordDialog(WriteDialog):
 
 
 def _box(choices: Iterable[tuple[str, object]]) -> QComboBox:
-    """Return a combo box of choices, each with its text and its value."""
+    """Return a combo box of choices, which are given by their texts and values."""
     box = QComboBox()
     for text, value in choices:
         box.addItem(text, value)

@@ -1,4 +1,4 @@
-"""Records films in the background with a progress bar, and pictures immediately."""
+"""Record films in the background with a progress bar, and pictures immediately."""
 
 from __future__ import annotations
 

@@ -31,8 +31,8 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.people import find_people
 
-_SAMPLES = 8  # per pixel
-_QUALITY = 84  # of JPEG: about 10 kB per picture
+_SAMPLES = 8  # samples per pixel
+_QUALITY = 84  # JPEG quality, about 10 kB per picture
 _MARGIN = 1.6  # space around the limb, so that one sees whose limb it is
 _EYE = 0.35  # height of the camera above the ground, as a share of the figure's height
 

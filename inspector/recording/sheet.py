@@ -336,7 +336,7 @@ class _Keeper(QPaintEngine):
         the box is entirely inside.
         """
         clip = self._clip
-        window = self.systemClip()  # of the painted widget, in whole units
+        window = self.systemClip()  # clip of the painted widget, in whole units
         near = QRectF(window.boundingRect()).adjusted(-1.0, -1.0, 1.0, 1.0)
         if not window.isEmpty() and (window.rectCount() > 1 or not near.contains(box)):
             edges = QPainterPath()

@@ -1,6 +1,6 @@
-"""The stage for films and pictures: off-screen copies of the views.
+"""The stage for films and pictures, which consists of off-screen copies of the views.
 
-The user can go on working in the window while a film is made, and the film can have any size.
+The user can continue to work in the window while a film is made, and the film can have any size.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ class Stage(QWidget):
         paper = choice.paper if not self._film else Paper()
         self._units = SCREEN_DPI / paper.dpi * USUAL_POINTS / paper.points  # per pixel
         self.theme = WHITE if paper.white else shown.viewport.theme
-        self._colours = Colours(self.theme, self)  # its own, as the program's may change
+        # The stage's own colours, as the program's may change.
+        self._colours = Colours(self.theme, self)
         self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
         self._dress()
         self.document = shown.taught.document.snapshot(self)

@@ -1,4 +1,5 @@
-"""Write a sheet as an SVG that all readers draw alike: only paths, in one coordinate system.
+"""Write a sheet as an SVG that all readers draw alike, with only paths and one coordinate
+system.
 
 Letters are stored as outlines, so that no reader needs the fonts; `aria-label` contains the text.
 """
@@ -34,7 +35,9 @@ _MOVE = QPainterPath.ElementType.MoveToElement
 
 
 def svg_of(sheet: Sheet, title: str, width_mm: float, height_mm: float) -> bytes:
-    """Return a sheet as the contents of an SVG file. width_mm, height_mm: its size on paper."""
+    """Return a sheet as the contents of an SVG file. `width_mm` and `height_mm` are the size of the
+    sheet on paper.
+    """
     clips: dict[str, str] = {}
     body = [_element(item, clips) for item in sheet.items]
     cuts = [f'<clipPath id="{name}"><path d="{d}"/></clipPath>' for d, name in clips.items()]
@@ -95,7 +98,7 @@ def _paint(what: str, colour: QColor) -> str:
 
 
 def _path(path: QPainterPath) -> str:
-    """Return a path in the notation of SVG: moves, lines and cubic curves."""
+    """Return a path in the notation of SVG, with moves, lines and cubic curves."""
     out: list[str] = []
     for k in range(path.elementCount()):
         element = path.elementAt(k)
@@ -110,7 +113,7 @@ def _path(path: QPainterPath) -> str:
 
 
 def _number(value: float) -> str:
-    """Return a number with at most two decimals; 0.01 units are 3 µm."""
+    """Return a number with at most two decimals, since 0.01 units are 3 µm."""
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 

@@ -12,9 +12,9 @@ from inspector.teaching.taught_frame import TaughtFrame
 
 @dataclass(frozen=True)
 class Swept:
-    """A slider that can be moved in a film: its name, unit, range and number of decimals.
+    """A slider that can be moved in a film, with its name, unit, range and number of decimals.
 
-    unit: "°" for an angle; "%" for a share; "" for the stage of the explanation, where 0 is the
+    `unit` is "°" for an angle, "%" for a share, and "" for the stage of the explanation: 0 is the
     bone at rest, 1 the bone after its swing, and 2 the bone after swing and twist.
     """
 

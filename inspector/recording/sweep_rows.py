@@ -1,4 +1,6 @@
-"""The rows of the Record dialog for a moving slider: the slider, its range and its duration."""
+"""The rows of the Record dialog for a moving slider, with the slider, its range and its
+duration.
+"""
 
 from __future__ import annotations
 

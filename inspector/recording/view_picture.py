@@ -18,7 +18,7 @@ from vtkmodules.vtkRenderingCore import (
 
 from inspector.viewport.viewport import Viewport
 
-_SAMPLES = 4  # per pixel: smooth edges with software rendering, too
+_SAMPLES = 4  # samples per pixel, for smooth edges even with software rendering
 _LARGEST = 8192  # pixels: drivers refuse more
 
 

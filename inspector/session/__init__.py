@@ -1,1 +1,1 @@
-"""The open document: reading, saving, exporting and playing it."""
+"""The open document, with functions to read, save, export and play it."""

@@ -1,4 +1,4 @@
-"""Opens a clip or a session in the background; the old clip stays open until it is read."""
+"""Open a clip or a session in the background; the old clip stays open until it is read."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _WONDER_S = 1.0  # seconds until progress is shown
 
 
 class ClipOpener(QObject):
-    """Reads and analyses clips, one at a time; opening a clip cancels the opening of another."""
+    """Reads and analyses clips one at a time; opening a clip cancels the opening of another one."""
 
     began = Signal(str)  # a description of the work
     share = Signal(float)  # progress, 0…1, if the work takes long
@@ -32,7 +32,7 @@ class ClipOpener(QObject):
     def __init__(self, tell: SignalInstance, ask: SignalInstance, parent: QObject) -> None:
         """Set up an opener without a clip.
 
-        `tell`, `ask`: the signals `message` and `question` of the document.
+        `tell` and `ask` are the signals `message` and `question` of the document.
         """
         super().__init__(parent)
         self._tell, self._ask = tell, ask
@@ -45,12 +45,12 @@ class ClipOpener(QObject):
         return self._task.running
 
     def open(self, path: Path, profile: Profile | None = None) -> None:
-        """Open a clip; profile: the τ to use if the clip has no session."""
+        """Open a clip. `profile` is the τ to use if the clip has no session."""
         what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse_file(path, profile, tell), self.analysed.emit)
 
     def open_session(self, path: Path, clip: Path | None = None) -> None:
-        """Open a session and its clip; clip: the new path if the clip was moved."""
+        """Open a session and its clip. `clip` is the new path if the clip was moved."""
         what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse_session(path, clip, tell), self.analysed.emit)
 
@@ -67,7 +67,7 @@ class ClipOpener(QObject):
     ) -> None:
         """Run `work` for the open clip in the background, then call `then` with its result.
 
-        what: a description of the work for the progress bar.
+        `what` is a description of the work for the progress bar.
         """
         self._start(what, work, then)
 

@@ -1,4 +1,4 @@
-"""The document that all views observe: clip, review, playhead and selection."""
+"""The document that all views observe, with clip, review, playhead and selection."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ BLIND = tr("In an exercise the detector is off and τ is fixed: you are the dete
 
 
 class Document(OpenClip):
-    """The state of the program. Every change goes through a method and emits a signal."""
+    """The state of the program; every change is made by a method and emits a signal."""
 
     opened = Signal()  # another clip or none: everything is new
     leaving = Signal()  # the clip is about to be replaced: commit text that is being typed
@@ -79,8 +79,8 @@ class Document(OpenClip):
     ) -> None:
         """Show an analysed clip.
 
-        aside: the review of this clip, if it was put aside earlier; borrowed: facts about a clip
-        that a lesson or an exercise has opened, None for the person's own clip.
+        `aside` is the review of this clip, if it was put aside earlier. `borrowed` holds the facts
+        about a clip that a lesson or an exercise has opened, and is None for the person's own clip.
         """
         self.opener.cancel()
         self.leaving.emit()
@@ -114,8 +114,9 @@ class Document(OpenClip):
     def proposed(self, ending: str, *, own: bool = False) -> Path:
         """Return a path to propose for a file made from the clip.
 
-        For a borrowed clip, no file exists at that path. ending: the end of the file name; own: add
-        the clip's format to the name if a clip of another format would get the same name.
+        For a borrowed clip, no file exists at that path. `ending` is the end of the file name. If
+        `own` is True, the clip's format is added to the name where a clip of another format would
+        get the same name.
         """
         clip = self.data.clip.path if self.data is not None else Path("clip")
         stem = own_name(clip) if own else clip.stem
@@ -203,8 +204,8 @@ class Document(OpenClip):
     ) -> None:
         """Decide on the given or selected intervals, then select the next undecided one.
 
-        Intervals that already have this decision are not changed. order: interval ids in the order
-        of the list; if empty, intervals are ordered by chain and start.
+        Intervals that already have this decision are not changed. `order` lists interval ids in the
+        order of the list. If it is empty, intervals are ordered by chain and start.
         """
         if self.data is None:
             return
@@ -261,8 +262,8 @@ class Document(OpenClip):
     def accept_undecided(self, at_least: float | None = None) -> bool:
         """Accept undecided intervals of high confidence in one step; return False if that failed.
 
-        at_least: the smallest confidence to accept, chosen by a person, so that these count as the
-        person's decisions. Without it, the detector's own limit applies, and they count as
+        If a person chose the smallest confidence `at_least`, the acceptances count as the person's
+        decisions. Without it, the detector's own limit applies, and the acceptances count as
         automatic corrections.
         """
         ids = self.automatic_ids(at_least)
@@ -278,20 +279,21 @@ class Document(OpenClip):
     def edit(self, interval_id: int, interval: Interval, drag: int = 0) -> None:
         """Change the frames or the offset of an interval; the frames are kept inside the clip.
 
-        drag: a number from `begin_drag` if this is part of a drag.
+        `drag` is a number from `begin_drag` if this is part of a drag.
         """
         start, stop = max(interval.start, 0), min(interval.stop, self.frames)
         if (there := self.found(interval_id)) is None or start >= stop:
-            return  # it belongs to the last clip or was undone
+            return  # the interval belongs to the last clip or was undone
         new = resized(interval, start, stop)
         if drag or not same_offsets(new, there.interval):
             self.do(Edit(interval_id, new, drag))
 
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
-        """Add an interval by hand and select it: the given one, or one proposed around a frame.
+        """Add and select an interval made by hand, either the given one or one proposed around a
+        frame.
 
-        If an interval of the same kind already has the same frames, that one is selected and none
-        is added, because the offsets of both would add up.
+        If an interval of the same kind already has the same frames, that interval is selected and
+        none is added, because the offsets of both would add up.
         """
         if self.data is None or not self.chain:
             return
@@ -337,7 +339,7 @@ class Document(OpenClip):
     def change_chains(self, rig: Rig, what: str, message: str = "") -> None:
         """Analyse a different set of chains, then use it, as one step of the history called `what`.
 
-        message: the sentence to show when this is done.
+        `message` is the sentence to show when this is done.
         """
 
         def change(command: ChangeChains) -> None:
@@ -416,7 +418,7 @@ class Document(OpenClip):
     def _follows_review(self) -> bool:
         """Return True if the detector in use is the review's; if not, start loading the review's.
 
-        They can differ because an undo may have restored a review made with another detector.
+        The two can differ because an undo may have restored a review made with another detector.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

@@ -21,7 +21,9 @@ def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
 
 
 def in_a_line(sentences: tuple[str, ...]) -> str:
-    """Return the first sentence followed by how many more there are, to fit in one line."""
+    """Return the first sentence, followed by the number of further sentences, so that it fits in
+    one line.
+    """
     if len(sentences) < 2:
         return "".join(sentences)
     more = plural("{n} more", "{n} more", len(sentences) - 1)

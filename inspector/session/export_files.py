@@ -1,4 +1,4 @@
-"""Exports the corrected clip, with its session and a report next to it."""
+"""Export the corrected clip, with its session and a report next to it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.work.progress import Tell, nobody
 
-_STILL = 1e-9  # of the height; smaller movements of a joint are rounding
+_STILL = 1e-9  # share of the height; smaller movements of a joint are rounding errors
 
 
 @dataclass(frozen=True)
@@ -45,10 +45,20 @@ class ExportChoice:
 class Export:
     """An export, with the review as it was when the export began.
 
-    left_out: a sentence about intervals that cannot be corrected, or ''; changed: a sentence if the
-    clip on disk has changed, or ''; ours: the SHA-256 of files that this program wrote, including
-    the files of this export; own: the files that only the review may write; by: the person's name;
-    analysis: the analysis of the clip, for the report.
+    Attributes
+    ----------
+    left_out
+        A sentence about intervals that cannot be corrected, or ''.
+    changed
+        A sentence if the clip on disk has changed, or ''.
+    ours
+        The SHA-256 of files that this program wrote, including the files of this export.
+    own
+        The files that only the review may write.
+    by
+        The person's name.
+    analysis
+        The analysis of the clip, for the report.
     """
 
     choice: ExportChoice
@@ -104,8 +114,8 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
 def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
     """Return the existing files that an export would replace.
 
-    The value of each is True if this program wrote it. ours: the SHA-256 of files that this program
-    wrote in this run; files of earlier runs are recognised by the report.
+    The value of each file is True if this program wrote it. `ours` is the SHA-256 of files that
+    this program wrote in this run. Files of earlier runs are recognised by the report.
     """
     known = _written_marks(choice, ours)
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
@@ -146,9 +156,9 @@ def check_targets(
 ) -> None:
     """Raise TwistError if an export would replace a file that must not be replaced.
 
-    ours: the SHA-256 of files that this program wrote, to compare with the files on disk; own: the
-    files that only the review may write. An existing session or report is replaced only if this
-    program wrote it, even if the person agrees to replace the exported clip.
+    `ours` is the SHA-256 of files that this program wrote, to compare with the files on disk. `own`
+    are the files that only the review may write. An existing session or report is replaced only if
+    this program wrote it, even if the person agrees to replace the exported clip.
     """
     path, replay = choice.path, replay_path(choice.path)
     if real_path(path) == real_path(clip.path) or same_file(path, clip.path):
@@ -181,7 +191,7 @@ def check_targets(
 def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
     """Return True if there is no regular file, or if it is unchanged since this program wrote it.
 
-    known: by path, the SHA-256 of each version that this program wrote.
+    `known` gives, by path, the SHA-256 of each version that this program wrote.
     """
     if not is_file(path):
         return True
@@ -191,8 +201,8 @@ def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
 def write(export: Export, tell: Tell = nobody) -> str:
     """Correct, track and write everything that was chosen; return a sentence about the changes.
 
-    tell: a function that is called with the progress of the tracking. Raises OSError if writing
-    fails, and TwistError if another program has written one of the files in the meantime.
+    `tell` is called with the progress of the tracking. Raises OSError if writing fails, and
+    TwistError if another program has written one of the files in the meantime.
     """
     choice, clip, state = export.choice, export.clip, export.state
     refined = accepted_motion(clip, export.chains, state, tell=tell)

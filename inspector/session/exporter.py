@@ -1,4 +1,4 @@
-"""Writes exports in the background, one at a time."""
+"""Write exports in the background, one at a time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from twistcore.errors import TwistError
 
 
 class Exporter(QObject):
-    """Writes exports and shows their progress and result; the review can continue meanwhile."""
+    """Writes exports and shows their progress and result, while the review can continue."""
 
     ended = Signal()
     written = Signal(object, str)  # the Export on disk, and the sentence shown about it
@@ -49,7 +49,7 @@ class Exporter(QObject):
         task.start()
 
     def finish(self) -> bool:
-        """Wait until the export is written; return False, and show why, if it failed."""
+        """Wait until the export is written; if it failed, show the reason and return False."""
         if self._export is None:
             return True
         loop = QEventLoop()

@@ -1,6 +1,6 @@
-"""Keeps the review of the open clip safe with a session file, a journal and a lock.
+"""Keep the review of the open clip safe with a session file, a journal and a lock.
 
-Also finds the journals that earlier runs left behind, and restores or deletes them.
+This module also finds the journals that earlier runs left behind, and restores or deletes them.
 """
 
 from __future__ import annotations
@@ -55,13 +55,14 @@ class Keeper(QObject):
     def __init__(self, message: SignalInstance, parent: QObject) -> None:
         """Set up a keeper without a clip.
 
-        `message`: a signal that shows a sentence, with True if something went wrong.
+        The signal `message` shows a sentence, with True if something went wrong.
         """
         super().__init__(parent)
         self.message = message
         self.read_only = False
-        self.leftovers: list[Leftover] = []  # of earlier runs, not answered yet, the latest first
-        self.notes: list[str] = []  # what went wrong when the clip was opened
+        # Journals of earlier runs that were not answered yet, the latest first.
+        self.leftovers: list[Leftover] = []
+        self.notes: list[str] = []  # problems with opening the clip
         self.away: Path | None = None  # the refuge, if the clip's folder is read-only
         self.lock: ReviewLock | None = None
         self.journal = ReviewJournal(message, lambda: not self.read_only, self)
@@ -118,9 +119,9 @@ class Keeper(QObject):
     def _find_leftovers(self, data: Analysed) -> list[Leftover]:
         """Return the journals of this clip from earlier runs, the latest first.
 
-        They may be next to the clip, next to its session, or in the refuge (a folder of the user).
-        Journals that are in use by another window are skipped, unless this window has just taken
-        over the lock.
+        The journals may be next to the clip, next to its session, or in the refuge (a folder of the
+        user). Journals that are in use by another window are skipped, unless this window has just
+        taken over the lock.
         """
         assert self._kept is not None
         robbed, self._robbed = self._robbed == data.clip.path, None
@@ -167,9 +168,8 @@ class Keeper(QObject):
             self._done_with(leftover, lambda: leftover.path.unlink(missing_ok=True))
 
     def keep(self, leftover: Leftover, mark: str = ".earlier") -> str:
-        """Rename a journal so that it is not offered again; return its new name.
-
-        Returns '' if that failed.
+        """Rename a journal so that it is not offered again; return its new name, or '' if that
+        failed.
         """
         kept = free_name(leftover.path, mark)
         done = self._done_with(leftover, lambda: leftover.path.rename(kept))
@@ -261,7 +261,7 @@ class Keeper(QObject):
 
     @property
     def files(self) -> frozenset[Path]:
-        """The files that only the review may write: session, journal and lock."""
+        """The files that only the review may write, which are session, journal and lock."""
         if self._kept is None:
             return frozenset()
         ends = ("", JOURNAL_SUFFIX, f"{JOURNAL_SUFFIX}.lock")

@@ -1,4 +1,4 @@
-"""Finds the journals of earlier runs, and the decisions in them that the open review lacks."""
+"""Find the journals of earlier runs, and the decisions in them that the open review lacks."""
 
 from __future__ import annotations
 
@@ -36,8 +36,12 @@ from twistcore.skeleton.limb import Limb
 class Leftover:
     """A journal that an earlier run left behind.
 
-    same_clip: True if the journal belongs to this version of the clip; completed: True if limbs
-    were added to its review, so that the journal cannot be continued as it is.
+    Attributes
+    ----------
+    same_clip
+        True if the journal belongs to this version of the clip.
+    completed
+        True if limbs were added to its review, so that the journal cannot be continued as it is.
     """
 
     recovered: Recovered
@@ -70,8 +74,8 @@ def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
 def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
     """Return the clips with unsaved decisions.
 
-    Each is returned with its latest journal and the number of unsaved decisions. This replays whole
-    journals, which may take seconds, so call it in a thread.
+    Each clip is returned with its latest journal and the number of unsaved decisions. This replays
+    whole journals, which may take seconds, so call it in a thread.
     """
     found = []
     for clip in clips:
@@ -172,8 +176,8 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
 def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
     """Return True if the journal's changes to the frames left out of tuning are missing here.
 
-    began, left: the states of the review when the journal began and when it ended; state: the
-    review in which they may be missing.
+    `began` and `left` are the states of the review when the journal began and when it ended.
+    `state` is the review in which spans may be missing.
     """
     was, wanted, here = (s.left_out for s in (began, left, state))
     again = missing_from(was, wanted)  # included in tuning again

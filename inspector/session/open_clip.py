@@ -23,7 +23,7 @@ from twistcore.tuning.learned_confidence import LearnedConfidence
 
 
 class Show(StrEnum):
-    """Which poses the 3D view shows: before, after or both."""
+    """The poses that the 3D view shows, which are before, after or both."""
 
     BEFORE = "before"
     AFTER = "after"
@@ -34,9 +34,16 @@ class Show(StrEnum):
 class Borrowed:
     """Facts about a clip that a lesson or an exercise has opened in a temporary folder.
 
-    write_to: the folder for files made from the clip; why: a sentence that says why its review is
-    not saved; signed: True if decisions carry the reviewer's name nevertheless, as in a class
-    exercise; over: True if the lesson has ended and the clip stays open only to be looked at.
+    Attributes
+    ----------
+    write_to
+        The folder for files made from the clip.
+    why
+        A sentence that says why its review is not saved.
+    signed
+        True if decisions carry the reviewer's name nevertheless, as in a class exercise.
+    over
+        True if the lesson has ended and the clip stays open only to be looked at.
     """
 
     write_to: Path
@@ -196,7 +203,7 @@ class OpenClip(QObject):
     def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
         """Return the global rotations (joints, 4) and positions (joints, 3) of a frame.
 
-        after: take them from the corrected clip.
+        If `after` is True, the pose is taken from the corrected clip.
         """
         assert self.data is not None
         if after:
@@ -223,7 +230,7 @@ class OpenClip(QObject):
             self.select_interval(None)
 
     def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
-        """Select an interval and its chain; jump: also move the playhead to it.
+        """Select an interval and its chain. If `jump` is True, also move the playhead to it.
 
         An id that no longer exists is ignored.
         """
@@ -310,7 +317,9 @@ class OpenClip(QObject):
         self.hidden_changed.emit()
 
     def show_person(self, person: str) -> None:
-        """Show only the intervals of one person and select one of their chains; '': everyone."""
+        """Show only the intervals of one person and select one of their chains, or show everyone
+        for ''.
+        """
         self.person = person
         self.hidden = self._others()
         self.hidden_changed.emit()
@@ -322,7 +331,7 @@ class OpenClip(QObject):
 
     @property
     def listed_chains(self) -> tuple[Chain, ...]:
-        """The chains and limbs whose intervals are listed: one person's, or everyone's."""
+        """The chains and limbs whose intervals are listed, either of one person or of everyone."""
         chains, others = self.data.chains_and_limbs if self.data else (), self._others()
         return tuple(chain for chain in chains if chain.name not in others)
 
@@ -332,7 +341,7 @@ class OpenClip(QObject):
         return frozenset(c.name for c in chains if c.person != self.person)
 
     def set_show(self, show: Show) -> None:
-        """Choose which poses the 3D view shows: before, after or both."""
+        """Choose which poses the 3D view shows, which may be before, after or both."""
         if show != self.show:
             self.show = show
             self.show_changed.emit()

@@ -1,4 +1,4 @@
-"""Reads and analyses a clip, and prepares all data that stay the same during a review."""
+"""Read and analyse a clip, and prepare all data that stay the same during a review."""
 
 from __future__ import annotations
 
@@ -37,22 +37,32 @@ from twistcore.work.progress import Tell, nobody, part
 
 @dataclass(frozen=True)
 class Stamp:
-    """Attributes that quickly show whether a file has changed: time, size and file number."""
+    """Attributes that quickly show whether a file has changed, which are time, size and file
+    number.
+    """
 
     modified: int  # nanoseconds
     size: int
-    file: int  # its number in the file system
+    file: int  # the file's number in the file system
 
 
 @dataclass(frozen=True, eq=False)
 class Analysed:
-    """A clip as it was opened: its analysis and its initial review.
+    """A clip as it was opened, with its analysis and its initial review.
 
-    session, session_sha256: the file that the review was read from, and its SHA-256; earlier: a
-    review of another version of this clip; added: the number of intervals whose kinds did not exist
-    when the session was saved, None if all kinds existed; stamp: the stamp of the clip's file
-    before it was read, None for a clip in memory; blind: True in an exercise, where the detector is
-    switched off.
+    Attributes
+    ----------
+    session, session_sha256
+        The file that the review was read from, and its SHA-256.
+    earlier
+        A review of another version of this clip.
+    added
+        The number of intervals whose kinds did not exist when the session was saved, None if all
+        kinds existed.
+    stamp
+        The stamp of the clip's file before it was read, None for a clip in memory.
+    blind
+        True in an exercise, where the detector is switched off.
     """
 
     clip: Clip
@@ -98,7 +108,7 @@ class Analysed:
         return interval_over(chain, self.signals[chain], start, stop)
 
     def angle(self, chain: str) -> Array:
-        """Return the angle that an offset corrects, radians, (frames,).
+        """Return the angle that an offset corrects, in radians, (frames,).
 
         The angle is θp for a chain, and φ for a limb.
         """
@@ -141,8 +151,9 @@ _READ, _DETECTED = 0.1, 0.9
 def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
     """Read and analyse a clip together with its latest session; raises TwistError. Thread-safe.
 
-    profile: the τ to use if the clip has no session; a session has its own τ and chains. Without a
-    session, the chains come from the rig. tell: a function that is called with the progress.
+    Without a session, the chains come from the rig. `profile` is the τ to use if the clip has no
+    session. A session has its own τ and chains. `tell` is a function that is called with the
+    progress.
     """
     sessions = kept_sessions(path)
     if not sessions:
@@ -169,7 +180,7 @@ def _read(
 ) -> Analysed:
     """Read a clip and start a new review.
 
-    session: a session whose chains are used if they fit the clip.
+    `session` is a session whose chains are used if they fit the clip.
     """
     stamp = stamp_of(path)
     clip = read_clip(path, tell=part(tell, 0.0, _READ))
@@ -200,7 +211,7 @@ def _belongs(session: Session, clip: Clip) -> bool:
 def analyse_clip(
     clip: Clip, profile: Profile | None = None, tell: Tell = nobody, rig: Rig = AS_FOUND
 ) -> Analysed:
-    """Analyse a clip in memory; tell: a function that is called with the progress."""
+    """Analyse a clip in memory. `tell` is called with the progress."""
     found, missing = _searched(clip, profile, tell, rig)
     return replace(found, notes=(another_used(found.analysis, missing),)) if missing else found
 
@@ -208,7 +219,7 @@ def analyse_clip(
 def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tuple[Analysed, str]:
     """Search a clip with the τ and detector of a profile; return the result.
 
-    Also returns the name of the profile's detector if that could not be used.
+    The name of the profile's detector is also returned, if the detector could not be used.
     """
     profile = profile or Profile({})
     wanted = method = profile.method or DEFAULT_METHOD
@@ -235,8 +246,8 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
 
     Without `clip_path`, the clip is looked for at its old path and next to the session. A clip that
     has changed gets a new review, with the session's review as `earlier`. The session of an export
-    is never overwritten; its review continues in the clip's own session. tell: a function that is
-    called with the progress.
+    is never overwritten; its review continues in the clip's own session. `tell` is called with the
+    progress.
     """
     session, sha256 = read_session_file(path)
     if clip_path is None:
@@ -270,7 +281,7 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     if why := not_usable(found.analysis, method):
         found = replace(found, notes=(*found.notes, why))
     if path.name.endswith(REPLAY_SUFFIX):
-        review.mark_unsaved()  # it continues in the clip's own session
+        review.mark_unsaved()  # the review continues in the clip's own session
         return replace(found, review=review)
     return replace(found, review=review, session=path, session_sha256=sha256)
 
@@ -379,8 +390,8 @@ def opening_notes(
 ) -> Iterator[tuple[str, bool]]:
     """Yield sentences about a clip that was just opened, each with True if something is wrong.
 
-    away: the folder of the clip's review, if that is not the clip's own folder; notes: problems
-    with the review.
+    `away` is the folder of the clip's review, if that is not the clip's own folder. `notes` are the
+    problems with the review.
     """
     if data.session is not None:
         message = tr("Your review in {session} continues.", session=data.session.name)
@@ -437,7 +448,8 @@ def stamp_of(path: Path) -> Stamp | None:
 def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
     """Return a sentence if the clip has changed on disk since it was read, or ''.
 
-    then, now: the stamps at that time and now. The bytes are compared only if the stamps differ.
+    `then` and `now` are the stamps of the file when it was read and now. The bytes are compared
+    only if the stamps differ.
     """
     if now == then:
         return ""

@@ -1,4 +1,4 @@
-"""Plays a clip in real time, skipping frames if necessary."""
+"""Play a clip in real time, skipping frames if necessary."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _EDGE_S = 0.25  # to either side of an edge
 
 
 class Player(QObject):
-    """Moves the document's playhead with the clock, and starts again at the end of the clip."""
+    """Moves the document's playhead with the clock, and starts over at the end of the clip."""
 
     changed = Signal()  # playing state or speed
 
@@ -54,7 +54,7 @@ class Player(QObject):
     def play_edge(self, *, other: bool = False) -> bool:
         """Play once across the interval's edge that is nearest to the playhead, and stop on it.
 
-        other: use the other edge. Returns False if no interval is selected.
+        If `other` is True, play the other edge. Returns False if no interval is selected.
         """
         document = self._document
         if (judged := document.interval) is None or document.data is None:

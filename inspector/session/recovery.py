@@ -1,4 +1,6 @@
-"""Questions about the open clip: earlier reviews, its lock, its journal and its file."""
+"""Questions about the open clip, which concern earlier reviews, its lock, its journal and its
+file.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ from twistcore.review.left_out import joined_spans
 
 
 class Recovery(QObject):
-    """Asks questions and acts on the answers; unanswered questions come again at the next start."""
+    """Asks questions and acts on the answers; unanswered questions are asked again at the next
+    start.
+    """
 
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is obsolete
@@ -38,14 +42,14 @@ class Recovery(QObject):
     ) -> None:
         """Set up the questions without a clip.
 
-        `do`: a function that applies a command; use: a function that opens a review; when_ready: a
-        function that waits until the chains of a review are analysed.
+        `do` applies a command, `use` opens a review, and `when_ready` waits until the chains of a
+        review are analysed.
         """
         super().__init__(parent)
         self._keeper, self._do, self._use, self._when_ready = keeper, do, use, when_ready
         self._data: Analysed | None = None  # the open clip
-        self._stamp: Stamp | None = None  # of the clip's file, as last shown to the person
-        self._changed = ""  # a sentence about a change of it
+        self._stamp: Stamp | None = None  # stamp of the clip's file, as last shown to the person
+        self._changed = ""  # a sentence about a change of the file
         self._asks_about_disk = False
         self._look = OneTask(self)  # hashes a large clip that has changed
         keeper.journal.failing.connect(self._ask_about_disk)
@@ -61,14 +65,14 @@ class Recovery(QObject):
             self._ask_next()
 
     def end(self, data: Analysed) -> None:
-        """Withdraw all questions about the previous clip; data: the next clip."""
+        """Withdraw all questions about the previous clip. `data` is the next clip."""
         self._data = data
         self._look.cancel()
         self._asks_about_disk = False
         self.withdrawn.emit()
 
     def look_around(self) -> None:
-        """Check the lock and the clip's file; called when the window is activated."""
+        """Check the lock and the clip's file when the window is activated."""
         if self._data is not None:
             if not self._keeper.read_only:
                 self._keeper.may_change()
@@ -86,7 +90,7 @@ class Recovery(QObject):
     def check_clip(self) -> str:
         """Return a sentence if the clip has changed on disk, or ''.
 
-        If so, ask the person once whether to open the clip again.
+        If the clip has changed, the person is asked once whether to open it again.
         """
         data = self._data
         if data is None or data.stamp is None:
@@ -225,7 +229,9 @@ class Recovery(QObject):
             self.open_again.emit(self._source())
 
     def _source(self) -> Path:
-        """Return the file to open again: the session if it is in another folder, or the clip."""
+        """Return the file to open again, which is the session if it is in another folder, or the
+        clip.
+        """
         path, session = self._open().clip.path, self._keeper.session_file
         own = session is None or session == session_path(path) or not is_there(session)
         return path if own or session is None else session

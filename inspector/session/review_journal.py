@@ -1,4 +1,4 @@
-"""Writes every step of the open review to a journal on disk, and retries if that fails."""
+"""Write every step of the open review to a journal on disk, and retry if that fails."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _RETRY_MS = 5000  # time until a failed write is tried again
 class KeptReview:
     """A review with its clip and its session file.
 
-    known: the SHA-256 of session files when this program last read or wrote them.
+    `known` is the SHA-256 of session files when this program last read or wrote them.
     """
 
     clip: Clip
@@ -39,7 +39,7 @@ class KeptReview:
     def places(self) -> tuple[Path, ...]:
         """The session paths next to which journal and lock can be, the preferred one first.
 
-        These are the session itself and the session path in the refuge (a folder of the user).
+        The places are the session itself and the session path in the refuge (a folder of the user).
         """
         wanted = self.session_file or session_path(self.clip.path)
         return tuple(dict.fromkeys((wanted, refuge_path(self.clip.path))))
@@ -96,7 +96,7 @@ class ReviewJournal(QObject):
     def go_on(self, path: Path | None, steps: int) -> None:
         """Continue a review that was put aside, in its old journal if that is complete.
 
-        steps: the number of steps of the review when it was put aside.
+        `steps` is the number of steps of the review when it was put aside.
         """
         kept = self._open
         self._detached = True
@@ -198,7 +198,7 @@ class ReviewJournal(QObject):
         return not self._behind
 
     def where(self) -> str:
-        """Return words that end a sentence and say where the unsaved steps are."""
+        """Return words for the end of a sentence that tell where the unsaved steps are."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
             return tr("in the journal {name}", name=journal.path.name)

@@ -1,9 +1,9 @@
-"""The lock on a clip's review: only one window may change the review, others only show it.
+"""The lock on a clip's review, which only one window may change while others only show it.
 
 An operating-system lock on the file shows whether its holder is still running, so that neither a
-reused process id nor an empty file after a crash locks anybody out. The text of the file, in the
-format of a QLockFile (process id, program, computer), is shown to the person. If it names another
-computer, whose locks may be invisible here, the person is asked.
+reused process id nor an empty file after a crash locks the review forever. The text of the file, in
+the format of a QLockFile (process id, program, computer), is shown to the person. If the text names
+another computer, whose locks may be invisible here, the person is asked.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ _NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link would lead to somebody else's 
 
 @dataclass(frozen=True)
 class Holder:
-    """The holder of a lock: process id, program and computer from the file; 0 or '' if unknown.
+    """The holder of a lock, with process id, program and computer from the file; 0 or '' if
+    unknown.
 
-    since: the local time at which the lock was taken.
+    `since` is the local time at which the lock was taken.
     """
 
     process: int
@@ -52,7 +53,7 @@ class Holder:
 
 
 class ReviewLock:
-    """A lock file, to be taken with :meth:`take`."""
+    """A lock file, which is taken with :meth:`take`."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -70,7 +71,7 @@ class ReviewLock:
             try:
                 held = not lock(handle)
                 if not _same(self.path, handle):
-                    continue  # its holder has just deleted it
+                    continue  # the holder has just deleted the lock
                 found = _read(handle)
                 if held or (found is not None and not found.here):
                     self.holder = found or Holder(0, "", "", _written(handle))

@@ -1,6 +1,6 @@
-"""Rig profiles: the chains that a person chose for a skeleton, read when a clip is opened.
+"""Rig profiles, which store the chains that a person chose for a skeleton.
 
-Each skeleton has its own file.
+Each skeleton has its own file, which is read when a clip is opened.
 """
 
 from __future__ import annotations

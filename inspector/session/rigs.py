@@ -1,4 +1,4 @@
-"""Analyses the open clip with other sets of chains, in the background."""
+"""Analyse the open clip with other sets of chains, in the background."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Rigs:
     ) -> None:
         """Analyse other chains, then call `do` with the command that switches to them.
 
-        what: the name of that step in the history.
+        `what` is the name of this step in the history.
         """
         present = self.present
         assert present is not None

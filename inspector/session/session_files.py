@@ -87,9 +87,9 @@ def at_first(
 def kept_sessions(clip: Path) -> list[Path]:
     """Return the existing sessions of a clip, the latest first.
 
-    These may be next to the clip, in the refuge, or where "Save as" last saved one. Sessions of a
-    clip in another format do not count. A session whose name has no format, as in earlier versions,
-    is used only if there is no other.
+    The sessions may be next to the clip, in the refuge, or where "Save as" last saved one. Sessions
+    of a clip in another format do not count. A session whose name has no format, as in earlier
+    versions, is used only if there is no other.
     """
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
@@ -152,7 +152,7 @@ def written(path: Path) -> int:
 def make_latest(path: Path, others: Iterable[Path]) -> None:
     """Make sure that a file that was just written has a later time than the others.
 
-    This is needed only if the clock was set back or another computer wrote them.
+    This is needed only if the clock was set back or another computer wrote the other files.
     """
     newest = max((written(other) for other in others if other != path), default=0)
     if written(path) <= newest:
@@ -161,7 +161,7 @@ def make_latest(path: Path, others: Iterable[Path]) -> None:
 
 
 def set_aside(path: Path, why: str) -> str:
-    """Rename a damaged file; return a sentence that says so and why."""
+    """Rename a damaged file; return a sentence that reports this with the reason."""
     aside = free_name(path, ".damaged")
     try:
         path.replace(aside)
@@ -176,8 +176,8 @@ def set_aside(path: Path, why: str) -> str:
 def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
     """Write a session; if another review is at that path, rename it and return a sentence about it.
 
-    known: the SHA-256 of session files when this program last read or wrote them; it is updated.
-    Raises OSError, in which case nothing is changed.
+    `known` is the SHA-256 of session files when this program last read or wrote them; this function
+    updates it. Raises OSError, in which case nothing is changed.
     """
     message = ""
     if is_there(path):

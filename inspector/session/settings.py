@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 @dataclass
 class Settings:
-    """The settings of the program; CHECKS says which values are allowed.
+    """The settings of the program, whose allowed values are in CHECKS.
 
     - theme: 'system', 'light' or 'dark'
     - geometry, layout: the window's geometry and layout as Qt saves them, in hexadecimal
@@ -253,8 +253,8 @@ def save_settings(path: Path, settings: Settings) -> str:
 def save_changes(path: Path, settings: Settings, before: Settings) -> str:
     """Write only the changes since `before` into the current file.
 
-    Returns '', or a sentence that says why that failed. Another window may have changed the file:
-    values that were not changed here keep the file's value, as do single entries of lists and
+    Returns '', or a sentence that says why that failed. Another window may have changed the file.
+    Values that were not changed here keep the file's value, and so do single entries of lists and
     objects.
     """
     there, damaged = before, tuple[str, ...]()

@@ -25,7 +25,7 @@ def _of(
 ) -> Check:
     """Return a check that accepts a value if its type is listed and `good` returns True for it.
 
-    keep: a function that converts an accepted value.
+    `keep` is a function that converts an accepted value.
     """
 
     def check(value: Any) -> Any:

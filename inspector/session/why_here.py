@@ -1,4 +1,4 @@
-"""Explains why the detector found nothing at a frame of the open clip."""
+"""Explain why the detector found nothing at a frame of the open clip."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def reviewed(document: Document) -> Detection | None:
 def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None:
     """Return the frame of the nearest peak above τ that is in no interval, or None.
 
-    reach: the largest distance from `frame`, in frames.
+    `reach` is the largest distance from `frame`, in frames.
     """
     if (found := reviewed(document)) is None or document.chain not in found.tau:
         return None

@@ -28,8 +28,13 @@ _STAGED = frozenset(("a", "q", "w", "n", "alpha", "swing", "twist", "theta_p"))
 class Equation:
     """An equation "symbol = right" with its number in the paper and its value.
 
-    corrected: how the printed equation differs, or '' if it is the same; shown: a function that
-    returns the value as text; by default, the value is the quantity with the symbol's name.
+    Attributes
+    ----------
+    corrected
+        How the printed equation differs, or '' if it is the same.
+    shown
+        A function that returns the value as text. By default, the value is the quantity with the
+        symbol's name.
     """
 
     symbol: str
@@ -52,7 +57,7 @@ class Equation:
 class Section:
     """Equations under a heading.
 
-    title: the text of the heading, with {P}, {C} and {G} for the joints' names.
+    `title` is the text of the heading, with {P}, {C} and {G} for the joints' names.
     """
 
     title: str

@@ -144,7 +144,7 @@ class SymbolButton(QAbstractButton):
 
 
 class _InRow(QLabel):
-    """A sign or number that takes no height of its own, so that formulas set the row's height."""
+    """A sign or number without a height of its own, so that formulas determine the row's height."""
 
     def sizeHint(self) -> QSize:
         """Return the width of the text and no height."""
@@ -255,7 +255,7 @@ class Equations(QWidget):
                 button.set_calm(calm=not event)
 
     def show_only(self, symbols: Iterable[str] | None) -> None:
-        """Show only the rows of these symbols, even under folded headings; None: show all rows."""
+        """Show only the rows of these symbols, even under folded headings, or all rows if None."""
         self._only = None if symbols is None else frozenset(symbols)
         self._arrange()
 

@@ -31,7 +31,7 @@ class Teaching(FeatureParts):
         self.teaching.moved_far.connect(actions["focus_chain"].trigger)
 
     def connect(self, window: HostWindow) -> None:
-        """Connect the tab to the window; teaching is active while the tab is visible."""
+        """Connect the tab to the window, so that teaching is active while the tab is visible."""
         self._dock, self._window = window.docks["teaching"], window
         self._dock.visibilityChanged.connect(self._set_shown)
 

@@ -1,4 +1,4 @@
-"""Computes a joint that turns through ±180° and the five trackers that follow it."""
+"""Compute a joint that turns through ±180° and the five trackers that follow it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TRACKED = ("axis-angle, raw", "Euler XYZ, raw", "Euler XYZ, wrapped")
 def turning(speed: float) -> Array:
     """Return a joint that turns about a fixed axis, as quaternions (FRAMES, 4).
 
-    speed: turns per second; the rotation starts slowly.
+    `speed` is in turns per second. The rotation starts slowly.
     """
     time = np.arange(FRAMES) * DT
     eased = np.where(time < 1.0, 0.5 * time**2, time - 0.5)

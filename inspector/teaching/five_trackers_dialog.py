@@ -51,7 +51,7 @@ _LEAP = 180.0  # degrees
 
 
 class FiveTrackers(QWidget):
-    """The window of the five trackers; its plots follow the speed slider and the frame."""
+    """The window of the five trackers, whose plots follow the speed slider and the frame."""
 
     def __init__(self, colours: Colours, parent: QWidget | None = None) -> None:
         super().__init__(parent, Qt.WindowType.Window)

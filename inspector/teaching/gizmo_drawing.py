@@ -1,4 +1,4 @@
-"""Draws the gizmo, which shows the tab's symbols in space, on top of the figure."""
+"""Draw the gizmo, which shows the tab's symbols in space, on top of the figure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The family of (n, θp) pairs that give the same pose at a swing of 180°; geometry only.
+"""The geometry of the family of (n, θp) pairs that give the same pose at a swing of 180°.
 
 A half turn about any axis perpendicular to `a` points the bone opposite to `a`, so the pose does
 not show which axis was used. If n is turned by φ about `a`, then a θp that is larger by 2φ gives
@@ -26,7 +26,7 @@ from twistcore.analysis.decomposition.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, wrap
 
 MEMBERS = 8
-_STEPS = 16  # of a dial
+_STEPS = 16  # steps of a dial
 _OUT, _SIZE = 0.62, 0.13  # distance of the dials from P, and their radius, in bone lengths
 _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
 
@@ -34,7 +34,7 @@ _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
 def family(d: Decomposition) -> tuple[Array, Array]:
     """Return normals n, (MEMBERS, 3), in the coordinates of P's parent, and θp for each.
 
-    The first pair of n and θp is the one in the frame.
+    The first pair is the pair (n, θp) of the frame itself.
     """
     n = d.n if d.n.any() else perpendicular(d.a)
     normals: Array = turned(n, d.a, _TURNS[:, None])
@@ -77,9 +77,9 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
 
 
 def _around(start: Array, axis: Array, angles: Array) -> Array:
-    """Return unit vectors (n, m, 3): each `start` (n, 3) turned about an axis perpendicular to it.
+    """Return unit vectors (n, m, 3), which are `start` (n, 3) turned about perpendicular axes.
 
-    angles: radians, (n or 1, m).
+    `angles` are in radians, shape (n or 1, m).
     """
     across = np.cross(axis, start)
     angles = np.atleast_2d(angles)[..., None]
@@ -88,7 +88,9 @@ def _around(start: Array, axis: Array, angles: Array) -> Array:
 
 
 def _fans() -> Index:
-    """Return the faces (n, 4) of every dial, from its centre (its first point) to its rim."""
+    """Return the faces (n, 4) of every dial, from the centre, which is its first point, to the
+    rim.
+    """
     rim = segments(np.arange(1, _STEPS + 2))
     one = np.column_stack([np.zeros(len(rim), np.int64), rim, rim[:, 1]])
     return (one + (_STEPS + 2) * np.arange(MEMBERS)[:, None, None]).reshape(-1, 4)

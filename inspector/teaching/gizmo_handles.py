@@ -1,7 +1,7 @@
-"""The handles of the gizmo: where they are on the screen, and what dragging them does.
+"""The handles of the gizmo, with their places on the screen and the effect of dragging them.
 
-These are pure functions of the camera and of positions in the world; pixels are counted from the
-top of the picture.
+All functions are pure functions of the camera and of positions in the world. Pixels are counted
+from the top of the picture.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, r
 W, DIAL = "w", "theta_p"  # the handles, by symbol
 REACH = 14.0  # pixels around the tip of w or the ring in which the mouse grips it
 _FLAT = 0.2  # cosine between view and dial axis below which the ring is edge-on
-_DEAD = 0.15  # of the dial's radius: closer to the centre the mouse has no direction
+_DEAD = 0.15  # share of the dial's radius; closer to the centre, the mouse has no direction
 
-Size = tuple[int, int]  # of a picture, pixels
+Size = tuple[int, int]  # size of a picture in pixels
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class Handles:
 def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Handles:
     """Return the handles of a gizmo drawn by `gizmo_shapes.sketch`.
 
-    unit: the bone length that sets the gizmo's size.
+    `unit` is the bone length that sets the gizmo's size.
     """
     axis = rotate(q_parent, d.a)
     return Handles(
@@ -128,7 +128,7 @@ class TwistDrag:
     def turn(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
         """Return the angle turned since the drag began, in radians.
 
-        at: the pixel of the mouse, (2,).
+        `at` is the pixel of the mouse, shape (2,).
         """
         now = self._angle(held, camera, size, at)
         if now is not None:

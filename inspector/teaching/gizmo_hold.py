@@ -1,4 +1,4 @@
-"""Dragging the gizmo with the mouse: handles appear, and a drag changes the frame."""
+"""Drag the gizmo with the mouse; handles appear, and a drag changes the frame."""
 
 from __future__ import annotations
 
@@ -244,7 +244,7 @@ class Hold(QObject):
 
 
 class Knobs(QWidget):
-    """Knobs over the 3D view at the handles; the knob under the mouse is larger."""
+    """Knobs at the handles, drawn over the 3D view, with a larger knob under the mouse."""
 
     def __init__(self, viewport: QWidget) -> None:
         super().__init__(viewport)
@@ -257,8 +257,16 @@ class Knobs(QWidget):
     ) -> None:
         """Show the knobs of w and of the dial, the edge of the dial, and words near the mouse.
 
-        spots: the pixels of both knobs, (2, 2); ring: the pixels of the edge, (n, 2); under: the
-        handle under the mouse; at: the position of the mouse.
+        Parameters
+        ----------
+        spots
+            The pixels of both knobs, shape (2, 2).
+        ring
+            The pixels of the edge, shape (n, 2).
+        under
+            The handle under the mouse.
+        at
+            The position of the mouse.
         """
         view = self.parentWidget()
         assert view is not None

@@ -1,4 +1,4 @@
-"""The names and coordinate axes of P, C and G in the 3D view; geometry only."""
+"""The geometry of the names and coordinate axes of P, C and G in the 3D view."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from inspector.viewport.mesh_actor import Index
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import Array, matrix_from_quaternion
 
-POINTS = 18  # of three triads
+POINTS = 18  # points of three triads
 LINES: Index = np.arange(POINTS).reshape(-1, 2)
 _LONG = 0.16  # length of an axis, in bone lengths
 

@@ -1,4 +1,4 @@
-"""The gizmo's labels: symbols over the 3D view, typeset like the equations."""
+"""The gizmo's labels, which are symbols over the 3D view, typeset like the equations."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Labels(QWidget):
     ) -> None:
         """Place the labels in a picture so that they overlap neither each other nor `covered`.
 
-        covered: the part of the picture that something else covers.
+        `covered` is the part of the picture that something else covers.
         """
         view = self.parentWidget()
         assert view is not None

@@ -1,4 +1,4 @@
-"""The shapes of the gizmo, which show the symbols of a frame in space; geometry only.
+"""The geometry of the gizmo's shapes, which show the symbols of a frame in space.
 
 The number of points is always the same, so that a new frame only moves them.
 """
@@ -21,7 +21,7 @@ _HEAD = (0.105, 0.030)  # length and radius of an arrow head, in bone lengths
 _RING = 10
 _CONE = np.array([(end, 2 + k, 2 + (k + 1) % _RING) for end in (0, 1) for k in range(_RING)])
 _SIDES = np.sort(TRIANGLES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-_WIRES = np.unique(_SIDES, axis=0)  # of a sphere
+_WIRES = np.unique(_SIDES, axis=0)  # wires of a sphere
 _SEEN = np.radians(1.0)  # smaller differences are not drawn
 W_LONG = 0.92  # length of the arrow w, in bone lengths
 DIAL_AT, DIAL_SIZE = 0.60, 0.25  # position of the dial along w, and its radius
@@ -34,11 +34,20 @@ SOLID, CLEAR = "solid", "clear"
 
 @dataclass(frozen=True, eq=False)
 class GizmoPart:
-    """A part of the gizmo: points, and the lines or faces between them.
+    """A part of the gizmo, with points and the lines or faces between them.
 
-    symbol: the symbol that it shows; look: BOLD or THIN for lines, SOLID or CLEAR for faces;
-    points: the positions, (n, 3); cells: the point indices of lines (m, 2) or faces (m, 3 or 4);
-    share: the opacity of a line or a CLEAR face, 0…1.
+    Attributes
+    ----------
+    symbol
+        The symbol that the part shows.
+    look
+        BOLD or THIN for lines, SOLID or CLEAR for faces.
+    points
+        The positions, shape (n, 3).
+    cells
+        The point indices of lines (m, 2) or faces (m, 3 or 4).
+    share
+        The opacity of a line or a CLEAR face, 0…1.
     """
 
     symbol: str
@@ -52,8 +61,16 @@ class GizmoPart:
 class Mark:
     """A label at a point.
 
-    symbol: a key of symbols.MARKS; at: its position (3,); away: a point (3,) to keep away from;
-    words: the text, by default the symbol.
+    Attributes
+    ----------
+    symbol
+        A key of symbols.MARKS.
+    at
+        The position of the label (3,).
+    away
+        A point (3,) to keep away from.
+    words
+        The text, by default the symbol.
     """
 
     symbol: str
@@ -64,7 +81,7 @@ class Mark:
 
 @dataclass
 class Sketch:
-    """The parts and labels of a frame; unit: the bone length that sets their size."""
+    """The parts and labels of a frame. `unit` is the bone length that determines their size."""
 
     unit: float
     parts: list[GizmoPart] = field(default_factory=list)
@@ -98,7 +115,7 @@ class Sketch:
     ) -> None:
         """Add a transparent face from a centre to a rim (n, 3).
 
-        inner: the fraction of the way to the rim that is left empty.
+        `inner` is the fraction of the way to the rim that is left empty.
         """
         low = centre + inner * (rim - centre)
         steps = segments(np.arange(len(rim)))
@@ -128,10 +145,19 @@ def sketch(
 ) -> Sketch:
     """Return the gizmo of a frame in world coordinates.
 
-    q_parent: the global rotation of P, (4,); parent, child: the positions of P and C, (3,); reach:
-    the length at which v is drawn; least: the smallest bone length to draw, in the file's unit;
-    staged: True if P's rotation is animated, in which case changes since the previous frame are not
-    drawn.
+    Parameters
+    ----------
+    q_parent
+        The global rotation of P, shape (4,).
+    parent, child
+        The positions of P and C, shape (3,).
+    reach
+        The length at which v is drawn.
+    least
+        The smallest bone length to draw, in the file's unit.
+    staged
+        True if P's rotation is animated, in which case changes since the previous frame are not
+        drawn.
     """
     out = Sketch(max(float(np.linalg.norm(child - parent)), least))
     along = rotate(q_parent, d.a)

@@ -1,4 +1,4 @@
-"""The same rotation in other forms: twist first, as −q, and as the file's Euler angles."""
+"""The same rotation in other forms, with the twist first, as −q, and as the file's Euler angles."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ class OtherForms(QWidget):
         self.values["lock"].setVisible(bool(locks) and self._lists("euler"))
 
     def _channels(self, joint: int) -> EulerChannels | None:
-        """Return a joint's Euler angles: from the file or, for an edited pose, the nearest ones."""
+        """Return a joint's Euler angles, from the file or, for an edited pose, the nearest ones."""
         data, taught, frame = self._taught.document.data, self._taught, self._taught.document.frame
         chain, found = taught.chain, taught.numbers
         assert data is not None

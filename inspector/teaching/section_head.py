@@ -14,7 +14,7 @@ _GAP = 6.0
 
 
 class SectionHead(QAbstractButton):
-    """Bold text with an arrow; it is checked while its section is open."""
+    """Bold text with an arrow, which is checked while its section is open."""
 
     def __init__(self, text: str, *, folded: bool = False) -> None:
         super().__init__()

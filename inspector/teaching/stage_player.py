@@ -1,4 +1,4 @@
-"""Animates P's rotation: first the swing away from a, then the twist."""
+"""Animate P's rotation, first the swing away from a, then the twist."""
 
 from __future__ import annotations
 

@@ -10,9 +10,9 @@ from inspector.widgets.theme import Theme
 
 @dataclass(frozen=True)
 class Symbol:
-    """A quantity: its TeX, the family that sets its colour, and its meaning in words.
+    """A quantity, with its TeX, the family that determines its colour, and its meaning in words.
 
-    curves: the plots that show it, each with the first letter of the names of its curves.
+    `curves` are the plots that show it, each with the first letter of the names of its curves.
     """
 
     tex: str

@@ -1,4 +1,5 @@
-"""The state of the teaching tab: quantities of the frame, what-if, highlighted symbol.
+"""The state of the teaching tab, with the quantities of the frame, the what-if and the lit
+symbol.
 
 A what-if only changes the displayed pose, never the review.
 """
@@ -36,7 +37,9 @@ _ALONG = 1e-6  # tolerance for parallel vectors, in the file's unit
 
 
 class FrameNumbers(NamedTuple):
-    """The numbers that the tab shows for a frame: the displayed pose and its correction."""
+    """The numbers that the tab shows for a frame, which describe the displayed pose and its
+    correction.
+    """
 
     frame: Decomposition
     correction: FrameCorrection
@@ -45,7 +48,7 @@ class FrameNumbers(NamedTuple):
 
     @property
     def is_event(self) -> bool:
-        """True if the displayed pose passes the paper's test: opposite signs and m ≥ τ."""
+        """True if the displayed pose passes the paper's test, that is, opposite signs and m ≥ τ."""
         d, tau = self.frame, self.correction.tau
         return not self.staged and d.strength_is_defined and d.strength >= tau > 0.0
 

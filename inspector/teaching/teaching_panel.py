@@ -1,4 +1,4 @@
-"""The teaching tab: equations with current values, and what-if sliders."""
+"""The teaching tab, with equations and their current values, and what-if sliders."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _FEW_ROWS = 110  # pixels, so that some equations are always visible
 
 
 class TeachingPanel(QWidget):
-    """The panel of the teaching tab; while it is visible, the 3D view shows the gizmo."""
+    """The panel of the teaching tab, which adds the gizmo to the 3D view while it is visible."""
 
     least_width = Signal(int)  # pixels, known once the symbols are typeset
     moved_far = Signal()  # a slider was released, and the limb may be out of view
@@ -36,7 +36,7 @@ class TeachingPanel(QWidget):
     def __init__(
         self, taught: TaughtFrame, viewport: Viewport, timeline: Timeline, actions: list[QAction]
     ) -> None:
-        """Set up the panel; `actions`: the actions to show as buttons at the top."""
+        """Set up the panel with the buttons of `actions` at the top."""
         super().__init__()
         self._taught, self._viewport, self._timeline = taught, viewport, timeline
         self.typesetter = Typesetter(self)
@@ -139,7 +139,7 @@ class TeachingPanel(QWidget):
         self.least_width.emit(self.minimumSizeHint().width())
 
     def set_shown(self, on: bool) -> None:
-        """Activate or deactivate the tab; the first time, load the typesetter.
+        """Activate or deactivate the tab, and load the typesetter the first time.
 
         The dock calls this, because Qt sends no show or hide event to a tab that is hidden.
         """

@@ -21,7 +21,7 @@ from inspector.widgets.theme import Colours, Theme, figures_font
 
 @dataclass(frozen=True)
 class _Knob:
-    """A slider: its label, its range in `unit`, its steps per unit, and its tooltip."""
+    """A slider, with its label, its range in `unit`, its steps per unit, and its tooltip."""
 
     text: str
     low: int

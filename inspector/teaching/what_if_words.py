@@ -1,4 +1,4 @@
-"""Describes the frame of the teaching tab in one or two sentences, by its numbers."""
+"""Describe the frame of the teaching tab in one or two sentences, by its numbers."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def theta_per_tip(alpha: float) -> float:
 def azimuth_per_tip(reliability: float) -> float:
     """Return how far v⊥ turns if v is tipped sideways by 1° in an almost straight limb.
 
-    reliability: the reliability of the azimuth; the result is in radians.
+    `reliability` is the reliability of the azimuth. The result is in radians.
     """
     return float(np.arctan2(_TIP, np.arcsin(min(reliability, 1.0))))
 

@@ -1,4 +1,4 @@
-"""Steps through the frames that a histogram bar counts."""
+"""Step through the frames that a histogram bar counts."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class BarFrames:
     def take(self, strength: Array, counted: NDArray[np.bool_]) -> None:
         """Set the data of the histogram.
 
-        strength: the strength of each frame in degrees, (frames,); counted: the mask of the frames
-        that the histogram counts.
+        `strength` is the strength of each frame in degrees, shape (frames,). `counted` is the mask
+        of the frames that the histogram counts.
         """
         self._frames = np.flatnonzero(counted)
         self._bars = bar_of(strength[counted])

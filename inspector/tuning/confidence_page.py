@@ -1,4 +1,4 @@
-"""The page of the learned confidence: how reliable it is, and buttons to use and save it."""
+"""The page of the learned confidence, with its reliability and buttons to use and save it."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class ConfidencePage(QWidget):
     def learnt(self) -> tuple[str, LearnedProfile | None]:
         """The learned profile to use, and its scope.
 
-        This is the profile of the performer with this rig, or else the profile of the rig.
+        If the performer with this rig has no profile, the profile of the rig is used.
         """
         present = self._evidence.present
         for scope in present.scopes if present else ():

@@ -1,4 +1,4 @@
-"""The plot of the cost of τ: the share of repaired errors with its band, and false alarms."""
+"""The plot of the cost of τ, with the share of repaired errors, its band, and false alarms."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class CostPlot(TauPlot):
     def show_curve(self, curve: TauCurve | None, suggested: float = 0.0) -> None:
         """Show the curve of a chain or the sum of several, or nothing if it is not measured yet.
 
-        suggested: the suggested τ in radians.
+        `suggested` is the suggested τ in radians.
         """
         self.touch()
         known = curve is not None and curve.drawn is not None

@@ -24,10 +24,19 @@ _NICE = 5  # lower priority than the window
 class Request:
     """A request to measure the cost curves of some chains of a clip.
 
-    rig: the set of chains; left_out: the frames that are left out of the measurement; draws: how
-    often errors are drawn for each chain and protocol; detector: the file and class of the
-    detector, as 'FILE.py:Class', or '' for a detector that every process knows; language: the
-    language of error messages.
+    Attributes
+    ----------
+    rig
+        The set of chains.
+    left_out
+        The frames that are left out of the measurement.
+    draws
+        How often errors are drawn for each chain and protocol.
+    detector
+        The file and class of the detector, as 'FILE.py:Class', or '' for a detector that every
+        process knows.
+    language
+        The language of error messages.
     """
 
     path: Path

@@ -1,4 +1,4 @@
-"""The page of the selected chain: a histogram of strength, and the cost of τ."""
+"""The page of the selected chain, with a histogram of strength and the cost of τ."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ class CurvesPage(QWidget):
     ) -> None:
         super().__init__()
         self._document, self._costs, self._wishes, self._colours = document, costs, wishes, colours
-        self._strength, self._floor = np.zeros(0), 0.0  # of the selected chain, degrees
+        # Strength and floor of the selected chain, degrees.
+        self._strength, self._floor = np.zeros(0), 0.0
         self._counted: NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self.bars = BarFrames(document)
         self.histogram, self.cost = Histogram(colours), CostPlot(colours)

@@ -33,7 +33,7 @@ _TIPS = (
 
 @dataclass(frozen=True)
 class _Line:
-    """A row: a chain, or '' for all chains, with its suggested or its automatic τ."""
+    """A row for a chain, or '' for all chains, with its suggested or its automatic τ."""
 
     chain: str
     kind: str
@@ -42,7 +42,7 @@ class _Line:
 
 
 class DetectorsModel(RowModel[_Line]):
-    """The rows of the table: two for each chain and two for all chains.
+    """The rows of the table, which are two for each chain and two for all chains.
 
     The first of two rows has the suggested τ, and the second has the automatic τ.
     """
@@ -62,7 +62,7 @@ class DetectorsModel(RowModel[_Line]):
         return thing.chain, thing.kind
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return a row for display; rows of the automatic τ are dimmed."""
+        """Return a row for display, dimmed if it shows the automatic τ."""
         soft = thing.kind == _KINDS[1]
         colours = dict.fromkeys(range(len(thing.texts)), self.theme.soft) if soft else {}
         return TableRow(thing.texts, colours=colours, tips=thing.tips)

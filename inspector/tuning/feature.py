@@ -28,7 +28,7 @@ class Tuning(FeatureParts):
         self.tuning = TuningPanel(window.document, colours, actions, window.settings)
 
     def connect(self, window: HostWindow) -> None:
-        """Connect the tab to the window; it computes only while it is visible."""
+        """Connect the tab to the window, so that it computes only while it is visible."""
         self._dock, self._visible = window.docks["tuning"], window.timeline.visible
         self._dock.visibilityChanged.connect(self.tuning.set_seen)
         queue = window.part(folder).queue

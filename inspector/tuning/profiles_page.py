@@ -1,4 +1,4 @@
-"""The page of all chains: their τ and costs, now and in profiles, or with each detector."""
+"""The page of all chains, with their τ and costs, now and in profiles, or with each detector."""
 
 from __future__ import annotations
 

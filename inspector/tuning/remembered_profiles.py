@@ -30,7 +30,7 @@ _PERFORMERS = 2000  # most clips with a named performer
 def profile_path(mark: str, performer: str = "") -> Path:
     """Return the path of the profile of a skeleton, or of a performer with this skeleton.
 
-    mark: the string that identifies the skeleton.
+    `mark` is the string that identifies the skeleton.
     """
     own = f"-{hashlib.sha256(performer.encode()).hexdigest()[:8]}" if performer else ""
     return settings_path().parent / "profiles" / f"{mark[:24]}{own}.toml"
@@ -59,7 +59,7 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
 def keep_profile(learnt: LearnedProfile, source: str) -> Path:
     """Save a profile for its rig and performer, and return its path; raises OSError.
 
-    source: the name of the clip that it comes from.
+    `source` is the name of the clip that it comes from.
     """
     path = profile_path(learnt.profile.rig, learnt.profile.performer)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -106,7 +106,7 @@ class ProfileOffers(QObject):
         offer: Callable[[str, Answers], None],
         parent: QObject | None = None,
     ) -> None:
-        """Set up the offers; `offer`: a function that shows a sentence with answers for a while."""
+        """Set up the offers; `offer` shows a sentence with answers for a while."""
         super().__init__(parent)
         self._document, self._performers, self._offer = document, performers, offer
         self._declined: set[tuple[str, str]] = set()  # during this run

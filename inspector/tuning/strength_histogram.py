@@ -83,7 +83,7 @@ class Histogram(TauPlot):
     def show_strength(self, strength: Array, m: Array | None) -> None:
         """Show the strength and m, in degrees, (frames,).
 
-        m: None if the strength is m itself.
+        `m` is None if the strength is m itself.
         """
         self._counts = _counted(strength)
         shown = np.log1p(_counted(m)) if m is not None else np.zeros(len(_BINS) - 1)
@@ -93,7 +93,7 @@ class Histogram(TauPlot):
         self._split()
 
     def show_choice(self, bar: int | None, words: str) -> None:
-        """Mark a bar, and show words about it; None: mark no bar."""
+        """Mark a bar and show words about it, or mark no bar for None."""
         self._chosen, self._choice_words = -1 if bar is None else bar, words
         if bar is not None:
             self.mark.setData(_BINS[bar : bar + 2], np.log1p(self._counts[bar : bar + 1]))
@@ -153,7 +153,7 @@ class Histogram(TauPlot):
     def show_tau(self, degrees: float, *, held: bool) -> None:
         """Move the τ line, and emphasise the frames whose strength reaches τ.
 
-        held: True while the line is being dragged.
+        `held` is True while the line is being dragged.
         """
         super().show_tau(degrees, held=held)
         if degrees != self._tau:

@@ -1,4 +1,4 @@
-"""Measures the cost of τ for the open clip in the background, and caches the results."""
+"""Measure the cost of τ for the open clip in the background, and cache the results."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ _Key = tuple[object, ...]
 
 @dataclass(eq=False)
 class _Measured:
-    """The results for a clip with one set of verdicts: curves by detector and chain.
+    """The results for a clip with one set of verdicts, which are curves by detector and chain.
 
-    through: the detectors whose measurement is complete.
+    `through` are the detectors whose measurement is complete.
     """
 
     curves: dict[str, dict[str, TauCurve]] = field(default_factory=dict)
@@ -44,7 +44,7 @@ class _Measured:
 class Costs(QObject):
     """The cost curves of the document's clip by detector and chain.
 
-    The curves depend on the clip, the verdicts and the frames that are left out; if one of these
+    The curves depend on the clip, the verdicts and the frames that are left out. If one of these
     changes, a running measurement ends. The detector in use is measured first, followed by the
     detectors that `needs` has requested. Nothing is measured while no view is visible.
     """
@@ -188,7 +188,7 @@ class Costs(QObject):
             try:
                 self._pipe.send(self._document.chain)
             except OSError:
-                return  # it has just ended, which the poll will notice
+                return  # the process has just ended, which the poll will notice
 
     # -- the process --------------------------------------------------------------------------
 

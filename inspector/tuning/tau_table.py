@@ -42,7 +42,7 @@ class _Line:
 
 
 class ComparisonModel(RowModel[_Line]):
-    """The rows of the table: one for each chain and a last row for all chains.
+    """The rows of the table, with one for each chain and a last row for all chains.
 
     Each set of τ has three columns.
     """
@@ -71,14 +71,18 @@ class ComparisonModel(RowModel[_Line]):
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """The sets of τ to show: two profiles, or the current τ and at most one profile."""
+        """The sets of τ to show, which are two profiles, or the current τ and at most one
+        profile.
+        """
         if len(self.others) > 1 or self._document.data is None:
             return self.others
         state = self._document.review.state
         return (Column(tr("now"), Profile(state.tau, state.method)), *self.others)
 
     def method(self, column: Column) -> str:
-        """Return the detector with which a set of τ is measured: its own, or the one in use."""
+        """Return the detector with which a set of τ is measured: its own detector, or the one in
+        use.
+        """
         return column.profile.method or self._document.review.state.method
 
     @property

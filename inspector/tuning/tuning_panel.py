@@ -1,4 +1,4 @@
-"""The tuning tab: τ of the selected chain, and pages of costs, profiles and verdicts."""
+"""The tuning tab, with τ of the selected chain, and pages of costs, profiles and verdicts."""
 
 from __future__ import annotations
 
@@ -210,7 +210,7 @@ class TuningPanel(QWidget):
     def set_scope(self, scope: Scope) -> None:
         """Choose the chains for which τ is set.
 
-        They are the selected chain, the same segment on both sides of the body, or all chains.
+        The scope is the selected chain, the same segment on both sides of the body, or all chains.
         """
         self.scope = scope
         self._stale.mark()

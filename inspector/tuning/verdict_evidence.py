@@ -1,4 +1,4 @@
-"""Counts the verdicts in the open clip and its folder in the background."""
+"""Count the verdicts in the open clip and its folder in the background."""
 
 from __future__ import annotations
 
@@ -34,10 +34,16 @@ _Known = dict[tuple[Path, int, str], JudgedClip | str]  # by session, its time, 
 
 @dataclass(frozen=True, eq=False)
 class Scope:
-    """A group of verdicts: the verdicts in some clips, on all chains or on one.
+    """A group of verdicts, in some clips, on all chains or on one.
 
-    found: the suggested τ if the group is about all chains; suggestion: the suggested τ if it is
-    about one chain; curve: precision and recall over τ.
+    Attributes
+    ----------
+    found
+        The suggested τ if the group is about all chains.
+    suggestion
+        The suggested τ if it is about one chain.
+    curve
+        Precision and recall over τ.
     """
 
     name: str
@@ -52,9 +58,14 @@ class Scope:
 class Evidence:
     """The counted verdicts.
 
-    scopes: the groups of verdicts from narrow to wide, followed by one for each chain; learnt: the
-    learned profiles by the name of their scope; skipped: reasons why clips of the folder were left
-    out.
+    Attributes
+    ----------
+    scopes
+        The groups of verdicts from narrow to wide, followed by one for each chain.
+    learnt
+        The learned profiles by the name of their scope.
+    skipped
+        Reasons why clips of the folder were left out.
     """
 
     scopes: tuple[Scope, ...]

@@ -1,4 +1,4 @@
-"""The page of verdicts: precision and recall of τ, and the suggested τ."""
+"""The page of verdicts, with precision and recall of τ, and the suggested τ."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class ScopeLine:
 
 
 class ScopeModel(RowModel[ScopeLine]):
-    """The rows of the table: one for each group of verdicts."""
+    """The rows of the table, with one for each group of verdicts."""
 
     heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
@@ -65,7 +65,7 @@ class ScopeModel(RowModel[ScopeLine]):
     ) -> None:
         """Show groups of verdicts at the current τ.
 
-        tau: the current τ in radians by chain; label: the names to display for chains.
+        `tau` is the current τ in radians by chain. `label` are the names to display for chains.
         """
         self.show([_line(s, tau, label) for s in scopes])
 

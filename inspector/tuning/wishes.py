@@ -11,7 +11,7 @@ from inspector.session import settings_checks as checks
 from inspector.session.settings import FeatureSetting, Settings
 from twistcore.tuning import SharedTau, TauCurve, shared_tau
 
-MOST_DRAWS = 50  # of errors, to measure what τ costs
+MOST_DRAWS = 50  # draws of errors, to measure the cost of τ
 # Points of FSR that a false alarm may cost, degrees of the smallest errors looked for, and draws of
 # errors to measure with.
 POINTS = FeatureSetting("alarm_points", 5.0, checks.number_between(0.0, 100.0))

@@ -47,7 +47,9 @@ class Screen(QWidget):
         return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
 
     def picture_rect(self) -> QRectF:
-        """Return the picture's rectangle: centred, on whole pixels, with its aspect ratio."""
+        """Return the picture's rectangle, centred on whole pixels and with the picture's aspect
+        ratio.
+        """
         assert self.image is not None
         (across, down), image = self.pixels(), self.image
         scale = min(across / image.width(), down / image.height())  # 1 if decoded for this size

@@ -1,4 +1,4 @@
-"""Reads the pictures of a video file by their time stamps, with PyAV."""
+"""Read the pictures of a video file by their time stamps, with PyAV."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ WANTS_PYAV = tr(
 # Seconds by which a frame may begin early: a BVH rounds its frame time and Matroska its time
 # stamps, so frames that belong together differ a little.
 TOLERANCE = 0.0005
-_FPS = 25.0  # for a file without a frame rate
-_KEPT_BYTES = 96_000_000  # of decoded frames, so that steps back need no decoding
+_FPS = 25.0  # default for a file without a frame rate
+_KEPT_BYTES = 96_000_000  # memory for decoded frames, so that steps back need no decoding
 _SPARSE = "mpeg"  # a format with few time stamps: after a seek the time is a guess
 _ORDERED = "avi"  # a format whose stamps only give the order of decoding
 
@@ -46,7 +46,8 @@ class VideoError(Exception):
 class Picture:
     """A picture that a video shows from `start` to `stop`, in seconds since its first frame.
 
-    pixels: uint8 values of red, green and blue, (height, width, 3), upright and with square pixels.
+    `pixels` are uint8 values of red, green and blue with shape (height, width, 3), upright and with
+    square pixels.
     """
 
     start: float
@@ -66,10 +67,19 @@ def can_play() -> bool:
 class VideoReader:
     """Reads the first video stream of a file; several threads may use one reader.
 
-    width, height: size of an upright picture with square pixels; fps: average frames per second;
-    duration: length in seconds according to the header, 0 if unknown; end: time at which the last
-    frame ends, in seconds since the first frame, infinite until it has been read; seeks: number of
-    jumps to another part of the file.
+    Parameters
+    ----------
+    width, height
+        Size of an upright picture with square pixels.
+    fps
+        Average frames per second.
+    duration
+        Length in seconds according to the header, 0 if unknown.
+    end
+        Time at which the last frame ends, in seconds since the first frame, infinite until it has
+        been read.
+    seeks
+        Number of jumps to another part of the file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -106,7 +116,7 @@ class VideoReader:
         """Return the picture at a time, at most `width` × `height` pixels,
         or None outside the video.
 
-        seconds: time since the video's first frame. Raises VideoError if reading fails.
+        `seconds` is the time since the video's first frame. Raises VideoError if reading fails.
         """
         import av
 
@@ -135,7 +145,7 @@ class VideoReader:
             return Picture(start, stop, self._pixels(frame, width, height))
 
     def close(self) -> None:
-        """Close the file; after this, no picture can be read."""
+        """Close the file, after which no picture can be read."""
         with self._lock:
             self.end = -math.inf
             self._passed.clear()
@@ -240,7 +250,7 @@ class VideoReader:
 
 
 def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
-    """Yield frames in the order in which they are shown, and skip damaged frames."""
+    """Yield frames in the order in which they are shown, without damaged frames."""
     import av
 
     packets = container.demux(stream)

@@ -41,7 +41,7 @@ def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
 
 
 class Axis(pg.AxisItem):
-    """An axis that leaves mouse input to the plot. type_scale: factor for the type size."""
+    """An axis that leaves mouse input to the plot. `type_scale` is the factor for the type size."""
 
     type_scale = 1.0
 
@@ -51,7 +51,7 @@ class Axis(pg.AxisItem):
 
 
 class UnitAxis(Axis):
-    """An axis of numbers with a unit, degrees by default."""
+    """An axis of numbers with a unit, in degrees by default."""
 
     unit = "°"
 
@@ -72,7 +72,7 @@ class UnitAxis(Axis):
 class RootAxis(Axis):
     """An axis of degrees on a signed square-root scale.
 
-    taken: the place on this scale that is kept free of numbers.
+    `taken` is the place on this scale that is kept free of numbers.
     """
 
     taken: float | None = None
@@ -107,7 +107,7 @@ class RootAxis(Axis):
 
 
 class FrameAxis(Axis):
-    """An axis of whole frame numbers. first: the number of the first frame."""
+    """An axis of whole frame numbers. `first` is the number of the first frame."""
 
     first = 0
 

@@ -37,8 +37,8 @@ class Task(QObject):
     """Runs `work(tell)` in a thread; emits `finished`, or `failed` with an
     exception, in this thread.
 
-    Long work reports its progress by calling `tell`; then `progress(share)` is emitted in this
-    thread, too. After `cancel()`, nothing more is emitted.
+    Long work reports its progress by calling `tell`, after which `progress(share)` is emitted in
+    this thread, too. After `cancel()`, nothing more is emitted.
     """
 
     finished = Signal(object)

@@ -35,8 +35,8 @@ def hbox(
 ) -> QHBoxLayout:
     """Return a layout with its parts from left to right.
 
-    owner: the widget that gets the layout; margins, spacing: in pixels, or None for the defaults of
-    the style.
+    `owner` is the widget that gets the layout. `margins` and `spacing` are in pixels; None means
+    the default of the style.
     """
     box = QHBoxLayout() if owner is None else QHBoxLayout(owner)
     return _filled(box, parts, margins, spacing)
@@ -122,7 +122,8 @@ def hint(text: str = "") -> QLabel:
 
 
 def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
-    """Return a small button with a word or a symbol. flat: frameless unless the mouse is over it.
+    """Return a small button with a word or a symbol. If `flat` is True, the button has no frame
+    unless the mouse is over it.
 
     Symbols are used because the style's own icons are black and cannot be seen in a dark window.
     Screen readers cannot read symbols, so they read the tool tip instead.
@@ -136,7 +137,10 @@ def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
 
 
 def action_button(action: QAction, short: str = "") -> QToolButton:
-    """Return a button for an action. short: a shorter text, if the context explains the rest."""
+    """Return a button for an action.
+
+    `short` is a shorter text, if the context explains the rest.
+    """
     if short:
         action.setIconText(short)
     button = QToolButton()

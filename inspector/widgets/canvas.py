@@ -30,8 +30,8 @@ class Canvas(pg.GraphicsView):
     ) -> None:
         """Build the plot.
 
-        axes: the axes by side: 'left', 'bottom' or 'right'; view: the view, or None for one without
-        mouse input.
+        `axes` are the axes by side: 'left', 'bottom' or 'right'. `view` is the view, or None for
+        one without mouse input.
         """
         super().__init__(parent)
         self.setViewportUpdateMode(self.ViewportUpdateMode.NoViewportUpdate)

@@ -41,7 +41,7 @@ def ask_where(
 ) -> None:
     """Ask for the name of a file to write, and call `then` with it.
 
-    wanted: the proposed path; suffix: the suffix that is added to a name without one.
+    `wanted` is the proposed path. `suffix` is the suffix that is added to a name without one.
     """
     dialog = _dialog(parent, title, pattern, QFileDialog.FileMode.AnyFile)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)

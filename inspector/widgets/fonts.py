@@ -1,6 +1,6 @@
 """Fonts shipped with the program, so that columns of numbers look the same on all systems.
 
-These are the fonts of matplotlib, which the window needs anyway.
+The fonts are those of matplotlib, which the window needs anyway.
 """
 
 from __future__ import annotations

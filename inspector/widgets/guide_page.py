@@ -1,4 +1,4 @@
-"""The window of the guide: the pages of docs/ with links, pictures, history and search."""
+"""The window of the guide, with the pages of docs/, links, pictures, history and search."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ class MarkdownPage(QTextBrowser):
         """Replace the grid in the tables of the current page with faint lines."""
         line = self.palette().color(QPalette.ColorRole.Mid)
         whole = QTextCursor(self.document())
-        whole.beginEditBlock()  # or every cell would cause a new layout of the page
+        whole.beginEditBlock()  # in one block, or every cell would cause a new layout of the page
         for frame in self.document().rootFrame().childFrames():
             if isinstance(frame, QTextTable):
                 looks = frame.format()

@@ -1,4 +1,4 @@
-"""The program's icons: line drawings in the theme's colours."""
+"""The program's icons, which are line drawings in the theme's colours."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from inspector.bundled import ICONS
 from inspector.widgets.theme import Theme
 
 SIDE = 18  # pixels at screen scale 1
-_SCALES = (1.0, 2.0)  # of screens
+_SCALES = (1.0, 2.0)  # scales of screens
 _SIDES = (16, 22, 24, 32, 48, 64, 128, 256)  # pixels, for title bars, task bars and menus
 
 
@@ -39,7 +39,10 @@ def icon(name: str, theme: Theme) -> QIcon:
 
 
 def _drawn(renderer: QSvgRenderer, side: int, scale: float) -> QPixmap:
-    """Return a square picture. side: its size in pixels at a screen scale of 1."""
+    """Return a square picture.
+
+    `side` is the size of the picture in pixels at a screen scale of 1.
+    """
     picture = QPixmap(round(side * scale), round(side * scale))
     picture.setDevicePixelRatio(scale)
     picture.fill(Qt.GlobalColor.transparent)

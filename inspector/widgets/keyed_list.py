@@ -29,7 +29,7 @@ class KeyedList(QListWidget):
         self.setItemDelegate(_KeyedRows(self))
 
     def add(self, words: str, key: str, data: object = None) -> None:
-        """Add a row. data: value that is stored in the row's UserRole."""
+        """Add a row. `data` is the value that is stored in the row's UserRole."""
         item = QListWidgetItem(words)
         item.setData(_KEY, key)
         if key:

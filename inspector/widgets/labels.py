@@ -57,7 +57,7 @@ class SteadyLabel(QLabel):
         """Adapt the size to a new font."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
-            self.setMinimumSize(0, 0)  # or the size hint could not get smaller
+            self.setMinimumSize(0, 0)  # without this, the size hint could not get smaller
             self.setFixedSize(self.sizeHint())
 
     def _grow(self) -> None:
@@ -98,7 +98,7 @@ def capitalised(text: str) -> str:
 
 
 def inked(text: str, colour: str) -> str:
-    """Return rich text in a colour. colour: '#rrggbb'."""
+    """Return rich text in a colour. `colour` is given as '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
 
 
@@ -153,7 +153,7 @@ class Caption(QWidget):
         return self.fontMetrics().height() + 2
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Break the lines again for the new width."""
+        """Break the lines again at the new width."""
         super().resizeEvent(event)
         self._fit(self._line)
 

@@ -1,4 +1,4 @@
-"""Work that is delayed until pending events are handled, and series of quick steps."""
+"""Delay work until pending events are handled, and join quick steps."""
 
 from __future__ import annotations
 
@@ -73,9 +73,7 @@ class Burst(QObject):
     """Joins quick steps, such as those of a spin box, into one step of the history."""
 
     def __init__(self, begin_drag: Callable[[], int], parent: QObject) -> None:
-        """Prepare a burst. begin_drag: function that returns a new
-        number, which joins the steps.
-        """
+        """Prepare a burst. `begin_drag` returns a new number, which joins the steps."""
         super().__init__(parent)
         self._begin_drag, self._drag = begin_drag, 0
         self._timer = QTimer(self, singleShot=True, interval=_BURST_MS)

@@ -42,7 +42,10 @@ class MessageBar(QFrame):
         self.hide()
 
     def show_message(self, text: str, wrong: bool) -> None:
-        """Show a message, given in the chosen language. wrong: True if the message is an error."""
+        """Show a message, given in the chosen language.
+
+        `wrong` is True if the message is an error.
+        """
         text = of_core(text)
         if self.asks and not wrong:
             return  # a question waits for its answer

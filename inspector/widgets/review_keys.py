@@ -1,10 +1,10 @@
-"""Decides whether a key belongs to the review or to the text or number that is being typed.
+"""Decide whether a key belongs to the review or to the text or number that is being typed.
 
-A text field receives characters and the keys for editing and copying them; a number field receives
-digits. All other shortcuts of the program still work, and so does Ctrl+Z in a number field. Enter
-keeps the input; Esc restores the old text or clears a search. Both return the focus to the review.
-A widget that is hidden loses the focus, and the mouse wheel changes only a field that has the
-focus.
+A text field receives characters and the keys for editing and copying them, and a number field
+receives digits. All other shortcuts of the program still work, and so does Ctrl+Z in a number
+field. Enter keeps the input, and Esc restores the old text or clears a search. Both return the
+focus to the review. A widget that is hidden loses the focus, and the mouse wheel changes only a
+field that has the focus.
 """
 
 from __future__ import annotations
@@ -46,9 +46,7 @@ class ReviewKeys(QObject):
     """Watches the input fields of a window; call `watch` for widgets that are built later."""
 
     def __init__(self, window: QWidget, home: Callable[[], QWidget]) -> None:
-        """Start watching. home: function that returns the widget with the
-        focus while nothing is typed.
-        """
+        """Start watching. `home` returns the widget with the focus while nothing is typed."""
         super().__init__(window)
         self._window, self._home = window, home
         self._before = ""  # the text of the focused widget when it got the focus

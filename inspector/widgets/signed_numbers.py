@@ -19,12 +19,16 @@ def signed(value: float, digits: int = 1) -> str:
 
 
 def plain(value: float, digits: int = 1) -> str:
-    """Return a number with a minus sign if it is negative after rounding: '12.0', '−0.3', '0.0'."""
+    """Return a number as text such as '12.0', '−0.3' or '0.0', with a minus sign only if it is not
+    0.
+    """
     return f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", _MINUS)
 
 
 def angle_of(kind: Kind, radians: float) -> str:
-    """Return an interval's angle for a list: '+12.0°', '±8.0°' for noise, '–' for frozen frames."""
+    """Return an interval's angle for a list, such as '+12.0°', '±8.0°' for noise, or '–' without
+    angle.
+    """
     if not (sign := kind.info.sign):
         return "–"
     degrees = math.degrees(radians)

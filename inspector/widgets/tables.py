@@ -1,4 +1,6 @@
-"""Tables for the panels: each row is described once, and only changed rows are drawn again."""
+"""Tables for the panels, in which each row is described once and only changed rows are drawn
+again.
+"""
 
 from __future__ import annotations
 
@@ -51,12 +53,24 @@ _FEW = 64  # at most so many rows are added or removed one by one; more reset th
 class TableRow:
     """A row as shown in the table.
 
-    texts: the text of each column; sort: a sortable value for each column, or () to sort by the
-    texts; colours: '#rrggbb' by column; tips: one tool tip for all columns, or one per column;
-    tick: state of the check box in the first column, or None for no box; beside: secondary text
-    after the text of the first column, drawn by a BesideDelegate; spoken: texts for screen readers
-    by column, for symbols, bars and empty cells; left: columns aligned to the left in this row,
-    although the model aligns them to the right.
+    Attributes
+    ----------
+    texts
+        The text of each column.
+    sort
+        A sortable value for each column, or () to sort by the texts.
+    colours
+        '#rrggbb' by column.
+    tips
+        One tool tip for all columns, or one per column.
+    tick
+        State of the check box in the first column, or None for no box.
+    beside
+        Secondary text after the text of the first column, drawn by a BesideDelegate.
+    spoken
+        Texts for screen readers by column, for symbols, bars and empty cells.
+    left
+        Columns aligned to the left in this row, although the model aligns them to the right.
     """
 
     texts: tuple[str, ...]
@@ -73,7 +87,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
     """A table model with one row per thing; a subclass implements `key` and `describe`.
 
     A thing is not drawn again if it equals the one shown before with the same key. Things must
-    therefore be frozen, and compare equal if they look equal.
+    therefore be frozen, and must compare equal if they look equal.
     """
 
     heads: tuple[str, ...] = ()
@@ -248,13 +262,13 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 class RowTable(QTableView):
     """A table with headings and without a grid.
 
-    room: height of a row in pixels, in addition to a line of text.
+    `room` is the height of a row in pixels, in addition to a line of text.
     """
 
     resized = Signal()
 
     def __init__(self, model: QAbstractItemModel, *, several: bool = False, room: int = 8) -> None:
-        """Build the table. several: True if several rows can be selected."""
+        """Build the table. `several` is True if several rows can be selected."""
         super().__init__(showGrid=False, wordWrap=False)
         mode = QAbstractItemView.SelectionMode
         self.setHorizontalHeader(_Heading(Qt.Orientation.Horizontal, self))
@@ -265,7 +279,7 @@ class RowTable(QTableView):
         self.verticalHeader().hide()
         self.set_room(room)
         self._first, self._spared = 0, tuple[int, ...]()
-        self._widths: dict[int, int] = {}  # of columns, before any was hidden
+        self._widths: dict[int, int] = {}  # widths of columns before any was hidden
 
     def set_room(self, room: int) -> None:
         """Make rows this number of pixels higher than a line of text."""
@@ -335,7 +349,7 @@ class _Heading(QHeaderView):
 class RowDelegate(QStyledItemDelegate):
     """Draws cells from the model's row descriptions, with one call to the model per cell.
 
-    Qt would call the model seven times. proxy: the proxy model of the table, or None.
+    Qt would call the model seven times. `proxy` is the table's proxy model, or None.
     """
 
     def __init__(

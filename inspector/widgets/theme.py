@@ -1,4 +1,4 @@
-"""Colours and fonts of the light and the dark theme; orange stands for before, blue for after."""
+"""Colours and fonts of the light and the dark theme, with orange for before and blue for after."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class Colours(QObject):
     def follow(self, colour: Callable[[Theme], None]) -> None:
         """Call `colour` at once, and again for every new theme.
 
-        colour: method of a QObject; Qt disconnects it when the object is deleted.
+        `colour` is a method of a QObject. Qt disconnects it when the object is deleted.
         """
         self.changed.connect(colour)
         colour(self.theme)
@@ -157,7 +157,7 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
 def figures_font(size: float = 0.0) -> QFont:
     """Return the fixed-pitch font for columns of numbers.
 
-    size: in points, or 0 for the size of the program's font.
+    `size` is in points; 0 means the size of the program's font.
     """
     font = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
     if FIXED in shipped_families():

@@ -21,9 +21,16 @@ _AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A curve. x, y: frames and values, NaN for gaps; role: name of its colour in the theme.
+    """A curve.
 
-    dots: True to draw isolated values as dots, because a line would not show them.
+    Set `dots` to True to draw isolated values as dots, because a line would not show them.
+
+    Attributes
+    ----------
+    x, y
+        Frames and values, NaN for gaps.
+    role
+        Name of its colour in the theme.
     """
 
     x: Array
@@ -40,8 +47,8 @@ class TracePlot(Canvas):
     def __init__(self, colours: Colours, unit: str = "", *, root: bool = False) -> None:
         """Build the plot.
 
-        unit: the unit after the numbers on the left axis; root: True for degrees on a square-root
-        scale.
+        `unit` is the unit after the numbers on the left axis. `root` is True for degrees on a
+        square-root scale.
         """
         left = RootAxis("left") if root else UnitAxis("left")
         if isinstance(left, UnitAxis):

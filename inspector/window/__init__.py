@@ -1,1 +1,1 @@
-"""The main window: its table of actions, the implementations of these actions, and the dialogs."""
+"""The main window, with its table of actions, their implementations, and the dialogs."""

@@ -1,4 +1,4 @@
-"""The table of the window's actions, including those of all features: menus, keys and help."""
+"""The table of the window's actions, including those of all features, with menus, keys and help."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from inspector.language import chosen_language, tr, tr_as
 from inspector.session.settings import Settings
 from inspector.widgets.labels import as_entry
 
-_TITLES = {  # of menus; & marks the letter that opens the menu
+_TITLES = {  # titles of menus; & marks the letter that opens the menu
     "File": tr_as("menu", "&File"),
     "Edit": tr_as("menu", "&Edit"),
     "Go": tr_as("menu", "&Go"),
@@ -53,9 +53,7 @@ def key_text(key: str) -> str:
 def build_actions(
     menus: Menus, window: QWidget, bar: QMenuBar
 ) -> tuple[Mapping[str, QAction], Mapping[str, QMenu]]:
-    """Return the QActions by id and the menus by name; the actions have
-    no keys and no effect yet.
-    """
+    """Return the QActions by id and the menus by name, before the actions have keys and effects."""
     shown = {name: bar.addMenu(menu_title(name)) for name in menus}
     groups: dict[str, QActionGroup] = {}
     actions: dict[str, QAction] = {}

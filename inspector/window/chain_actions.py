@@ -22,7 +22,7 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 class ChainActions:
     """Adds and removes chains, renames joints, and saves both for all clips with the same skeleton.
 
-    dock: the dock with the list of chains; its title shows how many chains were changed.
+    `dock` is the dock with the list of chains. Its title shows how many chains were changed.
     """
 
     document: Document
@@ -179,7 +179,7 @@ class ChainActions:
 
 
 def _changes_text(rig: Rig) -> str:
-    """Return how the chains differ from the ones found automatically: '2 added, 1 removed'."""
+    """Return how the chains differ from the automatic ones, such as '2 added, 1 removed'."""
     parts = (
         (tr("{n} added", n=len(rig.add)), rig.add),
         (tr("{n} removed", n=len(rig.remove)), rig.remove),

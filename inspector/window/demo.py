@@ -1,4 +1,4 @@
-"""Scripts that operate the window: one takes a screenshot, the other does a whole review."""
+"""Scripts that operate the window; one takes a screenshot, and the other does a whole review."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class Script(QObject):
     ) -> None:
         """Prepare a script.
 
-        path: a clip, a session or a folder, or None for the empty window; steps: function that
-        returns the steps in order, called once the clip is loaded.
+        `path` is a clip, a session or a folder, or None for the empty window. `steps` is a function
+        that returns the steps in order, called once the clip is loaded.
         """
         super().__init__(window)
         self.window = window

@@ -1,7 +1,8 @@
 """Keys of verdicts work once per press, and only after the selected interval was painted.
 
-Qt takes many repeats of a held key for new presses: it decides when the key is released, and the
-next press may not have arrived yet. A repeat has the time of its release, and no person is so fast.
+Qt mistakes many repeats of a held key for new presses, because it decides when the key is released,
+and the next press may not have arrived yet. A repeat has the same time as the release before it,
+and no person is so fast.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QWindow
 
 
 class DrawnFirst(QObject):
-    """Drops the keys of actions until the person can have seen what they decide about.
+    """Drops the keys of actions until the person can have seen the interval on which they
+    decide.
 
-    is_drawn: function that returns True if the selected interval was painted.
+    `is_drawn` returns True if the selected interval was painted.
     """
 
     def __init__(
@@ -37,7 +39,10 @@ class DrawnFirst(QObject):
             window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Stop a key that repeats, or that comes before the picture; clicks are slower."""
+        """Drop a repeated key, or a key pressed before the interval is painted.
+
+        Clicks are slower and always pass.
+        """
         if isinstance(event, QKeyEvent):
             press = event.key(), event.timestamp()
             if event.type() == QEvent.Type.KeyRelease:

@@ -1,4 +1,4 @@
-"""The export dialog: where to write, which intervals to correct, and which other files to write."""
+"""The export dialog, which asks where to write, which intervals to correct, and for other files."""
 
 from __future__ import annotations
 

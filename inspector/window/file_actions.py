@@ -42,7 +42,7 @@ _CHAINS = 160  # pixels for the list of chains, below the clips
 class FileActions(Saving):
     """Opens, saves and exports files, and lists folders and recent files.
 
-    begin: function that goes to the first undecided interval.
+    `begin` goes to the first undecided interval.
     """
 
     recent_menu: QMenu
@@ -308,8 +308,8 @@ class FileActions(Saving):
         ask_files(self.window, title, CLIP_PATTERNS, lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
-        """Open the export dialog. at_once: export without the dialog
-        unless something prevents that.
+        """Open the export dialog. If `at_once` is True, export without the dialog unless something
+        prevents that.
 
         For a borrowed clip the dialog always opens, because the user must choose where its export
         goes.
@@ -342,7 +342,7 @@ class FileActions(Saving):
         self._at_once = None
 
     def export(self, choice: ExportChoice) -> None:
-        """Export in the background; the message bar shows the result."""
+        """Export in the background, and show the result in the message bar."""
         self.detail.commit()
         self.exporter.start(choice)
 

@@ -198,7 +198,9 @@ class JointNamesDialog(QDialog):
             self._check()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """On Enter in the search line, go to the first joint found; elsewhere Enter accepts."""
+        """On Enter in the search line, go to the first joint found; elsewhere, Enter accepts the
+        dialog.
+        """
         if event.key() in _ENTER and self.focusWidget() is self.search:
             rows = range(self.table.rowCount())
             shown = [box for row, box in zip(rows, self.choices.values(), strict=True)
@@ -242,8 +244,8 @@ class JointNamesDialog(QDialog):
     def _show(self, body: Body, said: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
         """Fill in the role of each joint, and the reason for it.
 
-        said: the roles that the user has chosen, by joint name; helpers: twist bones, by joint
-        index.
+        `said` are the roles that the user has chosen, by joint name. `helpers` are the twist bones,
+        by joint index.
         """
         by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
         for joint, taken in enumerate(body.taken_for):
@@ -271,7 +273,7 @@ class JointNamesDialog(QDialog):
 
 
 def _chain_counts(chains: Sequence[Chain]) -> str:
-    """Return the numbers of chains and twist bones, as '10 chains, 12 twist bones'."""
+    """Return the numbers of chains and twist bones, such as '10 chains, 12 twist bones'."""
     helpers = sum(isinstance(chain, Helper) for chain in chains)
     text = plural("{n} chain", "{n} chains", len(chains) - helpers)
     return f"{text}, {plural('{n} twist bone', '{n} twist bones', helpers)}" if helpers else text

@@ -52,8 +52,8 @@ _MOUSE = (
 def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
     """Return the table of keys and mouse gestures, for the help window and docs/shortcuts.md.
 
-    wanted: search words; only rows that contain all of them in their keys, menu or description are
-    listed.
+    `wanted` are search words. Only rows that contain all of them in their keys, menu or description
+    are listed.
     """
     words = wanted.lower().split()
 

@@ -1,4 +1,6 @@
-"""The layout for a low window, as on a laptop at 200 % scaling: small margins and fewer titles."""
+"""The layout for a low window, as on a laptop at 200 % scaling, with small margins and fewer
+titles.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,7 @@ class LowWindow:
     def __init__(
         self, window: QMainWindow, docks: Mapping[str, QDockWidget], parts: Sequence[Compact]
     ) -> None:
-        """Prepare the layouts. parts: the widgets that have a layout for low windows."""
+        """Prepare the layouts. `parts` are the widgets that have a layout for low windows."""
         self._window, self._docks, self._parts = window, docks, parts
         self.low = False
         # After the change: during it a dock still has its old neighbours.

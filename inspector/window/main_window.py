@@ -1,4 +1,4 @@
-"""The main window: docks, menus and layout. The rest of the work is done by document and views."""
+"""The main window, with docks, menus and layout; the document and the views do the rest."""
 
 from __future__ import annotations
 
@@ -45,7 +45,9 @@ class MainWindow(Parts):
     """The main window of the program."""
 
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
-        """Build the window. settings_file: where the settings are saved, or None to save none."""
+        """Build the window. `settings_file` is the file in which the settings are saved, or None to
+        save none.
+        """
         super().__init__()
         self.settings = settings
         self._without_asking = False  # on closing; the journal has the decisions

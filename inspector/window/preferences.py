@@ -1,4 +1,4 @@
-"""The preferences: the reviewer's name, how frames are counted, and the keyboard shortcuts."""
+"""The preferences, with the reviewer's name, how frames are counted, and the keyboard shortcuts."""
 
 from __future__ import annotations
 
@@ -42,7 +42,9 @@ class Preferences(QDialog):
     def __init__(
         self, settings: Settings, menus: Menus, ticks: Sequence[Tick], parent: QWidget
     ) -> None:
-        """Build the form. ticks: check boxes for features' settings that are either on or off."""
+        """Build the form. `ticks` are the check boxes for features' settings that are either on or
+        off.
+        """
         super().__init__(parent)
         self._settings, self._rows = settings, tuple(rows(menus))
         self.setWindowTitle(tr("Preferences"))

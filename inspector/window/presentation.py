@@ -1,4 +1,4 @@
-"""The presentation: figure and curves with large type, for a lecture hall or a meeting."""
+"""The presentation, with figure and curves in large type, for a lecture hall or a meeting."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from inspector.viewport.viewport import Viewport
 from inspector.window.low_window import is_seen, show_title
 
 _KEPT = ("curves", "teaching")  # docks that stay if they are visible
-_SCALE = 1.7  # of type and lines
-_CURVES_SHARE = 0.42  # of the window's height
+_SCALE = 1.7  # scale of type and lines
+_CURVES_SHARE = 0.42  # share of the window's height
 
 
 class Presentation:
@@ -28,7 +28,7 @@ class Presentation:
         viewport: Viewport,
         timeline: Timeline,
     ) -> None:
-        """Prepare the presentation. docks: the docks by object name."""
+        """Prepare the presentation. `docks` are the docks by object name."""
         self._window, self._docks = window, docks
         self._viewport, self._timeline = viewport, timeline
         self._layout: QByteArray | None = None

@@ -1,4 +1,4 @@
-"""The actions of the program as a whole: theme, preferences, command palette and help."""
+"""The actions of the program as a whole, which are theme, preferences, command palette and help."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _ICON = 64  # pixels
 
 @dataclass(eq=False)
 class ProgramActions:
-    """Theme, preferences, command palette and help.
+    """Shows the theme, the preferences, the command palette and the help.
 
-    ticks: check boxes for the features' settings in the preferences.
+    `ticks` are the check boxes for the features' settings in the preferences.
     """
 
     document: Document

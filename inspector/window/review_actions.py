@@ -35,11 +35,22 @@ from twistcore.review.model import flattened, following, resized
 class ReviewActions:
     """Decides, moves, inserts and removes intervals, and goes from one interval to the next.
 
-    card: the card of the selected interval, which also shows reasons; show_card: function that
-    brings the card to the front; look: function that turns the camera so that the roll of the
-    selected limb is seen best; sees: function that returns True if this limb is in the picture;
-    show_status: function that shows a sentence in the status bar; key: function that returns the
-    shortcut of an action as text; more_clips: function that returns True if a folder is open.
+    Attributes
+    ----------
+    card
+        The card of the selected interval, which also shows reasons.
+    show_card
+        Function that brings the card to the front.
+    look
+        Function that turns the camera so that the roll of the selected limb is seen best.
+    sees
+        Function that returns True if this limb is in the picture.
+    show_status
+        Function that shows a sentence in the status bar.
+    key
+        Function that returns the shortcut of an action as text.
+    more_clips
+        Function that returns True if a folder is open.
     """
 
     document: Document
@@ -87,8 +98,8 @@ class ReviewActions:
     def decide(self, decision: Decision) -> None:
         """Set the decision of the selected intervals, and go to the next undecided interval.
 
-        If an interval is outside the visible range, it is only shown: the user decides after seeing
-        it.
+        If an interval is outside the visible range, it is only shown, so that the user decides
+        after seeing it.
         """
         if self._out_of_view():
             return

@@ -1,4 +1,4 @@
-"""Saves the session: on request, automatically, and before another clip is opened."""
+"""Save the session on request, automatically, and before another clip is opened."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _AUTOSAVE_MS = 60_000  # after the last step
 class Saving:
     """Saves decisions or leaves them in the journal, without a modal dialog during a review.
 
-    tell_saved: function that is called when the session is on disk.
+    `tell_saved` is called when the session is on disk.
     """
 
     window: HostWindow
@@ -78,8 +78,8 @@ class Saving:
         return saved
 
     def _is_borrowed(self) -> bool:
-        """True, with a message, if the clip is borrowed and its session
-        must therefore not be saved.
+        """True, with a message, if the clip is borrowed and its session must therefore not be
+        saved.
         """
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)

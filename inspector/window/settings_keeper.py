@@ -1,4 +1,4 @@
-"""Writes changed settings to disk within a second, so that they survive a crash."""
+"""Write changed settings to disk within a second, so that they survive a crash."""
 
 from __future__ import annotations
 
@@ -26,13 +26,19 @@ class SettingsKeeper(QObject):
     ) -> None:
         """Start checking the settings.
 
-        path: the file to write, or None to write nothing; look: function that returns the geometry
-        and layout of the window, or None while they must not be saved; tell: function that shows a
-        message, called once if writing fails.
+        Parameters
+        ----------
+        path
+            The file to write, or None to write nothing.
+        look
+            Function that returns the geometry and layout of the window, or None while they must not
+            be saved.
+        tell
+            Function that shows a message, called once if writing fails.
         """
         super().__init__(parent)
         self._settings, self._path, self._look, self._tell = settings, path, look, tell
-        self._written = deepcopy(settings)  # as they are on disk, or were at the start
+        self._written = deepcopy(settings)  # the settings on disk or at the start
         self._seen = deepcopy(settings)
         self._began = False
         self._reported = ""

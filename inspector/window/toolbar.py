@@ -1,4 +1,4 @@
-"""The toolbar: the most frequent actions, each with an icon and, if there is room, a word."""
+"""The toolbar, with the most frequent actions as an icon and, if there is room, a word."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The window's layout: the initial one, the one from the last run, and resetting it."""
+"""The window's layout at first, from the last run, and after resetting it."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from inspector.window.low_window import Compact, LowWindow
 # Chains, intervals, curves: pixels at most, and shares of a small window's size.
 _MOST = 350, 545, 330
 _SHARES = 0.25, 0.38, 0.35
-_LOW_SHARES = 0.25, 0.38, 0.27  # in a low window
+_LOW_SHARES = 0.25, 0.38, 0.27  # shares in a low window
 # With a large font the lines above the curves take some of the curves' height.
 _USUAL_LINE, _LINES_ABOVE = 14, 14  # pixels of a line; lines of menus, titles, tabs and so on
-_SIZE = (1440, 900)  # of the first window, if the screen is large enough
+_SIZE = (1440, 900)  # size of the first window, if the screen is large enough
 _FRAME = (12, 40)  # pixels for borders and a title bar
 _STATE_VERSION = 2
 _LEEWAY = 3  # pixels by which a layout may be rounded
@@ -146,7 +146,7 @@ class UsualLayout(QObject):
     def kept(self, geometry: str) -> tuple[str, str] | None:
         """Return geometry and layout for `restore`, or None while the window is not visible.
 
-        geometry: the geometry that the window had before it filled the screen.
+        `geometry` is the geometry that the window had before it filled the screen.
         """
         window = self._window
         if not window.isVisible() or window.isMinimized():

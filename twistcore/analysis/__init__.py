@@ -1,4 +1,4 @@
-"""From a clip to its intervals: chains, detectors, corrections, reasons and quality measures."""
+"""Analysis of clips: chains, detectors, corrections, reasons and quality measures."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

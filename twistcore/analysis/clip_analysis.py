@@ -1,4 +1,4 @@
-"""From a clip to its intervals: chains, signals and detectors, each computed on first use."""
+"""Analysis of a clip: its chains, signals and detectors, each computed on first use."""
 
 from __future__ import annotations
 
@@ -125,13 +125,14 @@ class ClipAnalysis:
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
         self._detectors: dict[str, Detector] = {}  # the detectors that made them
-        self._failed: dict[str, tuple[Detector, str]] = {}  # and why
+        self._failed: dict[str, tuple[Detector, str]] = {}  # the failed detectors, with the reasons
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
         # By kind and method, '' for the clip as captured; shared results of the finders by method.
         self._shown: dict[tuple[Kind, str], Mapping[str, tuple[Interval, ...]]] = {}
         self._shared: dict[str, dict[Any, Any]] = {}
-        self._failed_kinds: dict[Kind, str] = {}  # of other packages, with the reason
+        # Kinds of other packages that failed, with the reason.
+        self._failed_kinds: dict[Kind, str] = {}
         self._known: dict[str, tuple[Interval, ...]] = {}
         self._refiners: dict[str, Callable[[int, int], Motion] | None] = {}
         self._carried: dict[str, CarriedRolls] = {}  # by detector
@@ -160,7 +161,7 @@ class ClipAnalysis:
         (other._whole or other)._failed = dict((self._whole or self)._failed)
         for name in {"poses", "bursts"} & vars(self).keys():  # no chain changes these
             vars(other)[name] = getattr(self, name)
-        if "signals" in vars(self):  # nor do other chains change these
+        if "signals" in vars(self):  # other chains do not change these either
             stay = [c for c in other.chains if rig.own(c.name) == self.rig.own(c.name)]
             known = {c.name: self.signals[c.name] for c in stay if c.name in self.signals}
             new = [c for c in other.chains if c.name not in known]
@@ -169,8 +170,8 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with another rig: with all its chains, or only with the
-        chosen ones.
+        """Return the analysis with another rig, with all its chains or only with the chosen
+        ones.
         """
         every = rig.chains(self.motion)
         if self._people is not None:
@@ -188,12 +189,16 @@ class ClipAnalysis:
 
     @property
     def every_chain(self) -> tuple[Chain, ...]:
-        """The chains that the detectors analyse: all chains, even if only some were chosen."""
+        """The chains that the detectors analyse, which are all chains, even if only some were
+        chosen.
+        """
         return self._whole.chains if self._whole else self.chains
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """All chains, then all limbs: everything that may be wrong or that a correction needs."""
+        """All chains followed by all limbs, each of which may have errors or be needed for a
+        correction.
+        """
         return *self.chains, *self.limbs
 
     def chain(self, name: str) -> Chain:
@@ -207,7 +212,9 @@ class ClipAnalysis:
 
     @cached_property
     def reliability(self) -> Mapping[str, float]:
-        """The median of ‖v⊥‖/‖v‖ by chain, 0…1; low if a straight limb leaves θc undefined."""
+        """The median of ‖v⊥‖/‖v‖ by chain, 0…1, which is low if a straight limb leaves θc
+        undefined.
+        """
         return {k: median(s.azimuth_reliability) for k, s in self.signals.items()}
 
     @cached_property
@@ -235,7 +242,7 @@ class ClipAnalysis:
 
     @property
     def people(self) -> tuple[str, ...]:
-        """The names of the people in the skeleton; () if there is only one."""
+        """The names of the people in the skeleton, or () if there is only one."""
         return _people_of(self.motion)
 
     @cached_property
@@ -270,7 +277,7 @@ class ClipAnalysis:
     def by(self, method: str = DEFAULT_METHOD, tell: Tell | None = None) -> Analysis:
         """Return the analysis of the chains by a detector, computed on first use.
 
-        tell: callback for the progress. Raises TwistError for an unknown method.
+        `tell` is called with the progress. Raises TwistError for an unknown method.
         """
         tell, detector = tell or nobody, DETECTORS.named(method)
         if self._whole is not None:
@@ -304,7 +311,7 @@ class ClipAnalysis:
         return why if detector is not None and detector is DETECTORS.get(method) else ""
 
     def give_up(self, method: str, why: str) -> None:
-        """Stop using a detector on this clip; why: its error message."""
+        """Stop using a detector on this clip. `why` is the error message."""
         if self._whole is not None:
             self._whole.give_up(method, why)
         elif method != DEFAULT_METHOD:
@@ -330,7 +337,9 @@ class ClipAnalysis:
             del self._hinges[key]
 
     def kept(self, method: str) -> Analysis | None:
-        """Return the analysis by a detector if it is already computed, else None; never waits."""
+        """Return the analysis by a detector if it is already computed, or None without waiting for
+        it.
+        """
         return self._whole.kept(method) if self._whole else self._by_method.get(method)
 
     def _fault_notes(self) -> Iterator[Note]:
@@ -357,7 +366,7 @@ class ClipAnalysis:
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
-        """Return the faults of joints without the faults of people who were not chosen."""
+        """Return the faults of joints, leaving out people who were not chosen."""
         if self._people is None:
             return list(faults)
         others = {
@@ -370,7 +379,7 @@ class ClipAnalysis:
 
     @property
     def _of_limbs(self) -> tuple[Chain, ...]:
-        """The chains of limbs, without the helpers next to them."""
+        """The chains of limbs, leaving out the helpers next to them."""
         return tuple(c for c in self.chains if not isinstance(c, Helper))
 
     @property
@@ -401,8 +410,8 @@ class ClipAnalysis:
     def shown(self, kind: Kind, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
         """Return the intervals of a kind that is reported but not corrected, by chain.
 
-        They are computed on first use. For some kinds the search comes after the detector's
-        automatic corrections.
+        The intervals are computed on first use. For some kinds the search comes after the
+        detector's automatic corrections.
         """
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:
@@ -443,7 +452,9 @@ class ClipAnalysis:
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def _search(self, method: str) -> KindSearch:
-        """Return the input for the finders of kinds; method: a detector, or '' for the raw clip."""
+        """Return the input for the finders of kinds. `method` is a detector, or '' for the raw
+        clip.
+        """
         whole, chosen = self._whole or self, self._of_limbs
         shared, chains = whole._shared, whole._of_limbs
         captured = KindSearch(
@@ -526,7 +537,9 @@ class ClipAnalysis:
         return any(jump.start < b.stop and b.start < jump.stop for b in same)
 
     def left_open(self, interval: Interval) -> Interval:
-        """Return the interval of a restless person as an open interval; always the same object."""
+        """Return the interval of a restless person as an open interval, always as the same
+        object.
+        """
         if interval.open or not interval.repairable:
             return interval
         if (kept := self._left.get(interval)) is None:
@@ -535,7 +548,7 @@ class ClipAnalysis:
         return kept
 
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
-        """Return the interval, as an open one if its correction makes something worse.
+        """Return the interval, marked as open if its correction makes something worse.
 
         The same object is returned each time. A counter-twist at a step of the whole body also
         becomes open, because that step alone may be the error. Intervals of a detector without
@@ -557,7 +570,7 @@ class ClipAnalysis:
         return self._protected[interval] or interval
 
     def _at_body_step(self, interval: Interval, method: str) -> bool:
-        """True if the whole body steps at an edge of an interval, even without any counter-twist.
+        """True if the whole body steps at an edge of an interval, even without counter-twists.
 
         Counter-twists of many chains that begin in the same frame look like a step of the body.
         """
@@ -636,8 +649,8 @@ class ClipAnalysis:
         """Return an analysis of chains and limbs by name, limited to the given kinds.
 
         For a chain it combines :meth:`by` and :meth:`shown`; for a limb it uses :attr:`flips`.
-        Nothing is computed before it is needed. kinds: all if not given. Raises TwistError for an
-        unknown method.
+        Nothing is computed before it is needed. `kinds` are all kinds by default. Raises TwistError
+        for an unknown method.
         """
         DETECTORS.named(method)
         return _ByName(self, method, ALL_KINDS if kinds is None else frozenset(kinds))
@@ -675,7 +688,7 @@ class ClipAnalysis:
     def tau_of(
         self, for_all: float | None, by_name: Mapping[str, float] = MappingProxyType({})
     ) -> dict[str, float]:
-        """Return τ in radians by name: one value for all chains of limbs, then a profile's values.
+        """Return τ in radians by name, from one value for all chains of limbs or from a profile.
 
         Names in the profile that the clip does not have are left out.
         """
@@ -702,8 +715,8 @@ class ClipAnalysis:
 class _ByName:
     """The detector for chains and the detector for limb flips, combined.
 
-    final: True to return the intervals of restless people as open ones; who is restless is known
-    only after all other kinds were searched.
+    Set `final` to True to return the intervals of restless people as open ones; who is restless is
+    known only after all other kinds were searched.
     """
 
     clip: ClipAnalysis
@@ -778,7 +791,7 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the evidence for an interval, and the doubt that leaves it to a person."""
+    """Return the evidence for an interval, with the doubt because of which a person must decide."""
     evidence = explain() if explain else {}
     return {**evidence, "doubts": [doubt, *evidence.get("doubts", ())]}
 
@@ -868,7 +881,7 @@ class Detection:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The notes of the analysis; a note that nothing was examined is dropped if something was
+        """The notes of the analysis; the note that nothing was examined is dropped if something was
         found.
         """
         notes = self.analysis.notes
@@ -1142,7 +1155,7 @@ _COLUMNS = ("chain", "parent", "child", "start", "stop", "delta_deg", "confidenc
 def _row(
     interval: Interval, chain: Chain, names: Sequence[str], *, explain: bool
 ) -> dict[str, Any]:
-    """Return an interval as a row of `detect --json`; names: the joints' names."""
+    """Return an interval as a row of `detect --json`. `names` are the joints' names."""
     parent = names[chain.parent]
     values = (
         *(parent, parent, names[chain.child], interval.start, interval.stop),

@@ -1,4 +1,4 @@
-"""The parts of a motion that cannot be examined, and why: none is left out silently."""
+"""The parts of a motion that cannot be examined, and the reasons."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
 
 FEWEST_FRAMES = 5
-_STILL = 1e-6  # of a quaternion's component: rounding in a joint that never turns
+_STILL = 1e-6  # largest rounding error of a quaternion's component in a joint that never turns
 _MOST_PIECES = 5  # pieces that a note lists
 
 
@@ -72,7 +72,9 @@ def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
 
 
 def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, ...]:
-    """Return a body's limbs that no chain examines; chains: may include chains from a person."""
+    """Return a body's limbs that no chain examines. `chains` may include chains that a person
+    added.
+    """
     found = {(bone.parent, bone.child) for line in body.lines for bone in line.bones}
     covered = {
         (c.person, body.names[c.parent].side or body.names[c.child].side, _kind_of(body, c))

@@ -1,4 +1,4 @@
-"""Process a clip: its result document, and its corrected bytes if requested."""
+"""Process a clip, with its result document and, if requested, its corrected bytes."""
 
 from __future__ import annotations
 

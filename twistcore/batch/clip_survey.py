@@ -69,7 +69,7 @@ def survey(
 ) -> ClipSurvey:
     """Read and analyse a clip, with a profile's τ if given; raises TwistError.
 
-    rig_of: function that returns the rig for a motion; by default, the chains are found.
+    `rig_of` returns the rig for a motion. By default, the chains are found.
     """
     clip, profile = read_clip(path), profile or Profile({})
     analysis = analyse(clip, rig=AS_FOUND if rig_of is None else rig_of(clip.motion))

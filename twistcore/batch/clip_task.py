@@ -1,7 +1,7 @@
-"""One clip as a task that can be sent to any process or machine, with the same outcome.
+"""Process one clip as a task, with the same outcome in any process and on any machine.
 
-The code that processes the clip is loaded there, so a process that sends thousands of tasks does
-not load numpy.
+The code that processes the clip is loaded by that process, so a process that sends thousands of
+tasks does not load numpy.
 """
 
 from __future__ import annotations
@@ -32,9 +32,18 @@ _RACY_NS = 2_000_000_000  # a file this recent may change again within the same 
 class ClipTask:
     """The task of processing one clip.
 
-    source: absolute path or URL; name: the clip's name in the manifest; size: bytes, 0 if unknown;
-    memory: bytes allowed beyond the needs of a clip of this size; data: the file's bytes for a
-    process that cannot see the file, or None.
+    Attributes
+    ----------
+    source
+        Absolute path or URL.
+    name
+        The clip's name in the manifest.
+    size
+        Bytes, 0 if unknown.
+    memory
+        Bytes allowed beyond the needs of a clip of this size.
+    data
+        The file's bytes for a process that cannot see the file, or None.
     """
 
     source: str
@@ -49,12 +58,23 @@ class ClipTask:
 class Outcome:
     """The outcome of processing a clip.
 
-    result: the document 'twistcore.batch_clip/1' without the clip's name, or None if it failed;
-    reason: one sentence that says why, or ''; again: True if another try may succeed; sha256,
-    bytes, signature: hash, size and signature of the file that was read (the signature is '' if a
-    change could go unnoticed); corrected: the bytes of the corrected clip, or None; companions:
-    files needed next to it, by name; unseen: True if the file cannot be seen from the machine that
-    carried the task out.
+    Attributes
+    ----------
+    result
+        The document 'twistcore.batch_clip/1' without the clip's name, or None if it failed.
+    reason
+        One sentence that says why, or ''.
+    again
+        True if another try may succeed.
+    sha256, bytes, signature
+        Hash, size and signature of the file that was read (the signature is '' if a change could go
+        unnoticed).
+    corrected
+        The bytes of the corrected clip, or None.
+    companions
+        Files needed next to it, by name.
+    unseen
+        True if the file cannot be seen from the machine that carried the task out.
     """
 
     result: dict[str, Any] | None = None
@@ -71,7 +91,7 @@ class Outcome:
 
 
 def process(task: ClipTask) -> Outcome:
-    """Carry out a task; problems with the clip are returned, never raised."""
+    """Carry out a task; problems with the clip are returned and never raised."""
     begin = time.perf_counter()
     forget_peak()
     found: dict[str, Any] = {}
@@ -114,7 +134,9 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
 
 
 def has_companions(path: Path | str) -> bool:
-    """True if a clip needs more than its file: an AMC needs a skeleton in the same folder."""
+    """True if a clip needs more than its file, such as an AMC, which needs a skeleton in its
+    folder.
+    """
     return bool(_companion(path))
 
 

@@ -1,6 +1,6 @@
-"""Corrected clips in a batch folder: each file is either the old or the new one, never partial.
+"""Write corrected clips into a batch folder, each file completely or not at all.
 
-No file of another origin is lost.
+Files that this program did not write are never replaced.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ def write_corrected(
 ) -> ManifestRow:
     """Write a corrected clip into the batch folder; return the row with data about the file.
 
-    known: the clip's row in the manifest; companions: files needed next to it. An existing file is
-    replaced if it is listed in the manifest, and kept if it already has these bytes, for example
-    after a process was killed right after writing. Raises TwistError for any other existing file,
-    and OSError.
+    `known` is the clip's row in the manifest. `companions` are other files that the clip needs. An
+    existing file is replaced if it is listed in the manifest, and kept if it already has these
+    bytes, for example after a process was killed right after writing. Raises TwistError for any
+    other existing file, and OSError.
     """
     relative = f"{FOLDER}/{row.name}"
     path, mark = folder / relative, hashlib.sha256(data).hexdigest()

@@ -73,7 +73,9 @@ def _silence() -> Iterator[None]:
 
 
 def process_apart(task: ClipTask, seconds: float) -> Outcome | Exception:
-    """Run a task on a worker, in a process that belongs to the thread; errors are returned."""
+    """Run a task on a worker, in a process that belongs to the thread, and return errors as
+    outcomes.
+    """
     if not hasattr(_own, "apart"):
         _own.apart = Apart()
     apart: Apart = _own.apart

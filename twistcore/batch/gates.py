@@ -67,11 +67,20 @@ _CONFIDENCE = re.compile(rf"confidence\s*({_OP})\s*(\S+)")
 
 @dataclass(frozen=True)
 class Rule:
-    """A parsed rule: a quantity, the intervals it applies to, and the limit.
+    """A parsed rule, with a quantity, the intervals to which it applies, and a limit.
 
-    text: the rule as given; total: True if it applies to the whole run instead of each clip; kinds:
-    the kinds of intervals that count, empty for all; confidence: pairs of operator and limit that
-    must all hold; limit: the limit of the quantity, for `affected` in per cent.
+    Parameters
+    ----------
+    text
+        The rule as given.
+    total
+        True if it applies to the whole run instead of each clip.
+    kinds
+        The kinds of intervals that count, empty for all.
+    confidence
+        Pairs of operator and limit that must all hold.
+    limit
+        The limit of the quantity, for `affected` in per cent.
     """
 
     text: str
@@ -100,7 +109,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class Broken:
-    """A broken rule; clip: the name of the clip that breaks it, or '' for the whole run."""
+    """A broken rule. `clip` is the name of the clip that breaks it, or '' for the whole run."""
 
     rule: Rule
     clip: str
@@ -154,7 +163,7 @@ def parse_rule(text: str) -> Rule:
 
 
 def broken(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
-    """Return every rule that a clip or the run breaks: the clips in their order, then the run.
+    """Return every rule that is broken, first by the clips in their order and then by the run.
 
     The records are iterated only once.
     """
@@ -186,7 +195,7 @@ class _Total:
     affected: int = 0
     missing: int = 0
     unexamined: int = 0
-    squares: float = 0.0  # of the severity, degrees², summed over frames
+    squares: float = 0.0  # squared severity, degrees², summed over frames
 
     def add(self, rule: Rule, result: Mapping[str, Any]) -> None:
         sizes = list(_sizes(rule, result))
@@ -221,8 +230,9 @@ def _of_clip(rule: Rule, result: Mapping[str, Any]) -> float:
 
 
 def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
-    """Yield the size in degrees of every interval that counts; without offset, its turn or
-    noise.
+    """Yield the size in degrees of every interval to which the rule applies.
+
+    The size of an interval without an offset is its turn or its noise.
     """
     for interval in result["intervals"]:
         if rule.counts(interval):

@@ -1,4 +1,4 @@
-"""How bad a clip is, and which limbs were not examined."""
+"""The severity of a clip, and its limbs that were not examined."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ from twistcore.skeleton.chain import Chain
 _SHOWS = {"Arm": 1.0, "UpLeg": 1.0}
 _ELSEWHERE = 0.7
 _SEEN = 0.1  # seconds: an edge, or a jump or spike, catches the eye for so long
-_REACH = 0.35  # of the height: what hangs on a joint and reaches so far, as an arm, shows fully
+# Share of the height: errors of a joint with body parts that reach so far are fully visible.
+_REACH = 0.35
 
 
 def severity(found: Detection) -> float:
-    """Return how bad a clip is, in degrees: the root mean square of all visible errors.
+    """Return the severity of a clip in degrees, which is the root mean square of all visible
+    errors.
 
     The mean is over the clip's frames. Every interval counts by its angle, its joint and its
     confidence, as if it were 0.1 s longer; jumps, spikes and steps count as 0.1 s, noise and frozen
@@ -53,9 +55,7 @@ def _degrees(interval: Interval) -> float:
 
 
 def _shows(interval: Interval, chain: Chain) -> float:
-    """Return how visible an error is: by its kind, by what hangs on its joint, or by its
-    segment.
-    """
+    """Return how visible an error is, given its kind, the joints below it, or its segment."""
     if (weight := interval.kind.info.weight) is not None:
         return weight
     if interval.kind.of_capture and (reach := (interval.evidence or {}).get("reach")) is not None:
@@ -69,7 +69,7 @@ def percent_affected(affected: int, frames: int) -> float:
 
 
 def limbs_left_out(result: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the limbs that no chain examines, as 'left arm of B not examined: …'."""
+    """Return the limbs that no chain examines, as text such as 'left arm of B not examined: …'."""
     return tuple(
         f"{_limb(entry)} not examined: {entry['why']}" for entry in result.get("unexamined") or ()
     )

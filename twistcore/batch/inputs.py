@@ -24,9 +24,18 @@ from twistcore.work.frozen import dataclass
 class Source:
     """A clip to process.
 
-    path: absolute path or URL; name: unique path relative to its input, with '/'; size: bytes, 0 if
-    unknown; signature: see `clip_task.signature_of`, '' if unknown; settled: True if a later change
-    will show in the signature.
+    Parameters
+    ----------
+    path
+        Absolute path or URL.
+    name
+        Unique path relative to its input, with '/'.
+    size
+        Bytes, 0 if unknown.
+    signature
+        See `clip_task.signature_of`, '' if unknown.
+    settled
+        True if a later change will show in the signature.
     """
 
     path: str
@@ -40,7 +49,8 @@ class Source:
 class Inputs:
     """The clips in the order of the inputs, and a sentence for each input that has no clips.
 
-    exports: number of files left out because this program wrote them from clips in the same folder.
+    `exports` is the number of files left out because this program wrote them from clips in the same
+    folder.
     """
 
     sources: tuple[Source, ...]
@@ -51,11 +61,16 @@ class Inputs:
 def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
     """Return the clips that the given words name.
 
-    A word is a file (of any suffix), a folder (its clips and those in its subfolders, except hidden
-    folders and batch folders), a pattern with *, ? or [ ], in which ** matches folders with the
-    same exceptions, '@FILE' for a list with one word per line, '@-' or '-' for a list on standard
-    input, or a URL of a file or folder. Exports of other clips in a local folder or pattern are
-    left out: `exports_beside.exports_among`. without: a folder to leave out. Raises TwistError if a
+    Each word is one of the following:
+
+    - a file with any suffix
+    - a folder, for the clips in it and its subfolders, except hidden folders and batch folders
+    - a pattern with `*`, `?` or `[ ]`, in which `**` matches folders with the same exceptions
+    - '@FILE' for a list with one word per line, or '@-' or '-' for a list on standard input
+    - the URL of a file or folder
+
+    Exports of other clips in a local folder or pattern are left out
+    (`exports_beside.exports_among`). `without` is a folder to leave out. Raises TwistError if a
     word names something in that folder, a list cannot be read, or there is no clip at all.
     """
     found: dict[str, Source] = {}
@@ -85,7 +100,7 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
     """Return the sources with the names they already have, by path, and new names for the others.
 
-    names: the existing names by path; no new name equals one of them.
+    `names` are the existing names by path. No new name equals one of them.
     """
     known: list[Source] = []
     new: list[Source] = []
@@ -123,7 +138,7 @@ def _lines(text: str) -> Iterator[str]:
 
 
 def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Source]:
-    """Yield the clips of a folder, pattern or URL; a file is appended to `files` instead."""
+    """Yield the clips of a folder, pattern or URL; a single file is appended to `files` instead."""
     if "://" in word:
         from twistcore.batch.remote_files import find_remote
 
@@ -198,7 +213,9 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
 
 
 def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
-    """True if folder names and a file name match the parts of a pattern; without parts, always."""
+    """True if folder names and a file name match the parts of a pattern; an empty pattern always
+    matches.
+    """
     if not parts:
         return True
     if parts[0] == "**":

@@ -28,9 +28,9 @@ def junit_xml(
     """Return the document in UTF-8.
 
     A clip is a failure if it breaks a rule, an error if it could not be processed or examined, and
-    skipped if it has not been processed yet. Its output lists limbs that were not examined. rules:
-    all requested rules; broken: from :func:`twistcore.batch.gates.broken`. Characters impossible in
-    XML are written as escapes.
+    skipped if it has not been processed yet. Its output lists limbs that were not examined. `rules`
+    are all requested rules. `broken` are the broken ones, from
+    :func:`twistcore.batch.gates.broken`. Characters impossible in XML are written as escapes.
     """
     by_clip: dict[str, list[Broken]] = defaultdict(list)
     for one in broken:
@@ -74,7 +74,10 @@ def junit_xml(
 def _case(
     suite: ElementTree.Element, name: str, seconds: float, of: str = ""
 ) -> ElementTree.Element:
-    """Add a test case; its class name, by which readers group, is the folder with dots for '/'."""
+    """Add a test case whose class name is the folder, with dots instead of '/'.
+
+    Readers group test cases by their class names.
+    """
     folder = of or ".".join(("clips", *PurePosixPath(name).parent.parts))
     return ElementTree.SubElement(
         suite, "testcase", classname=_legal(folder), name=_legal(name), time=f"{seconds:.3f}"

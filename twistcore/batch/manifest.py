@@ -1,4 +1,4 @@
-"""The manifest of a batch folder: the state of every clip, in one SQLite file.
+"""The manifest of a batch folder, which has the state of every clip in one SQLite file.
 
 One process writes it, clip by clip; others may read it and add decisions. A killed process or a
 full disk leaves all earlier entries intact.
@@ -36,12 +36,30 @@ _BUSY_S = 10.0  # waiting time while another process writes
 class ClipRecord:
     """A clip of a batch folder.
 
-    source: absolute path or URL; name: path relative to its input, with '/', unique; state: 'done',
-    'failed' or 'waiting'; reason: one sentence that says why it failed, or ''; sha256, bytes: hash
-    and size of the file; seconds, peak_bytes: time and memory used for processing; finished_at: ISO
-    8601, UTC, or ''; parameters, version: processing parameters and program version used; result:
-    the document 'twistcore.batch_clip/1', or None; corrected: path relative to the batch folder, or
-    ''; decisions: progress of a review, as given to :meth:`Manifest.note_decisions`, or {}.
+    Parameters
+    ----------
+    source
+        Absolute path or URL.
+    name
+        Path relative to its input, with '/', unique.
+    state
+        'done', 'failed' or 'waiting'.
+    reason
+        One sentence that says why it failed, or ''.
+    sha256, bytes
+        Hash and size of the file.
+    seconds, peak_bytes
+        Time and memory used for processing.
+    finished_at
+        ISO 8601, UTC, or ''.
+    parameters, version
+        Processing parameters and program version used.
+    result
+        The document 'twistcore.batch_clip/1', or None.
+    corrected
+        Path relative to the batch folder, or ''.
+    decisions
+        Progress of a review, as given to :meth:`Manifest.note_decisions`, or {}.
     """
 
     source: str
@@ -62,10 +80,14 @@ class ClipRecord:
 
 @dataclass(frozen=True)
 class ClipGlance:
-    """Brief data about a clip for long lists: see ClipRecord and its result.
+    """Brief data about a clip for long lists; for the fields, see ClipRecord and its result.
 
-    mark: mark of the parameters; signature: the file's signature when it was processed, '' if
-    unreliable.
+    Parameters
+    ----------
+    mark
+        Mark of the parameters.
+    signature
+        The file's signature when it was processed, '' if unreliable.
     """
 
     source: str
@@ -84,11 +106,18 @@ class ClipGlance:
 
 @dataclass(frozen=True)
 class ManifestRow:
-    """A clip's row as a run reads and writes it: see ClipRecord.
+    """A clip's row as a run reads and writes it; for other fields, see ClipRecord.
 
-    again: True if a failed clip is worth another try; mark: mark of the parameters; signature: the
-    file's signature, '' if the file must be read to recognise it; corrected_sha256,
-    corrected_signature: hash and signature of the corrected file.
+    Parameters
+    ----------
+    again
+        True if a failed clip is worth another try.
+    mark
+        Mark of the parameters.
+    signature
+        The file's signature, '' if the file must be read to recognise it.
+    corrected_sha256, corrected_signature
+        Hash and signature of the corrected file.
     """
 
     source: str
@@ -160,7 +189,7 @@ def is_batch_folder(path: Path | str) -> bool:
 
 
 class Manifest:
-    """The manifest of a folder; a context manager that closes it.
+    """The manifest of a folder, which is a context manager that closes the file.
 
     Its methods raise TwistError if the file is damaged or cannot be written.
     """
@@ -258,10 +287,10 @@ class Manifest:
         raise TwistError(f"{legible(source)}: is not a clip of {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
-        """Store the progress of a clip's review, replacing the earlier one; {} removes it.
+        """Store the progress of a clip's review instead of the earlier progress; {} removes it.
 
-        decisions: accepted, rejected, undecided (numbers), reviewers (names), session (path), at
-        (ISO 8601). Raises TwistError if the folder has no such clip.
+        `decisions` has the keys accepted, rejected, undecided (numbers), reviewers (names), session
+        (path) and at (ISO 8601). Raises TwistError if the folder has no such clip.
         """
         self.record(source)
         with self.transaction():
@@ -278,7 +307,7 @@ class Manifest:
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
-        """Store everything that the block writes, or nothing."""
+        """Store everything that the block writes, or nothing if the block fails."""
         with _sqlite_errors(self.folder / FILE):
             self._connection.execute("BEGIN IMMEDIATE")
             try:
@@ -320,11 +349,13 @@ class Manifest:
         )
 
     def put_rows(self, rows: Iterable[ManifestRow]) -> None:
-        """Store the rows of clips; only within a transaction."""
+        """Store the rows of clips; this must be called within a transaction."""
         self._connection.executemany(_PUT, (_values(row) for row in rows))
 
     def put_result(self, row: ManifestRow, result: Mapping[str, Any]) -> None:
-        """Store a clip's result by its bytes and parameters; only within a transaction."""
+        """Store a clip's result by its bytes and parameters; this must be called within a
+        transaction.
+        """
         self._connection.execute(
             "INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)",
             (row.sha256, row.mark, row.bytes, json_text(dict(result), indent=None)),
@@ -340,7 +371,9 @@ class Manifest:
 
 
 def now() -> str:
-    """Return the present time in a manifest's form: ISO 8601, UTC, to the second."""
+    """Return the present time in the form of a manifest, which is ISO 8601 in UTC, to the
+    second.
+    """
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 

@@ -39,9 +39,9 @@ def shape_of(connection: sqlite3.Connection) -> _Shape:
 
 @cache
 def shape_of_ours() -> _Shape:
-    """Return the expected tables; a file with others is refused.
+    """Return the tables that a manifest must have, with their definitions.
 
-    Another column, a view or a trigger could do anything.
+    A file with any other table, column, view or trigger is refused, since these could do anything.
     """
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
         make_tables(connection)

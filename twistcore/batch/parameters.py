@@ -1,4 +1,4 @@
-"""Processing parameters: the options of `detect` and `refine`, identified by a mark."""
+"""Processing parameters, which are the options of `detect` and `refine`, identified by a mark."""
 
 from __future__ import annotations
 
@@ -16,14 +16,29 @@ from twistcore.work.frozen import dataclass
 class Parameters:
     """Processing parameters; equal parameters, version and bytes give equal results.
 
-    tau_deg: τ for all chains in degrees, None for automatic; profile_rad: τ in radians by name of a
-    chain or limb, overrides tau_deg; kinds: kinds of errors, empty for all; chains: names of
-    chains, empty for all; people: names of people whose chains are examined, empty for all; fps:
-    frame rate to use instead of the file's; rig: from :func:`twistcore.skeleton.rig.rig_to_json`,
-    or None; joint_names: a person's words, from
-    :func:`twistcore.skeleton.joint_names.read_words`, or None; refine: True to write corrected
-    clips, from intervals of at least min_confidence and, with include_open, from open ones;
-    detector_version: version of a detector from a plug-in.
+    Parameters
+    ----------
+    tau_deg
+        τ for all chains in degrees, None for automatic.
+    profile_rad
+        τ in radians by name of a chain or limb; overrides tau_deg.
+    kinds
+        Kinds of errors, empty for all.
+    chains
+        Names of chains, empty for all.
+    people
+        Names of people whose chains are examined, empty for all.
+    fps
+        Frame rate to use instead of the file's.
+    rig
+        From :func:`twistcore.skeleton.rig.rig_to_json`, or None.
+    joint_names
+        A person's words, from :func:`twistcore.skeleton.joint_names.read_words`, or None.
+    refine
+        True to write corrected clips, from intervals of at least min_confidence and, with
+        include_open, from open ones.
+    detector_version
+        Version of a detector from a plug-in.
     """
 
     method: str = DEFAULT_METHOD

@@ -10,9 +10,9 @@ from twistcore.errors import TwistError
 
 
 def find_remote(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, str, int]]:
-    """Yield the files at a URL or below it: URL, relative name with '/', and size in bytes.
+    """Yield the files at or below a URL, as URL, relative name with '/', and size in bytes.
 
-    may_be_none: True if it is no error that the URL has no files. Raises TwistError if fsspec is
+    Set `may_be_none` to True if a URL without files is not an error. Raises TwistError if fsspec is
     not installed or the URL cannot be reached.
     """
     files, root = _opened(url)

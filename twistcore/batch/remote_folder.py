@@ -1,4 +1,4 @@
-"""A batch folder at a URL: a run works in a local folder and uploads it at the end."""
+"""A batch folder at a URL; a run works in a local folder and uploads it at the end."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, by relative pat
 
 @contextmanager
 def working_folder(output: str) -> Iterator[Path]:
-    """Yield a local folder; for a URL, a copy of its contents that is uploaded at the end.
+    """Yield a local folder or, for a URL, a copy of its contents that is uploaded at the end.
 
     Changed files are uploaded, the manifest last, so that it never lists missing files. A killed
     run uploads nothing; the next run on this machine does it. Raises TwistError if the URL cannot

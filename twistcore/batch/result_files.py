@@ -1,4 +1,4 @@
-"""The results of a batch as files: JSON lines, Parquet, and a table of clips as CSV."""
+"""The results of a batch as files, which are JSON lines, Parquet, and a table of clips as CSV."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from twistcore.files.encoding import csv_text, encoded, escaped, json_text
 
 _KINDS = {plural_name(kind.value).replace(" ", "_").replace("-", "_"): kind for kind in Kind}
 _VERDICTS = ("accepted", "rejected", "undecided")
-_ROWS = 50_000  # of a Parquet row group, a few MB
+_ROWS = 50_000  # rows in a Parquet row group, a few MB
 
 # Columns of a clip in the CSV and in every row of the Parquet: name and type.
 CLIP_COLUMNS: Mapping[str, type] = {
@@ -117,7 +117,9 @@ def json_line(record: ClipRecord) -> str:
 
 
 def write_json_lines(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write one line with a document per clip; only one is in memory at a time; raises OSError."""
+    """Write one line with a document per clip, keeping only one in memory at a time; raises
+    OSError.
+    """
     with writing_atomically(path) as file:
         for record in records:
             file.write(json_line(record).encode() + b"\n")

@@ -1,4 +1,4 @@
-"""Run a batch over many clips: new clips are processed and recorded one after another."""
+"""Run a batch over many clips, in which new clips are processed and recorded one after another."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ _IN_VAIN = 20  # clips in a row that could not be recorded: the disk stays full
 
 
 class CarryOut(Protocol):
-    """A way to carry out tasks: in local processes, or on a cluster."""
+    """A way to carry out tasks, either in local processes or on a cluster."""
 
     def __call__(
         self, tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float]
     ) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
         """Yield every task with its outcome or exception, in order of completion.
 
-        seconds: function that returns the processor time allowed for a task. Raises TwistError if
-        tasks can no longer be carried out.
+        `seconds` returns the processor time allowed for a task. Raises TwistError if tasks can no
+        longer be carried out.
         """
         ...
 
@@ -49,8 +49,12 @@ class CarryOut(Protocol):
 class Limits:
     """Limits for one clip.
 
-    seconds: processor time, None for five minutes plus one minute per megabyte; memory: bytes
-    allowed beyond the needs of a clip of its size.
+    Parameters
+    ----------
+    seconds
+        Processor time, None for five minutes plus one minute per megabyte.
+    memory
+        Bytes allowed beyond the needs of a clip of its size.
     """
 
     seconds: float | None = None
@@ -69,9 +73,20 @@ class Limits:
 class RunSummary:
     """Summary of a run.
 
-    done: number of clips processed in this run; known: number of clips processed before; failed: a
-    sentence for each failed clip; unreadable: how many of these failed because of their contents;
-    stopped: why the run ended early, or ''; left: number of clips that were not tried.
+    Parameters
+    ----------
+    done
+        Number of clips processed in this run.
+    known
+        Number of clips processed before.
+    failed
+        A sentence for each failed clip.
+    unreadable
+        How many of these failed because of their contents.
+    stopped
+        Why the run ended early, or ''.
+    left
+        Number of clips that were not tried.
     """
 
     done: int = 0
@@ -97,9 +112,9 @@ def run_batch(
 ) -> RunSummary:
     """Process the clips that a folder's manifest does not have yet; create the folder if needed.
 
-    part: (index, count) of the shard to process; begin: called with the plan, returns a function
-    that is called for each clip. Raises TwistError if another run writes into the folder, or if its
-    manifest is damaged.
+    `part` is (index, count) of the shard to process. `begin` is called with the plan and returns a
+    function that is called for each clip. Raises TwistError if another run writes into the folder,
+    or if its manifest is damaged.
     """
     with _locked(folder), Manifest.open(folder, create=True) as manifest:
         rows = manifest.rows()
@@ -121,7 +136,9 @@ def run_batch(
 
 
 class _Run:
-    """A run in progress: outcomes are written to files, then to the manifest, then reported."""
+    """A run in progress, which writes outcomes to files and then to the manifest, and then reports
+    them.
+    """
 
     def __init__(
         self,

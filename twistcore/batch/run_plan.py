@@ -18,8 +18,18 @@ from twistcore.files.marks import sha256_of
 class Plan:
     """The plan of a run.
 
-    todo: clips to process; known: number of clips already finished; failed: rows of clips that
-    failed permanently; rows: all clips in the manifest; notes: rows to store before the run.
+    Attributes
+    ----------
+    todo
+        Clips to process.
+    known
+        Number of clips already finished.
+    failed
+        Rows of clips that failed permanently.
+    rows
+        All clips in the manifest.
+    notes
+        Rows to store before the run.
     """
 
     rows: Mapping[str, ManifestRow]
@@ -37,10 +47,10 @@ def make_plan(
 ) -> Plan:
     """Look up every clip by its signature or, if that is unknown, by the hash of its bytes.
 
-    intact: function that returns whether the corrected file of a clip is unchanged. Other bytes,
-    another version or other parameters make a clip new; the same bytes under another name do not. A
-    failure caused by the clip itself is permanent; after a failure of time, memory or disk the clip
-    is tried again.
+    `intact` returns whether the corrected file of a clip is unchanged. Other bytes, another version
+    or other parameters make a clip new; the same bytes under another name do not. A failure caused
+    by the clip itself is permanent; after a failure of time, memory or disk the clip is tried
+    again.
     """
     plan = Plan(manifest.rows())
     mark, sizes = parameters.mark, manifest.sizes(parameters.mark)

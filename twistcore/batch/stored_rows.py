@@ -87,7 +87,9 @@ def column(name: str, value: Any) -> Any:
 
 
 def result_of(document: str) -> dict[str, Any]:
-    """Parse and validate one result: a 'twistcore.batch_clip/1' document without its clip."""
+    """Parse and validate one result, which is a 'twistcore.batch_clip/1' document without its
+    clip.
+    """
     known = "frames", "fps", "seconds", "severity", "affected_frames", "applied", "left"
     found = dict(has(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
     text(found["schema"], "schema")

@@ -1,4 +1,4 @@
-"""The `twistcore` command: arguments, and one module for each family of commands."""
+"""The `twistcore` command, with its arguments and one module for each family of commands."""
 
 from twistcore.cli.command_line import main
 

@@ -79,7 +79,9 @@ def batch_command(arguments: argparse.Namespace) -> int:
 
 
 def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
-    """List intervals that could not be corrected, in this run or before; True if there are any."""
+    """Print the intervals that could not be corrected, in this run or before, and return True if
+    any.
+    """
     any_left = False
     with Manifest.open(folder) as manifest:
         for source, name, sentences in manifest.uncorrected():
@@ -118,7 +120,9 @@ def _exports(count: int) -> str:
 def _written(
     arguments: argparse.Namespace, folder: Path, sources: Collection[str], rules: Sequence[Any]
 ) -> bool:
-    """Write result files and the report, and list broken rules; True if any rule is broken."""
+    """Write the result files and the report, list broken rules, and return True if there are
+    any.
+    """
     broken: list[Any] = []
     if rules or any(getattr(arguments, name) for name in _FILES):
         from twistcore.batch.gates import broken as broken_of
@@ -176,7 +180,9 @@ def _rules(arguments: argparse.Namespace) -> list[Any]:
 
 
 def _parameters(arguments: argparse.Namespace) -> Parameters:
-    """Return the parameters, with the contents of files, which other machines may not see."""
+    """Return the parameters, with the contents of files that other machines may not be able to
+    read.
+    """
     profile, rig = None, None
     if arguments.detector and arguments.scheduler:
         raise TwistError(
@@ -228,7 +234,7 @@ def _limits(arguments: argparse.Namespace) -> Limits:
 
 @contextmanager
 def _carrying_out(arguments: argparse.Namespace) -> Iterator[CarryOut]:
-    """Yield the function that carries out tasks: in processes of this machine, or on a cluster."""
+    """Yield the function that carries out tasks in processes of this machine or on a cluster."""
     if not (arguments.scheduler or arguments.local_cluster):
         yield partial(_in_processes, workers=arguments.workers or os.cpu_count() or 1)
         return

@@ -1,4 +1,4 @@
-"""Progress of a batch, with its rate and time left: a bar on a terminal, or lines of text."""
+"""Progress of a batch, with its rate and time left, as a bar on a terminal or as lines of text."""
 
 from __future__ import annotations
 

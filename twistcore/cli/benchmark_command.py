@@ -73,7 +73,9 @@ def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettin
 
 
 def _protocols(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the protocols, each once and checked; 'P0-all' is the same as P0 here."""
+    """Return the names of the protocols, checked and each only once; 'P0-all' is the same as P0
+    here.
+    """
     plain = ["P0" if name == "P0-all" else name for name in _split(names)]
     return tuple(dict.fromkeys(parse_protocol(name).name for name in plain))
 
@@ -85,7 +87,9 @@ def _named(arguments: argparse.Namespace) -> list[str]:
 
 
 def _methods(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the methods in the table's order; 'all', 'detectors' and 'baselines' are groups."""
+    """Return the methods in the table's order, with the groups 'all', 'detectors' and
+    'baselines'.
+    """
     known = all_methods()
     groups = {"all": known, "detectors": DETECTORS.ready(), "baselines": (HINGE, *BASELINES)}
     chosen: set[str] = set()

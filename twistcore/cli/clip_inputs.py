@@ -33,7 +33,9 @@ def clip_name(path: Path) -> str:
 
 
 def open_clip(path: Path, *, fps: float | None = None) -> Clip:
-    """Read a clip, or a BVH from standard input; fps: frame rate to use instead of the file's."""
+    """Read a clip, or a BVH from standard input. `fps` is the frame rate to use instead of the
+    file's.
+    """
     with step(f"  {clip_name(path)}: read"):
         if path != STANDARD_INPUT:
             return read_clip(path, fps=fps)

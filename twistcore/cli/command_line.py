@@ -1,4 +1,6 @@
-"""The `twistcore` command. Its exit codes are fixed: 0 done, 1 partly done, 2 refused."""
+"""The `twistcore` command. Its exit codes are fixed: 0 for done, 1 for partly done, 2 for
+refused.
+"""
 
 from __future__ import annotations
 
@@ -20,9 +22,11 @@ from twistcore.files.atomic import is_standard_output
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code; an error is one line, without a traceback.
+    """Run one command and return its exit code; an error is printed in one line, without a
+    traceback.
 
-    argv: the arguments; None for those of this process, which then ends with the command.
+    `argv` are the arguments. By default, they are the arguments of this process, which then ends
+    with the command.
     """
     if argv is not None:
         return _main(argv)

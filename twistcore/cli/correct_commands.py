@@ -135,7 +135,9 @@ def _is_of_a_person(judged: Judged) -> bool:
 
 
 def apply_command(arguments: argparse.Namespace) -> int:
-    """Apply a session, or those of a folder, with the same bytes as the window's export."""
+    """Apply one session or all sessions of a folder, writing the same bytes as the window's
+    export.
+    """
     if arguments.session.is_dir() or arguments.clip.is_dir():
         return apply_folder(arguments)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
@@ -164,7 +166,7 @@ def apply_command(arguments: argparse.Namespace) -> int:
 
 
 def _left(clip: str, applied: int, found: Iterable[Interval]) -> str:
-    """Return '; 2 left for a person to judge: twist-inspector walk.bvh', or '' if none is left."""
+    """Return text such as '; 2 left for a person to judge: twist-inspector walk.bvh', or ''."""
     left = sum(i.repairable for i in found) - applied
     if not left:
         return ""

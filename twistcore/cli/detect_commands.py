@@ -58,7 +58,7 @@ _LISTED = 4  # joints of a part of the body that are listed by name
 
 
 def info_command(arguments: argparse.Namespace) -> int:
-    """Print the contents of clips: in full for one clip, one row each for several."""
+    """Print the contents of one clip in full, or of several clips with one row for each."""
     found, failed = look_at(arguments.clips, partial(_info_of, arguments))
     several = len(arguments.clips) > 1
     documents = [one.document for one in found]
@@ -83,8 +83,14 @@ def _together(
 class _Info:
     """The contents of a clip, as `info` prints them.
 
-    partly: limbs that can be corrected only in flips that carried the end along; notes: sentences
-    for the text output; not_examined: sentence about a clip in which nothing can be examined.
+    Attributes
+    ----------
+    partly
+        Limbs that can be corrected only in flips that carried the end along.
+    notes
+        Sentences for the text output.
+    not_examined
+        Sentence about a clip in which nothing can be examined.
     """
 
     document: Document
@@ -235,8 +241,9 @@ def _detect_in(
 ) -> tuple[int, int, int, Document]:
     """Print the intervals of a clip, or return them in a document.
 
-    Returns the number of intervals for `--fail-over`, the number of all intervals, 1 if nothing was
-    examined or 0, and the document. Capture faults count only with `--kinds`.
+    Returns four values: the number of intervals for `--fail-over`, the number of all intervals, 1
+    if nothing was examined (0 if something was), and the document. Capture faults count only with
+    `--kinds`.
     """
     clip = open_clip(path, fps=arguments.fps)
     name, document = clip_name(path), Document()
@@ -377,7 +384,7 @@ def _peaks_to_json(found: Detection) -> list[Document]:
 
 
 def _in_words(evidence: Mapping[str, Any]) -> list[str]:
-    """Return evidence as lines: numbers and texts on one line, then a line per item of its
+    """Return evidence as lines, with numbers and texts on one line, and one line per item of its
     lists.
     """
     parts, below = [], []

@@ -1,4 +1,4 @@
-"""`twistcore apply | diff` for folders."""
+"""Apply sessions and compare clips in folders: `twistcore apply | diff`."""
 
 from __future__ import annotations
 

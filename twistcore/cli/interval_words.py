@@ -1,4 +1,6 @@
-"""Sentences about intervals: counts by kind, and what was corrected, left or not examined."""
+"""Sentences about counts of intervals by kind, and about intervals corrected, left or not
+examined.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +18,8 @@ from twistcore.skeleton.notes import NOT_EXAMINED, Note
 
 
 def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
-    """Return sentences about channels that turn by over 180° in one frame; many are only
-    counted.
+    """Return sentences about channels that turn by over 180° in one frame, or a count if there are
+    many.
     """
     sentences = [f"{output}: note: {jump}" for jump in jumps[:10]]
     if len(jumps) > 10:
@@ -53,7 +55,9 @@ def unexamined_to_json(analysis: ClipAnalysis) -> list[dict[str, str]]:
 
 
 def without_limbs(unexamined: Sequence[Unexamined]) -> str:
-    """Return '; left arm and right arm not examined', or '' if all limbs were examined."""
+    """Return text such as '; left arm and right arm not examined', or '' if all limbs were
+    examined.
+    """
     if not unexamined:
         return ""
     *first, last = (one.title for one in unexamined)
@@ -61,7 +65,7 @@ def without_limbs(unexamined: Sequence[Unexamined]) -> str:
 
 
 def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> str:
-    """Return ' (2 counter-twists, 7 limb flips)', or '' if all of them are counter-twists."""
+    """Return text such as ' (2 counter-twists, 7 limb flips)', or '' if all are counter-twists."""
     count = Counter(i.kind for i in intervals)
     if not count or {*count, *(i.kind for i in among)} == {Kind.COUNTER_TWIST}:
         return ""
@@ -81,7 +85,7 @@ def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: 
 def shown_only(intervals: Iterable[Interval], mark: str = "") -> str:
     """Return the counts of uncorrectable kinds, such as ', 6 lone jumps, 1 noise burst', or ''.
 
-    mark: a word to add after each kind.
+    `mark` is a word to add after each kind.
     """
     count = Counter(i.kind for i in intervals if not i.repairable)
     return "".join(f", {_counted(count[k], k)}{mark}" for k in _in_order(count))

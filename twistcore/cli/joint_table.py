@@ -1,4 +1,6 @@
-"""The table of `twistcore info --names`: the joints, and the bones recognised from their names."""
+"""The table of joints, and of the bones recognised from their names, for `twistcore info
+--names`.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,7 @@ _UNKNOWN = "unknown"
 def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
     """Return each joint with its side, possible bones, recognised bone and the reason.
 
-    own: joints that a person has named.
+    `own` are the joints that a person has named.
     """
     by_shape = {joint for line in body.lines if line.by_shape for joint in line.joints}
     return [

@@ -25,10 +25,10 @@ _BOLD, _YELLOW, _RED = "1", "33", "31"
 
 @dataclass(frozen=True)
 class Voice:
-    """How much is printed: quiet prints results and errors only, verbose adds steps and their
+    """The amount of output: `quiet` is only results and errors, `verbose` adds steps and their
     times.
 
-    document: True if a JSON document replaces the remarks on standard output.
+    `document` is True if a JSON document replaces the remarks on standard output.
     """
 
     quiet: bool = False
@@ -42,7 +42,7 @@ _voices = [_USUAL]  # the last one counts; not per thread, as other threads repo
 
 @contextlib.contextmanager
 def speaking(voice: Voice) -> Iterator[None]:
-    """Print as much as `voice` says within this context."""
+    """Use `voice` for all output within this context."""
     _voices.append(voice)
     try:
         yield
@@ -51,7 +51,7 @@ def speaking(voice: Voice) -> Iterator[None]:
 
 
 def is_quiet() -> bool:
-    """True if only results and errors are to be printed."""
+    """True if only results and errors should be printed."""
     return _voices[-1].quiet
 
 
@@ -66,7 +66,7 @@ def terminal_text(text: object) -> str:
 
 
 def say(text: str = "", *, head: bool = False) -> None:
-    """Print a line of the result on standard output; head: True for a heading."""
+    """Print a line of the result on standard output. `head` is True for a heading."""
     _line(text, sys.stdout, _BOLD if head else "")
 
 
@@ -101,7 +101,7 @@ def problem(text: object) -> None:
 
 @contextlib.contextmanager
 def step(text: str) -> Iterator[None]:
-    """Print how long the context took on standard error, with --verbose."""
+    """Print on standard error how long the context took, if --verbose was given."""
     begin = time.perf_counter()
     yield
     if _voices[-1].verbose:
@@ -142,7 +142,9 @@ def print_json(document: dict[str, Any]) -> None:
 
 
 def tell_problems(problems: Sequence[str], done: int) -> int:
-    """Print the problems and return the exit code; done: number of clips that were processed."""
+    """Print the problems and return the exit code. `done` is the number of clips that were
+    processed.
+    """
     for sentence in problems:
         problem(sentence)
     return int(bool(problems)) if done else 2
@@ -151,7 +153,7 @@ def tell_problems(problems: Sequence[str], done: int) -> int:
 def count_of(number: int, what: str, several: str = "") -> str:
     """Return a count with its noun, such as '1 clip' or '2 clips'.
 
-    several: the plural, if it is not formed by adding 's'.
+    `several` is the plural, if it is not formed with 's'.
     """
     return f"{number} {what if number == 1 else several or f'{what}s'}"
 

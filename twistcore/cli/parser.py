@@ -57,8 +57,8 @@ PROGRAMS = ("blender", "maya", "motionbuilder")  # for which `export --script` w
 def make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of all commands.
 
-    words: the words of a command line. A command that is not among them gets no arguments, which
-    saves time.
+    `words` are the words of a command line. A command that is not among them gets no arguments,
+    which saves time.
     """
     parser = Parser(prog="twistcore")
     _set_texts(parser, PROGRAM)
@@ -90,7 +90,7 @@ def _set_texts(parser: argparse.ArgumentParser, texts: CommandHelp) -> None:
 def commands_of(
     parser: argparse.ArgumentParser, words: str = ""
 ) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Yield the name and the parser of each command: 'detect', 'quamo refine'."""
+    """Yield the name, such as 'detect' or 'quamo refine', and the parser of each command."""
     groups = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
     if not groups:
         yield words, parser

@@ -1,4 +1,4 @@
-"""`twistcore quamo noise | evaluate | ablation | train`: the commands for studying QuaMo."""
+"""The commands for studying QuaMo: `twistcore quamo noise | evaluate | ablation | train`."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from twistcore.synthesis import generator
 
 
 def quamo_noise_command(arguments: argparse.Namespace) -> int:
-    """Write a clip with synthetic noise and print how large the noise is."""
+    """Write a clip with synthetic noise and print the size of the noise."""
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output], [arguments.clip])
     motion = clip.motion
@@ -126,14 +126,16 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
 def _held_out_networks(
     folder: Path, variant: str, sequences: Sequence[Sequence24]
 ) -> Mapping[str, Network]:
-    """Return the networks in a folder, by the subject that was held out of each one's training."""
+    """Return the networks in a folder, by the subject that was held out from the training."""
     subjects = sorted({s.subject for s in sequences})
     paths = {s: folder / weights_name(variant, s) for s in subjects}
     return {s: read_network(p) for s, p in paths.items() if p.exists()}
 
 
 def quamo_train_command(arguments: argparse.Namespace) -> int:
-    """Train and write one network for each held-out subject; an earlier run is continued."""
+    """Train and write one network for each held-out subject, continuing an earlier run if there is
+    one.
+    """
     from twistcore.study.quamo import training
     from twistcore.study.quamo.torch_model import import_torch
 

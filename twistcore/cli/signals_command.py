@@ -33,7 +33,7 @@ _COLUMNS = (
     "theta_p_deg", "theta_c_deg", "dtheta_p_deg", "dtheta_c_deg", "m_deg", "swing_reliability",
     "azimuth_reliability",
 )  # fmt: skip
-_STRENGTH = "strength_deg"  # of the detector that --method or --detector names
+_STRENGTH = "strength_deg"  # strength of the detector that --method or --detector names
 _DECIMALS = 6
 
 

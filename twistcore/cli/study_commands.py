@@ -1,6 +1,7 @@
 """`twistcore inject | evaluate`: inject known errors into clips, and measure a refinement.
 
-`benchmark` does both for a folder; it is a separate module because its libraries load slowly.
+The command `benchmark` does both for a folder. It is in another module because its libraries load
+slowly.
 """
 
 from __future__ import annotations

@@ -70,7 +70,8 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         _curves, methods=methods, seeds=seeds, rig=rig, sessions=sessions.of, words=words
     )
     found: dict[Path, Mapping[str, ByChain]] = {}
-    mute = {one.clip for one in sessions.damaged} - sessions.of.keys()  # its chains are not known
+    # Clips whose chains are not known.
+    mute = {one.clip for one in sessions.damaged} - sessions.of.keys()
     paths = [path for path in paths if path not in mute]
     for path, result in each(work, paths, arguments.workers):
         if isinstance(result, Exception):
@@ -142,7 +143,9 @@ def _tuned_to_json(
 
 
 def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
-    """Return the clips' sessions and the damaged ones; raise TwistError if there is no session."""
+    """Return the sessions of the clips, and the damaged ones; raise TwistError if there is no
+    session.
+    """
     folder = source if source.is_dir() else source.parent
     there = sessions_in(folder)
     own = FolderSessions(
@@ -181,7 +184,9 @@ def _minutes(curves: ByChain) -> float:
 
 
 def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
-    """Yield one line per chain for a single clip, with the band of its FSR in brackets."""
+    """Yield one line per chain for a single clip, with the confidence band of its FSR in
+    brackets.
+    """
     width = max([20, *(len(terminal_text(name)) for name in curves)])
     yield _Line(
         f"{'chain':<{width}} {'τ':>9} {'noise':>9} {'FSR':>20} {'false alarms/min':>17}", True
@@ -198,9 +203,9 @@ def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
 def _of_both(
     together: Mapping[str, ByChain], minutes: float, wanted: tuple[float, float]
 ) -> Iterator[_Line]:
-    """Yield two lines for each chain and for all, at the suggested and at the automatic τ.
+    """Yield lines for each chain and for all chains, at the suggested and at the automatic τ.
 
-    minutes: total duration of all clips, since their chains may differ.
+    `minutes` is the total duration of all clips, since their chains may differ.
     """
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))
@@ -234,7 +239,7 @@ def _refuse_rig(arguments: argparse.Namespace) -> None:
 
 
 def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
-    """Return the price of an alarm, and the size in radians of the smallest errors to find."""
+    """Return the price of a false alarm, and the size in radians of the smallest errors to find."""
     price, smallest = arguments.alarm_price, arguments.smallest
     return (
         ALARM_PRICE if price is None else price,

@@ -1,8 +1,8 @@
 """How far each joint bends from frame to frame, independently of any twist [Method, step 7].
 
 The bend of a joint is the angle between its parent's bone and its own. A twist error turns a joint
-about its bone and the next joint back: no bone changes its direction and no bend changes, even if
-many chains have errors in the same frames. A limb flip changes two bends of its limb.
+about its bone, and the next joint turns back. No bone changes its direction and no bend changes,
+even if many chains have errors in the same frames. A limb flip changes two bends of its limb.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, multiply, rotate
 
 _BLOCK = 2048  # frames
-_SHORTEST = 1e-6  # of the skeleton's height: anything shorter has no direction
+_SHORTEST = 1e-6  # share of the skeleton's height; anything shorter has no direction
 
 
 def bend_steps(motion: Motion) -> Array:
     """Return the frame-to-frame changes of all bends and rotations of all roots, (n, frames − 1).
 
-    They are in radians ≥ 0. For a joint that coincides with its root, and so has no bone above it,
-    the rotation of its own bone in the root's frame is used instead.
+    The changes are in radians ≥ 0. For a joint that coincides with its root, and so has no bone
+    above it, the rotation of its own bone in the root's frame is used instead.
     """
     parents, q = motion.skeleton.parents, motion.rotations
     above = [bone_direction(motion, j, []) if p >= 0 else None for j, p in enumerate(parents)]
@@ -77,7 +77,9 @@ def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | 
 
 
 def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
-    """Return the joints at the place of `joint`, from the highest one down to `joint` itself."""
+    """Return the joints at the same position as `joint`, from the highest one down to `joint`
+    itself.
+    """
     parents, path = motion.skeleton.parents, [joint]
     while above[path[0]] is None and parents[parents[path[0]]] >= 0:
         path.insert(0, int(parents[path[0]]))

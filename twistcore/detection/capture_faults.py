@@ -1,4 +1,4 @@
-"""Noise bursts and frozen limbs as intervals of chains: faults of the capture, never corrected."""
+"""Noise bursts and frozen limbs, which are faults of the capture, as intervals of chains."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 
 _APART = 0.1  # seconds: two bursts of a chain that are closer than this count as one
-_PART_OF_STEP = 8.0  # times the angle of a body step: a larger error is not a part of the step
+_PART_OF_STEP = 8.0  # ratio to the angle of a body step above which an error is not a part of it
 
 
 def find_bursts(search: KindSearch) -> Found:
@@ -30,7 +30,7 @@ def find_bursts(search: KindSearch) -> Found:
 
 
 def find_frozen(search: KindSearch) -> Found:
-    """Return the frozen spans by chain name; each is listed with the limb's first chosen chain."""
+    """Return the frozen spans by chain name, each with the first chosen chain of its limb."""
     return frozen_intervals(search.motion, search.chains, search.chosen)
 
 
@@ -42,7 +42,7 @@ def burst_intervals(
 ) -> dict[str, tuple[Interval, ...]]:
     """Return the bursts of noise in the chains' joints, by chain name and start.
 
-    chosen: the chains to list. A burst that affects a chosen chain is always listed: with the
+    `chosen` are the chains to list. A burst that affects a chosen chain is always listed: with the
     joint's own chain if that is chosen, or with the first chosen chain that it affects. Bursts of a
     chain that overlap, or nearly do, are merged into one interval, which is named after the
     noisiest joint. `residual` is σ of the noise about each axis in that joint; the offset is 0,
@@ -70,9 +70,9 @@ def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tup
 def frozen_intervals(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Chain] | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the frames in which a limb does not move, by name of the limb's first chosen chain.
+    """Return the frames in which a limb does not move, by the name of its first chosen chain.
 
-    chains: all chains of the limbs; chosen: the chains to list, all if not given.
+    `chains` are all chains of the limbs. `chosen` are the chains to list, all if not given.
     """
     chosen = chains if chosen is None else chosen
     first: dict[str, Chain] = {}

@@ -1,4 +1,4 @@
-"""Carried rolls: P turns about its bone and C rolls with it, while C's bone keeps its direction.
+"""Carried rolls, in which P rolls and C rolls with it, while C's bone keeps its direction.
 
 In a counter-twist and in a carried roll, C turns back about P's bone by P's angle (its azimuth, θc
 of [Choi26 Eq. 6-7]). In a carried roll C also turns about its own bone by the same angle:
@@ -31,17 +31,22 @@ from twistcore.work.frozen import dataclass
 LEAST_BEND = 20.0  # degrees: the azimuth of a straighter limb is mostly noise
 LEAST = 3.0  # degrees: smaller turns at an edge are not examined
 WIDEST = 0.06  # seconds, for an edge
-_AGREE = 0.4  # of P's turn at an edge: how far the azimuth, and C's roll, may differ from it
-_OUTSTANDING = 4.0  # times the usual turn beyond the pace: the least turn that may be an edge
+_AGREE = 0.4  # share of P's turn at an edge by which the azimuth and C's roll may differ from it
+_OUTSTANDING = 4.0  # ratio of the least turn that may be an edge to the usual turn beyond the pace
 
 
 @dataclass(frozen=True, eq=False)
 class CarriedRolls:
     """The carried rolls of chains before a threshold is chosen.
 
-    known: the analyses that the consistency detector makes of the chains without C's own roll;
-    signals: the signals of the same chains. Chains in which no edge looks like a carried roll are
-    in neither.
+    A chain in which no edge looks like a carried roll is left out of both mappings.
+
+    Attributes
+    ----------
+    known
+        The analyses that the consistency detector makes of the chains without C's own roll.
+    signals
+        The signals of the same chains.
     """
 
     known: Mapping[str, ConsistencyAnalysis | NotatedAnalysis]
@@ -49,14 +54,14 @@ class CarriedRolls:
     _rolls: dict[Interval, Interval | None] = field(default_factory=dict)  # by what was found
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the carried rolls of a chain at threshold τ, radians, by start."""
+        """Return the carried rolls of a chain at threshold τ, in radians, by start."""
         if chain not in self.known:
             return ()
         found = map(self._roll, self.known[chain].intervals(chain, tau))
         return tuple(roll for roll in found if roll is not None)
 
     def _roll(self, found: Interval) -> Interval | None:
-        """Return the carried roll that is taken for a counter-twist, always the same object."""
+        """Return the carried roll that was detected as a counter-twist; the result is cached."""
         if found not in self._rolls:
             carried = is_carried(self.signals[found.chain], found)
             roll = replace(found, kind=Kind.CARRIED_ROLL, carried=True) if carried else None
@@ -83,7 +88,7 @@ class RollsOfChains:
 def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRolls:
     """Analyse carried rolls, except for the part that depends on τ.
 
-    motion: the motion without its counter-twists, which would be found a second time here.
+    `motion` is the motion without its counter-twists, which would be found a second time here.
     """
     signals = {}
     for chain in chains:
@@ -107,7 +112,9 @@ def may_carry(chain: Chain) -> bool:
 
 
 def bent_frames(motion: Motion, chain: Chain) -> Mask:
-    """Return where the limb is bent enough to show a carried roll, (frames,)."""
+    """Return a mask of the frames in which the limb is bent enough to show a carried roll,
+    (frames,).
+    """
     if not may_carry(chain):
         return np.zeros(motion.frames, dtype=bool)
     return np.asarray(Witnesses.of(motion, chain).bend >= LEAST_BEND)
@@ -153,13 +160,18 @@ def _some_edge(signals: Witnesses) -> bool:
 
 
 def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
-    """Return where turns over `width` frames from the frames `at` on look like a carried roll."""
+    """Return a mask of the frames `at` from which turns over `width` frames look like a carried
+    roll.
+    """
     names = "x", "azimuth_turns", "roll_turns"
     return _alike(*(signals.beyond_pace(name, width)[at] for name in names))
 
 
 def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
-    """Return where the azimuth turns back and C rolls with P, both by about P's angle; degrees."""
+    """Return a mask of where the azimuth turns back and C rolls with P, both by about P's angle.
+
+    All angles are in degrees.
+    """
     x, azimuth, roll = np.asarray(x), np.asarray(azimuth), np.asarray(roll)
     limit = _AGREE * np.abs(x)
     back, along = np.abs(wrapped(x + azimuth)) <= limit, np.abs(wrapped(x - roll)) <= limit
@@ -169,7 +181,7 @@ def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
 def is_carried(signals: Witnesses, found: Interval) -> bool:
     """True if the limb is always bent and C rolls with P wherever an interval begins or ends.
 
-    found: an interval of a detector of counter-twists.
+    `found` is an interval of a detector of counter-twists.
     """
     around = slice(max(found.start - 1, 0), found.stop + 1)
     if signals.bend[around].min() < LEAST_BEND:

@@ -1,6 +1,6 @@
 """Discontinuities of the whole clip, such as cuts or a T-pose at an end [Method, step 7].
 
-They are borders of segments, not errors.
+Discontinuities are borders of segments, not errors.
 """
 
 from __future__ import annotations
@@ -18,13 +18,14 @@ from twistcore.skeleton.notation import DistinctFrames, without_held
 
 # seconds between cuts: a shorter piece is too short to tell error from motion
 SHORTEST_SEGMENT = 0.25
-JUMP = 5.0  # times a joint's own pace
+JUMP = 5.0  # ratio to a joint's own pace
 SMALLEST = float(np.radians(0.5))  # joints that bend less in the jump do not vote
-SHARE = 0.55  # of the joints that bend at all: tremors in tracked captures reach 0.52
-FEWEST = 1.0 / 3.0  # of all joints count as bending: if nearly all is still, an error is not a cut
+SHARE = 0.55  # share of the joints that bend at all; tremors in tracked captures reach 0.52
+# Share of all joints that counts as bending: if nearly all are still, an error is not a cut.
+FEWEST = 1.0 / 3.0
 SHARE_BESIDE, HOLE = 0.3, 3  # for frames within HOLE of a cut
 LEADING = 12  # transitions within which a T-pose at the start may blend into the capture
-# of the pace: the median over a block is not affected by the few frames of a cut
+# seconds of a block whose median is the pace, since a cut has only a few frames
 BLOCK_SECONDS = 0.13
 
 

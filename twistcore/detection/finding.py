@@ -1,4 +1,4 @@
-"""The search for kinds of error that no detector finds: the input of a finder, and its result."""
+"""The search for kinds of error that no detector finds, with the input and result of a finder."""
 
 from __future__ import annotations
 
@@ -61,7 +61,8 @@ class KindSearch:
     def once(self, work: Callable[[KindSearch], Known]) -> Known:
         """Return the result of `work`, computed once per clip and shared by its kinds.
 
-        Callers must not change the result. It may depend on everything except the chosen chains.
+        Callers must not change the result. The result may depend on everything except the chosen
+        chains.
         """
         if work not in self._kept:
             self._kept.setdefault(work, work(self))

@@ -1,4 +1,6 @@
-"""Limbs that do not move at all in the middle of a clip: lost markers, or a pose that was held."""
+"""Limbs that do not move at all in the middle of a clip, because markers were lost or a pose
+held.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +14,11 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_held
 
 _LEAST, _FEWEST = 0.25, 6  # seconds, and at least so many frames
-_ALIVE = 0.7  # of the other frames, in which the same limb must move
+_ALIVE = 0.7  # share of the other frames in which the same limb must move
 
 
 def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, int, int], ...]:
-    """Return the limbs that do not move at all, each with its frames [start, stop), by start.
+    """Return the limbs that do not move at all, with the frames [start, stop), sorted by start.
 
     Frames at either end of the clip, where a pose may be held on purpose, are left out, and so are
     clips in a notation with held frames.

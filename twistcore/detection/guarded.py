@@ -1,4 +1,4 @@
-"""Guards for detectors of other authors: a failure becomes one sentence that names the detector."""
+"""Guards for detectors of other authors, which turn a failure into one sentence with its name."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def one_sentence(what: str) -> Iterator[None]:
 class GuardedDetector:
     """A detector whose results are checked.
 
-    place: the file and class from which it was loaded, or ''.
+    `place` is the file and class from which the detector was loaded, or ''.
     """
 
     def __init__(self, detector: Detector, place: str = "") -> None:
@@ -72,7 +72,7 @@ class GuardedDetector:
 
 
 class GuardedAnalysis:
-    """The analysis of a guarded detector; a wrong result raises a TwistError."""
+    """The analysis of a guarded detector, in which a wrong result raises a TwistError."""
 
     def __init__(self, name: str, analysis: Analysis, frames: int) -> None:
         self._name, self.analysis, self._frames = name, analysis, frames
@@ -89,7 +89,7 @@ class GuardedAnalysis:
         return tau
 
     def strength(self, chain: str) -> Array:
-        """Return the strength of a chain, to which τ is compared, radians ≥ 0, (frames,)."""
+        """Return the strength of a chain, to which τ is compared, in radians ≥ 0, (frames,)."""
         import numpy as np  # names of detectors are listed without it
 
         if chain not in self._strengths:
@@ -104,7 +104,7 @@ class GuardedAnalysis:
         return self._strengths[chain]
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at threshold τ, radians, by start."""
+        """Return the intervals of a chain at threshold τ, in radians, by start."""
         with one_sentence(f"the detector {self._name!r} failed on {chain}"):
             found = list(self.analysis.intervals(chain, tau))
         for one in found:

@@ -1,4 +1,4 @@
-"""Twist bones that turn about their bone alone: after a jump, or by a driver that flips at ±180°.
+"""Twist bones that turn about their bone alone, after a jump or by a driver that flips at ±180°.
 
 A helper takes part in the roll of the joint C at the end of its bone. If it jumps about the bone
 while C does not jump and its parent does not turn the other way, then only the helper is wrong.
@@ -26,15 +26,17 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import nobody
 
 SMALLEST_ROLL = math.radians(20.0)  # a helper that is off by less does not visibly twist the skin
-_EXPLAINED = 0.4  # of the helper's jump: C turned as much, or its parent as much the other way
+# Share of the helper's jump that C's turn, or its parent's opposite turn, must have.
+_EXPLAINED = 0.4
 _AXIS = np.array([1.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, eq=False)
 class HelperAnalysis:
-    """The analysis of helpers before a threshold is chosen: their jumps about the bone.
+    """The analysis of helpers and their jumps about the bone, before a threshold is chosen.
 
-    own: how far each helper turns by itself in each frame, radians, (frames,), by name.
+    `own` is the angle by which each helper turns by itself in each frame, by name, in radians,
+    shape (frames,).
     """
 
     helpers: Mapping[str, ChainAnalysis]
@@ -45,7 +47,7 @@ class HelperAnalysis:
         return max(SMALLEST_ROLL, self.helpers[helper].automatic_tau())
 
     def strength(self, helper: str) -> Array:
-        """Return the sizes of the helper's jumps about its bone, radians ≥ 0, (frames,)."""
+        """Return the sizes of the helper's jumps about its bone, in radians ≥ 0, (frames,)."""
         return self.helpers[helper].strength()
 
     def intervals(self, helper: str, tau: float) -> tuple[Interval, ...]:
@@ -99,7 +101,9 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
 
 
 def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
-    """Return the evidence for an interval: the jumps of the helper at both ends, in degrees."""
+    """Return the evidence for an interval, which is the jumps of the helper at both ends, in
+    degrees.
+    """
     opens, closes = (
         math.degrees(own[t]) if 0 < t < len(own) else None for t in (interval.start, interval.stop)
     )

@@ -20,7 +20,8 @@ __all__ = ["Interval", "Kind", "circular_median"]
 
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """Frames [start, stop) in which P of a chain or limb has an error, with its size in each.
+    """Frames [start, stop) in which P of a chain or limb has an error, with the error in each
+    frame.
 
     Parameters
     ----------
@@ -95,10 +96,12 @@ class Interval:
 
     @cached_property
     def as_written(self) -> Interval:
-        """The interval with its offset as in files: degrees with nine decimals, no −0.0.
+        """The interval with its offset rounded as in files, to nine decimals of a degree and
+        without −0.0.
 
-        It is cached on the interval, because dragging τ returns mostly the same objects. A separate
-        table would keep them alive after their clip is closed, since `explain` refers to the clip.
+        The result is cached on the interval, because dragging τ mostly returns the same objects. A
+        separate table would keep them alive after their clip is closed, since `explain` refers to
+        the clip.
         """
         offset = self.offset
         one = (
@@ -132,14 +135,14 @@ class Interval:
 
     @property
     def size(self) -> float:
-        """The angle for tables, radians: the median offset, the turn of a lone jump, or σ
+        """The angle for tables, radians, which is the median offset, the turn of a lone jump, or σ
         of noise.
         """
         return self.delta if self.correctable or not self.kind.known else self.residual
 
     @property
     def largest(self) -> float:
-        """The offset with the largest size, with its sign, radians; 0 if there are no frames."""
+        """The offset with the largest size, with its sign, in radians; 0 if there are no frames."""
         return float(self.offset[np.abs(self.offset).argmax()]) if len(self.offset) else 0.0
 
     @property
@@ -162,7 +165,7 @@ class Interval:
         return self.largest if both_ways or self.soft_ended else self.size
 
     def angle_text(self, digits: int) -> str:
-        """Return `shown` as text in degrees with its sign, '±8.0°' for noise, '–' for frozen
+        """Return `shown` as text in degrees with its sign, or '±8.0°' for noise and '–' for frozen
         frames.
         """
         if not (sign := self.kind.info.sign):

@@ -1,4 +1,6 @@
-"""The kinds of error; each is declared in its own file in `kinds/`. This module loads no numpy."""
+"""The kinds of error, each of which is declared in its own file in `kinds/`, without loading
+numpy.
+"""
 
 from __future__ import annotations
 
@@ -98,7 +100,7 @@ class KindInfo:
 
 
 def plural_name(word: str) -> str:
-    """Return the plural of a kind's name: 'limb flips', 'stretches', but 'frozen frames'."""
+    """Return the plural of a kind's name, such as 'limb flips', 'stretches' and 'frozen frames'."""
     if word.endswith("frames"):
         return word
     return word + ("es" if word.endswith(("ch", "s", "x")) else "s")
@@ -158,7 +160,7 @@ class Kind(str, metaclass=_Kinds):
     info: KindInfo
 
     def __new__(cls, value: object) -> Kind:
-        """Return the kind that a word names; always the same object for the same word."""
+        """Return the kind that a word names, always the same object for the same word."""
         if (kind := _by_word().get(_word(value))) is not None:
             return kind
         if not (isinstance(value, str) and value.strip()):
@@ -203,7 +205,9 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def of_capture(self) -> bool:
-        """True for a fault of the capture, not a twist error; gates count it only on request."""
+        """True for a fault of the capture, which is no twist error and counts in gates only on
+        request.
+        """
         return self.info.of_capture
 
 
@@ -244,7 +248,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
         where = f"the kind {point.name!r} of {point.value} is left out"
         try:
             info = point.load()
-        except Exception as error:  # of foreign code
+        except Exception as error:  # an error in another package
             warnings.warn(f"{where}: {type(error).__name__}: {error}", stacklevel=2)
             continue
         name = point.name.upper().replace("-", "_")
@@ -259,7 +263,9 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
 
 
 def _announced() -> bool:
-    """True if a package on the path announces a kind; ten times as fast as `entry_points`."""
+    """True if a package on the path announces a kind, found ten times as fast as by
+    `entry_points`.
+    """
     for folder in dict.fromkeys(sys.path):
         try:
             inside = [e.path for e in os.scandir(folder or ".") if e.name.endswith("-info")]

@@ -1,7 +1,7 @@
 """A blend out of a first pose, during which all joints follow the same course [Method].
 
 A release often begins in a T-pose that is blended into the capture: each joint moves from its first
-rotation towards the capture, and at time t it has covered the fraction s(t) of the way. That
+rotation towards the capture, and at time t it has covered the fraction s(t) of the way. The
 fraction is the same for all joints, whether it grows evenly or eased, and whether rotations or
 channels are interpolated. So where the blend begins and ends, the acceleration of each joint points
 along its own way and is proportional to s″(t). Natural motion has no such course: no s explains
@@ -20,21 +20,25 @@ SECONDS, FRAMES = 0.27, 8  # the longest blend searched for: 32 frames at 120 Hz
 LENGTHS = (2, 3, 5, 8, 12, 18, 25, 32, 45, 64)
 TURNING = float(np.sin(0.5 * np.radians(1.0)))  # joints that turn less do not vote
 FAR = float(np.sin(0.5 * np.radians(2.0)))  # a shorter way has no direction
-LIVELY = 1.0 / 3.0  # of all joints must turn: if nearly all is still, an error is not a blend
-AT_REST, RESTING = 1e-9, 0.4  # of a turn, radians; of the joints that turn
+# Share of all joints that must turn: if nearly all are still, an error is not a blend.
+LIVELY = 1.0 / 3.0
+AT_REST, RESTING = 1e-9, 0.4  # largest turn at rest, in radians; share of the joints that turn
 # The share of a joint's acceleration that the course may leave unexplained, and the share of joints
 # that must follow it: out of a rest pose, where hardly any capture begins, and out of any other.
 FROM_REST, FROM_ANY = (0.6, 0.45), (0.2, 0.7)
-EXPLAINED = 0.5  # of a joint's acceleration: the joint follows the course
-UNDER, OVER = -0.1, 1.3  # of s: a spline overshoots
-BEGUN, NEARLY = 0.1, 0.9  # of s; more frames lie between them than before, or an error ends here
-KEEPING = 0.4  # of the joints, in a frame that is still part of the blend
+EXPLAINED = 0.5  # share of a joint's acceleration that is explained if it follows the course
+UNDER, OVER = -0.1, 1.3  # limits of s, since a spline overshoots
+# Values of s with more frames between than before; if not, an error ends here.
+BEGUN, NEARLY = 0.1, 0.9
+KEEPING = 0.4  # share of the joints that follow in a frame that is still part of the blend
 LONGER_LAG = 8  # frames of blend for each further frame of lag in second differences
 BEHIND = 6  # frames of capture that must follow the blend
 
 
 def held_frames(rotations: Array) -> int:
-    """Return how many frames after frame 0 repeat its pose; rotations: (frames, joints, 4)."""
+    """Return how many frames after frame 0 repeat its pose. `rotations` has the shape (frames,
+    joints, 4).
+    """
     if len(rotations) < 2 or not np.array_equal(rotations[0], rotations[1]):
         return 0
     moved = (rotations != rotations[0]).any(axis=(1, 2))
@@ -51,8 +55,8 @@ def rest_frames(rotations: Array, fps: float) -> int:
 def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
     """Return the first frame after a blend out of frame 0; 0 if there is no blend.
 
-    rotations: (frames, joints, 4); from_rest: search only for blends out of a rest pose, in which
-    the rotations of most joints are zero.
+    `rotations` has the shape (frames, joints, 4). If `from_rest` is True, search only for blends
+    out of a rest pose, in which the rotations of most joints are zero.
     """
     longest = max(FRAMES, round(SECONDS * fps))
     q = rotations[: 2 * longest + 1].transpose(1, 0, 2)
@@ -82,8 +86,8 @@ def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
 def _left(way: Array, length: int) -> Array | None:
     """Return the fraction of the accelerations that s″ does not explain, weighted by s″².
 
-    One number for each joint that moves far. None if most joints do not move far, or if s does not
-    look like a blend.
+    The result has one number for each joint that moves far. The result is None if most joints do
+    not move far, or if s does not look like a blend.
     """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : length + 1 + 2 * lag], length)
@@ -95,16 +99,18 @@ def _left(way: Array, length: int) -> Array | None:
 
 
 def _like_a_blend(s: Array) -> bool:
-    """True if s rises from 0 to 1 over several frames and begins immediately; s: (frames,)."""
+    """True if s rises from 0 to 1 over several frames and begins immediately. `s` has the shape
+    (frames,).
+    """
     begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
     return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
 
 
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
-    """Return, for joints that move far, their paths, directions to frame `length`, and s(t).
+    """Return the paths of joints that move far, their directions to frame `length`, and s(t).
 
-    way: the chords from the first rotation, (joints, frames, 4). The returned ways are in units of
-    the chord to frame `length`.
+    `way` holds the chords from the first rotation, shape (joints, frames, 4). The returned ways are
+    in units of the chord to frame `length`.
     """
     to = way[:, length]
     far = np.sqrt(np.einsum("jc,jc->j", to, to))

@@ -42,19 +42,28 @@ class Image:
             parts[row + 1, at] = np.einsum("ti,ti->t", q[:, 1:], axis)
 
     def __call__(self, angle: Array, row: int | slice = slice(None)) -> Array:
-        """Return the twist angles of a row, or of all rows, for φ of the same shape; radians."""
+        """Return the twist angles of a row, or of all rows, for φ of the same shape, in radians."""
         w, v, tw, tv = self._parts[:, row]
         c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
         return wrap(2.0 * np.arctan2(c * v + s * tv, c * w + s * tw))
 
 
 class Limbs:
-    """Lines of n chains each: joint k is the parent of chain k, and joint k+1 is its child.
+    """Lines of n chains each, in which joint k is the parent of chain k, and joint k+1 is its
+    child.
 
-    Limbs of equal length, such as both arms, are solved together. joints: local rotations, (n + 1,
-    limbs, frames, 4); axes: (n, limbs, 3) or (n, limbs, frames, 3); step: the rounding step of the
-    angles in the file, radians, 0 if it is fine; keys: the linear keys, between which natural
-    motion keeps its pace, or None.
+    Limbs of equal length, such as both arms, are solved together.
+
+    Parameters
+    ----------
+    joints
+        Local rotations, shape (n + 1, limbs, frames, 4).
+    axes
+        (n, limbs, 3) or (n, limbs, frames, 3).
+    step
+        The rounding step of the angles in the file, radians, 0 if it is fine.
+    keys
+        The linear keys, between which natural motion keeps its pace, or None.
     """
 
     def __init__(
@@ -82,7 +91,7 @@ class Limbs:
     def turned(self, turns: Sequence[tuple[int, int, Array]]) -> Limbs:
         """Return the limbs with some children turned about their chain's axis, in P's frame.
 
-        turns: the turns as (row of the chain, first frame, angles in radians).
+        `turns` are given as (row of the chain, first frame, angles in radians).
         """
         joints = self.joints.copy()
         for row, start, angle in turns:
@@ -107,8 +116,8 @@ class Limbs:
 
         Row s of the first image is for the error of chain first + s in x of the next chain, row s
         of the second image is for the same error in y of the previous chain. Beyond the ends of a
-        line the images are 0. first: the first chain of each run, (runs,); t: indices into (limbs ·
-        frames), (runs,), never the first frame of a limb.
+        line the images are 0. `first` is the first chain of each run, shape (runs,). `t` holds
+        indices into (limbs · frames), shape (runs,), never the first frame of a limb.
         """
         down, up = Image((length, len(t))), Image((length, len(t)))
         chain = (first + np.arange(length)[:, None]).ravel()
@@ -124,8 +133,8 @@ class Limbs:
     def _shared_joint(self, chain: Index, side: int, t: Index) -> tuple[Array, Array, Array, Array]:
         """Return q(t−1)⁻¹ and q(t) of a shared joint, and the axes of both chains.
 
-        side: 1 if the joint is shared with the next chain, −1 if with the previous one. The axis of
-        the chain itself is returned as a quaternion.
+        `side` is 1 if the joint is shared with the next chain, −1 if with the previous one. The
+        axis of the chain itself is returned as a quaternion.
         """
         joints = self.joints.reshape(len(self.joints), -1, 4)
         joint = chain + (side > 0)

@@ -29,11 +29,11 @@ LEAST = math.radians(60.0)  # a frame: less may be noise of a fast camera
 SLOW, LEAST_SLOW = 50.0, math.radians(120.0)
 _BLOCK = 4_096  # frames
 _Frames = Callable[[int, int], Motion]
-_OWN_SHARE = 0.5  # of the limit: a joint that turns less by itself only follows one above
+_OWN_SHARE = 0.5  # share of the limit; a joint that turns less by itself only follows a joint above
 
 
 def limit(fps: float) -> float:
-    """Return the largest possible turn about a joint's axis from frame to frame, radians."""
+    """Return the largest possible turn about a joint's axis from frame to frame, in radians."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
@@ -52,12 +52,12 @@ def lone_jumps(
 ) -> dict[str, tuple[Interval, ...]]:
     """Return the lone jumps of the chains' joints by chain name and start, with the joints' names.
 
-    refined: function that returns the frames [start, stop) of the motion without the known errors,
-    so that a jump that belongs to one of them is not listed a second time. A joint must jump both
-    in world space and in its parent's frame: a child that only follows its parent does not jump,
-    and neither does a child that keeps its place while its parent turns. Jumps at a cut are left
-    out. `residual` is the turn in the jump's fastest frame; the offset is 0, because no correction
-    is known.
+    `refined` returns the frames [start, stop) of the motion without the known errors, so that a
+    jump that belongs to one of them is not listed a second time. A joint must jump both in world
+    space and in its parent's frame: a child that only follows its parent does not jump, and neither
+    does a child that keeps its place while its parent turns. Jumps at a cut are left out.
+    `residual` is the turn in the jump's fastest frame; the offset is 0, because no correction is
+    known.
     """
     if motion.frames < 2 or not chains:
         return {chain.name: () for chain in chains}
@@ -94,10 +94,11 @@ def lone_jumps(
 def _turns_too_fast(
     motion: Motion, joints: Sequence[int], among: NDArray[np.bool_], refined: _Frames
 ) -> dict[int, Array]:
-    """Return the turns of joints where they are too fast, else 0; radians, (frames,), by joint.
+    """Return the turns of joints where they are too fast, and 0 elsewhere, by joint, in radians,
+    (frames,).
 
-    among: mask of the frames to examine, (frames,). The clip is processed in blocks so that no copy
-    of all its rotations is needed.
+    `among` is the mask of the frames to examine, shape (frames,). The clip is processed in blocks
+    so that no copy of all its rotations is needed.
     """
     axes = {joint: own_axis(motion.skeleton, joint) for joint in joints}
     found: dict[int, Array] = {}
@@ -122,7 +123,9 @@ def _turns_too_fast(
 
 
 def _as_written(jump: Interval, held: DistinctFrames) -> Interval:
-    """Return a jump with its frame numbers converted from the frames without held ones."""
+    """Return a jump with frame numbers of the whole clip instead of the clip without held
+    frames.
+    """
     start, stop = held.end(jump.start), held.end(jump.stop - 1) + 1
     return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))
 
@@ -145,7 +148,7 @@ def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
 
 
 def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return each joint's chain: the chain whose parent it is, or else whose child it is."""
+    """Return each joint's chain, which has it as its parent or, if there is none, as its child."""
     owner = {chain.child: chain for chain in reversed(chains)}
     return owner | {chain.parent: chain for chain in chains}
 
@@ -153,14 +156,16 @@ def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
 def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
     """Return a mask of the frames in which a joint turns about its axis faster than any body does.
 
-    in_room, own: turns from :func:`turns_about`, (frames,), in world space and in the parent's
-    frame.
+    `in_room` and `own` are the turns from :func:`turns_about` in world space and in the parent's
+    frame, both (frames,).
     """
     return np.asarray((np.abs(in_room) > limit(fps)) & may_be_too_fast(own, fps))
 
 
 def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return where turns in the parent's frame are fast enough to be too fast, (frames,)."""
+    """Return a mask of turns in the parent's frame that are fast enough to be too fast,
+    (frames,).
+    """
     return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
 
 
@@ -176,9 +181,11 @@ def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
 
 
 def turns_about(rotations: Array, axis: Array) -> Array:
-    """Return the turn about a joint's own axis since the previous frame, without swing, radians.
+    """Return the turn about a joint's own axis since the previous frame, without swing, in
+    radians.
 
-    rotations: (frames, …, 4); axis: unit vector, (…, 3); result: (frames, …).
+    `rotations` has the shape (frames, …, 4), `axis` is a unit vector, (…, 3), and the result has
+    the shape (frames, …).
     """
     out = np.zeros(rotations.shape[:-1])
     out[1:] = twist_angle(multiply(conjugate(rotations[:-1]), rotations[1:]), axis)

@@ -1,4 +1,4 @@
-"""Events that a clip contains from the start: no detector is blamed or credited for them.
+"""Events that a clip contains from the start, which do not count for or against any detector.
 
 The rule: in a clip without injected errors an event is
 
@@ -38,9 +38,14 @@ FLIP_DEGREES, FLIP_SIGMA = 60.0, 10.0
 class NaturalEvent:
     """An event in a clip without injected errors, in frames [start, stop) of a chain or limb.
 
-    kind: 'interval', 'open', 'flip' or 'limb flip'; degrees: the angle of the flip about the bone,
-    or the interval's offset; joint: the joint that flips, P or C; it is P for an interval or a limb
-    flip.
+    Attributes
+    ----------
+    kind
+        'interval', 'open', 'flip' or 'limb flip'.
+    degrees
+        The angle of the flip about the bone, or the interval's offset.
+    joint
+        The joint that flips, P or C; always P for an interval or a limb flip.
     """
 
     chain: str
@@ -56,7 +61,9 @@ class NaturalEvent:
 
 
 def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalEvent]:
-    """Return all events of a clip without injected errors, by chain; see the rule above."""
+    """Return all events of a clip without injected errors, by chain, according to this module's
+    rule.
+    """
     events: list[NaturalEvent] = []
     for chain in chains:
         for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name)):
@@ -89,7 +96,9 @@ def with_events(
     limbs: Sequence[Limb],
     events: Iterable[NaturalEvent],
 ) -> frozenset[str]:
-    """Return the names of the chains and limbs that are not audited; see the rule above."""
+    """Return the names of the chains and limbs that are not audited, according to this module's
+    rule.
+    """
     own = {e.chain for e in events}
     out = set(own)
     for limb in limbs:
@@ -103,7 +112,7 @@ def with_events(
 
 
 def flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[NaturalEvent]:
-    """Yield the flips of P, then the flips of C; see the rule above."""
+    """Yield the flips of P, then the flips of C, according to this module's rule."""
     c, row = analysis.limb, analysis.row
     alone = np.zeros(c.x.shape[1], dtype=bool)
     for table in analysis.tables:  # a cut is no flip

@@ -1,4 +1,4 @@
-"""Bursts of noise: spans in which a joint jitters more than any body can.
+"""Bursts of noise, in which a joint jitters more than any body can.
 
 White noise of σ in each frame gives the turns from frame to frame a variance of 2σ², and the
 changes of these turns a variance of 6σ², three times as much. Natural motion is smooth, so its
@@ -26,10 +26,11 @@ Mask = NDArray[np.bool_]
 _WINDOW, _FEWEST = 0.6, 21  # seconds, and at least so many frames
 _ROUGH = 2.5  # variance of changes over variance of turns: 3 of white noise, below 1 of motion
 _LEAST = 4.5  # degrees of σ: weaker noise may be fast motion
-_BEYOND = 2.0  # times the clip's own σ of the joint
+_BEYOND = 2.0  # ratio to the joint's σ in the whole clip
 _MIDDLE = 6.0 * 2.366  # σ²: the median of |change|² of white noise about three axes
-_SWINGS = 0.8  # of the frames: share in which a change is reversed; five sixths for white noise
-_TAKEN_BACK = 0.25  # of the squared changes: no more remain if another joint takes them back
+_SWINGS = 0.8  # share of the frames in which a change is reversed, which is 5/6 for white noise
+# Largest share of the squared changes that remains if another joint takes them back.
+_TAKEN_BACK = 0.25
 _GAP = 5  # frames within a burst that may happen to be smooth
 _MOST = 5  # spans, and joints of a span, listed by name
 _EDGE = 1.2  # σ: how far a frame is off the mean of its neighbours at the border of a burst
@@ -37,7 +38,9 @@ _EDGE = 1.2  # σ: how far a frame is off the mean of its neighbours at the bord
 
 @dataclass(frozen=True)
 class NoiseBurst:
-    """A burst of noise in frames [start, stop) of a joint; degrees: σ about each axis."""
+    """A burst of noise in frames [start, stop) of a joint. `degrees` is the standard deviation
+    about each axis.
+    """
 
     joint: int
     start: int
@@ -56,9 +59,10 @@ def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
 
 
 def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
-    """Return the largest σ of the noise in joints or in joints above them, degrees, (frames,).
+    """Return the largest σ of the noise in joints or in joints above them, in degrees,
+    (frames,).
 
-    It is 0 in frames without a burst.
+    The result is 0 in frames without a burst.
     """
     near = set(joints)
     for joint in tuple(near):
@@ -67,7 +71,9 @@ def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
 
 
 def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
-    """Return σ of each joint's noise, degrees, (frames,); held frames get the previous value."""
+    """Return σ of each joint's noise, in degrees, (frames,), with previous values in held
+    frames.
+    """
     if (held := without_held(motion)) is None:
         return [_of_joint(motion, joint) for joint in joints]
     shown = np.maximum(np.searchsorted(held.first, np.arange(motion.frames), side="right") - 1, 0)
@@ -75,8 +81,8 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
-    """Return σ of a joint's noise, 0 if a neighbouring joint compensates for it, degrees,
-    (frames,).
+    """Return σ of a joint's noise, in degrees, (frames,); 0 if a neighbouring joint compensates for
+    it.
 
     The array is read-only, because it is kept with the motion; for quiet joints it takes no memory.
     """
@@ -123,9 +129,15 @@ def burst_sentences(
 ) -> tuple[str, ...]:
     """Return the notes about a clip's bursts of noise.
 
-    count: the number of intervals in chains, including intervals that are not listed; outside: the
-    bursts in joints of no chain, by start; their frames are given in the notes, and overlapping
-    bursts share a note; names: the joints' names.
+    Parameters
+    ----------
+    count
+        The number of intervals in chains, including intervals that are not listed.
+    outside
+        The bursts in joints of no chain, by start. Their frames are given in the notes, and
+        overlapping bursts share a note.
+    names
+        The joints' names.
     """
     spans = overlapping(outside)
     said = [_said(span, names) for span in spans[:_MOST]]
@@ -153,15 +165,16 @@ def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
 
 
 def turns_of(q: Array) -> Array:
-    """Return rotations since the previous frame as rotation vectors, degrees, (frames, 3)."""
+    """Return rotations since the previous frame as rotation vectors, in degrees, (frames, 3)."""
     turns = logarithm(multiply(conjugate(q[:-1]), q[1:]))
     return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
 
 
 def noise_level(turns: Array, fps: float) -> Array:
-    """Return σ of the noise in the frames of a burst, degrees, (frames,); 0 in all other frames.
+    """Return σ of the noise in the frames of a burst, in degrees, (frames,); 0 in all other
+    frames.
 
-    turns: the rotation vectors since the previous frame, degrees, (frames, 3).
+    `turns` are the rotation vectors since the previous frame, in degrees, shape (frames, 3).
     """
     frames = len(turns)
     width = max(_FEWEST, round(_WINDOW * fps))

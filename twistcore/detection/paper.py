@@ -31,7 +31,7 @@ class PaperAnalysis:
         return self.signals[chain].strength
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at threshold τ, radians."""
+        """Return the intervals of a chain at threshold τ, in radians."""
         return intervals_of_offset(chain, running_offset(self.signals[chain], tau), tau)
 
     def removed(self, chain: str, tau: float) -> Array:
@@ -42,14 +42,14 @@ class PaperAnalysis:
 def running_offset(signals: TwistSignals, tau: float) -> Array:
     """Return offset(t) = offset(t−1) + err(t), with err = sign(Δθp)·m where m ≥ τ [Choi26 §3.3.1].
 
-    The offset is (frames,) and is not wrapped. It need not return to 0, because the errors of the
-    estimate add up.
+    The offset is (frames,) and is not wrapped. The offset need not return to 0, because the errors
+    of the estimate add up.
     """
     return np.cumsum(error_of(signals.dtheta_p, signals.strength, tau))
 
 
 def error_of(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
-    """Return err(t) = sign(Δθp)·m where m ≥ τ and 0 elsewhere; radians [Choi26 §3.3.1].
+    """Return err(t) = sign(Δθp)·m where m ≥ τ and 0 elsewhere, in radians [Choi26 §3.3.1].
 
     The result has the shape of the arguments.
     """

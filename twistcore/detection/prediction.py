@@ -35,10 +35,10 @@ def half_window(fps: float) -> int:
 
 
 def coarse_residual(signals: Array, step: int) -> Array:
-    """Return the signals minus the median of 5 samples that are `step` frames apart, radians.
+    """Return the signals minus the median of 5 samples that are `step` frames apart, in radians.
 
-    This is the first estimate, while jumps are still unknown: the median ignores a short interval
-    or a ramp.
+    This is the first estimate, made while jumps are unknown. The median ignores a short interval or
+    a ramp.
     """
     n = signals.shape[-1]
     padded = np.pad(signals, ((0, 0), (0, 0), (2 * step, 2 * step)), mode="edge")
@@ -66,14 +66,21 @@ def _box_sum(values: Array | Mask, half: int) -> Array:
 
 
 def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Array:
-    """Return σ = 1.48·(mean √|r|)² over the good frames near t, radians.
-
-    root: √|r|, (2, chains, frames); good: mask of the good frames; least: the smallest σ.
+    """Return σ = 1.48·(mean √|r|)² over the good frames near t, in radians.
 
     The mean of square roots is a measure of spread on which a few jumps have little effect (the
     factor 1.48 makes it the standard deviation of a normal distribution). Where few good frames are
     near, a window four times as wide is used as well, and where that contains too few, the whole
     clip.
+
+    Parameters
+    ----------
+    root
+        √|r|, shape (2, chains, frames).
+    good
+        Mask of the good frames.
+    least
+        The smallest σ.
     """
     root = root * good.astype(np.float64)
     many, mean = _box_sum(good, half), _box_sum(root, half)
@@ -90,9 +97,9 @@ def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Arr
 
 
 def least_scale(step: float) -> float:
-    """Return the smallest σ of an increment's residual, radians.
+    """Return the smallest σ of an increment's residual, in radians.
 
-    step: the rounding step of the angles in the file.
+    `step` is the rounding step of the angles in the file.
     """
     return max(FLOOR, ROUNDED * step)
 
@@ -100,8 +107,8 @@ def least_scale(step: float) -> float:
 def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
     """Return the increments between linear keys as the median of each piece between two keys.
 
-    signals: radians, (2, chains, frames), which is also the shape of the result; good: mask of the
-    frames to use, (chains, frames), if a piece has any.
+    `signals` is in radians and has the shape (2, chains, frames), as does the result. `good` is the
+    mask of the frames to use, shape (chains, frames), if a piece has any.
     """
     frames, n = signals.shape[-1], keys.spacing
     before = (-keys.first - 1) % n  # the piece that the clip begins in began so long before it
@@ -123,11 +130,18 @@ def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Irregular:
-    """The irregular frames and how they are predicted.
+    """The irregular frames, and the data from which they are predicted.
 
-    at: flat indices of the frames, (n,); near: the signals at their two good neighbours before and
-    the two after, (2, 4, n); cubic, linear: the weights of these neighbours, (4, n); gap: the
-    length of the gap that is bridged, 1 for a frame between two good ones, (n,).
+    Attributes
+    ----------
+    at
+        Flat indices of the frames, shape (n,).
+    near
+        The signals at two good neighbours before and two after, shape (2, 4, n).
+    cubic, linear
+        The weights of these neighbours, shape (4, n).
+    gap
+        The length of the gap that is bridged, 1 for a frame between two good ones, shape (n,).
     """
 
     at: Index
@@ -137,8 +151,8 @@ class Irregular:
     gap: Array
 
     def predicted(self, weights: Array) -> Array:
-        """Return the predictions Σ weights·near, (2, n); weights: (4, n), or (2, 4, n) by
-        signal.
+        """Return the predictions Σ weights·near, (2, n). `weights` has the shape (4, n), or (2, 4,
+        n) if it differs by signal.
         """
         weights = np.broadcast_to(weights, self.near.shape)
         return np.asarray(np.einsum("skn,skn->sn", self.near, weights))
@@ -147,8 +161,8 @@ class Irregular:
 class Predictor:
     """The predictions of signals, (2, chains, frames), from good frames.
 
-    cubic, linear: the predictions of each frame from its two neighbours on either side, whether
-    these are good or not.
+    `cubic` and `linear` are the predictions of each frame from its two neighbours on either side,
+    whether these are good or not.
     """
 
     def __init__(self, signals: Array) -> None:
@@ -173,8 +187,8 @@ class Predictor:
     def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:
         """Return the frames whose neighbours are not all good, or have changed.
 
-        signals: the signals with the changes. Cubic is the Lagrange polynomial through the two good
-        neighbours on either side. At an end, the mean of the nearest two is used.
+        `signals` are the signals with the changes. Cubic is the Lagrange polynomial through the two
+        good neighbours on either side. At an end, the mean of the nearest two is used.
         """
         frames = good.shape[1]
         seed = ~good | changed
@@ -192,7 +206,8 @@ def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
     """Return the irregular frames at flat indices `at`, with their good neighbours."""
     none = np.array([-1, -1])
     known = np.concatenate([none, np.flatnonzero(good), none])
-    rank = np.cumsum(good, dtype=np.int32)[at] - good[at] + 2  # of the first good one from `at` on
+    # Rank of the first good frame from `at` on.
+    rank = np.cumsum(good, dtype=np.int32)[at] - good[at] + 2
     behind = rank + good[at]
     k = np.stack([known[rank - 2], known[rank - 1], known[behind], known[behind + 1]])
     first = at - at % frames
@@ -228,13 +243,13 @@ def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
 class GapGrowth:
     """The σ of predictions over gaps of 1, 3, 5 and 9 frames relative to a gap of 1.
 
-    It is measured on the clip itself, as the error in the middle frame of the same interpolation
-    across wider gaps.
+    The growth is measured on the clip itself, as the error in the middle frame of the same
+    interpolation across wider gaps.
     """
 
     def __init__(self, signals: Array, cubic: Mask) -> None:
-        """Measure the errors; signals: (2, chains, frames); cubic: (2, chains, 1), False for
-        linear.
+        """Measure the errors. `signals` has the shape (2, chains, frames). `cubic` has the shape
+        (2, chains, 1) and is False for linear.
         """
         self._shape, frames = signals.shape[:2], signals.shape[-1]
         self._roots = []
@@ -252,7 +267,9 @@ class GapGrowth:
             self._roots.append(np.sqrt(near, out=near))
 
     def measured(self, good: Mask) -> Array:
-        """Return the growth of σ at the four gaps, ≥ 1, (2, chains, 4), from good frames only."""
+        """Return the growth of σ, at least 1, at the four gaps, (2, chains, 4), from good frames
+        only.
+        """
         frames = good.shape[1]
         out: list[Array] = []
         for n, k in enumerate(_DISTANCES):

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DetectorInfo:
-    """What the program shows about a detector; it is declared in the detector's own file.
+    """The information that the program shows about a detector, declared in the detector's own
+    file.
 
     Parameters
     ----------
@@ -79,11 +80,13 @@ class Analysis(Protocol):
         ...
 
     def strength(self, chain: str) -> Array:
-        """Return the strength of a chain, to which τ is compared, radians ≥ 0, shape (frames,)."""
+        """Return the strength of a chain, to which τ is compared, in radians ≥ 0, shape
+        (frames,).
+        """
         ...
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at threshold τ, radians, by start."""
+        """Return the intervals of a chain at threshold τ, in radians, by start."""
         ...
 
 
@@ -98,5 +101,5 @@ class Detector(Protocol):
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> Analysis:
-        """Analyse a motion as far as possible without τ; tell: callback for the progress."""
+        """Analyse a motion as far as possible without τ. `tell` is called with the progress."""
         ...

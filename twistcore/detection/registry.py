@@ -1,8 +1,8 @@
-"""All detectors: the files in `detectors/`, detectors of packages, and registered detectors.
+"""All detectors from the files in `detectors/`, from packages, and from registration.
 
 Their names come from lists of files and of entry points, so the command line can show them without
-loading any detector or numpy. Everything that a table, a menu or a plot needs to know about a
-detector is in its :class:`DetectorInfo`.
+loading any detector or numpy. Everything that a table, a menu or a plot must show about a detector
+is in its :class:`DetectorInfo`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 
 
 class Detectors(Mapping[str, Detector]):
-    """All detectors by name: first the default, then the program's other ones, then other authors'.
+    """All detectors by name, in the order default, other built-in detectors, other authors'
+    detectors.
 
     A detector is loaded on first use. Access by name raises TwistError if the detector exists but
     cannot be loaded.
@@ -66,7 +67,9 @@ class Detectors(Mapping[str, Detector]):
         return sum(1 for _ in self)
 
     def named(self, name: str) -> Detector:
-        """Return the detector with a name. Raises TwistError, which lists the names, if unknown."""
+        """Return the detector with a name. Raises TwistError, which lists all names, if there is
+        none.
+        """
         try:
             return self[name]
         except KeyError:
@@ -77,8 +80,8 @@ class Detectors(Mapping[str, Detector]):
         """Add a detector, replacing an earlier one with the same name.
 
         Returns the detector in its guarded form: an error in it becomes a TwistError that names it.
-        place: the file and class from which it was loaded. Raises TwistError if it is not a
-        detector.
+        `place` is the file and class from which the detector was loaded. Raises TwistError if it is
+        not a detector.
         """
         if isinstance(detector, GuardedDetector):
             return detector
@@ -118,7 +121,9 @@ class Detectors(Mapping[str, Detector]):
         return tuple(name for name in self if self.usable(name) == name)
 
     def usable(self, name: str) -> str:
-        """Return the name, or the default detector's name if this one is missing or cannot load."""
+        """Return the name, or the default detector's name if this detector is missing or cannot be
+        loaded.
+        """
         try:
             return self[name].info.name
         except (KeyError, TwistError):
@@ -176,7 +181,7 @@ def register(detector: Detector) -> Detector:
 def detector_of_file(place: str) -> Iterator[str]:
     """Register the detector of a Python file, also for new processes, and yield its name.
 
-    place: 'FILE.py:Class'. Raises TwistError if it cannot be loaded.
+    `place` has the form 'FILE.py:Class'. Raises TwistError if it cannot be loaded.
     """
     name = DETECTORS.load(place).info.name
     os.environ[FILE_VARIABLE] = DETECTORS.place(name)

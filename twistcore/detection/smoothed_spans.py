@@ -1,11 +1,11 @@
 """Spans in which a joint lost its fine movement because it was filled in or strongly smoothed.
 
-A capture trembles a little in every frame, and no body moves as evenly as a filter makes it. The
-difference from an even curve over five frames, the fourth difference, is ten to ten thousand times
-smaller where a joint was smoothed. It is also smaller at a lower pace. So a joint is compared with
-itself at times when it moves as fast or more slowly. If there are none, it is compared with its
-slowest frames, and less fine movement is expected at a lower pace. Thus a joint at rest is never
-taken for a smoothed one.
+A captured motion trembles a little in every frame, and no body moves as evenly as a filtered
+motion. The difference from an even curve over five frames, the fourth difference, is ten to ten
+thousand times smaller where a joint was smoothed. The difference is also smaller at a lower pace.
+Therefore, a joint is compared with itself at times when it moves as fast or more slowly. If there
+are none, it is compared with its slowest frames, and less fine movement is expected at a lower
+pace. Thus a joint at rest is never mistaken for a smoothed one.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 class SmoothedSpan:
     """Frames [start, stop) in which a joint was filled in or smoothed.
 
-    times: the factor by which its fine movement is smaller than elsewhere, at least.
+    `times` is the factor by which fine movement is at least reduced compared with the rest of the
+    clip.
     """
 
     joint: int
@@ -70,7 +71,10 @@ def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
 
 
 def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSpan]:
-    """Yield the smoothed spans of a block of joints; width: of the window, in frames."""
+    """Yield the smoothed spans of a block of joints.
+
+    `width` is the length of the window in frames.
+    """
     pace, fine, every = _measured(motion.rotations[:, joints.start : joints.stop], width)
     step = max(1, width // _A_WINDOW)
     pace, fine = pace[::step], fine[::step]
@@ -89,8 +93,8 @@ def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSp
 def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
     """Return the notes about spans, which are sorted by start; overlapping spans share a note.
 
-    Only the first few notes are written out, and the remaining ones are counted. names: the joints'
-    names.
+    Only the first few notes are returned in full, and the others are counted. `names` are the
+    joints' names.
     """
     groups = overlapping(spans)
     said = [_said(group, names) for group in groups[:_MOST]]
@@ -117,7 +121,7 @@ def _said(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
 def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
     """Return log10 of pace and of fine movement in a window, and of fine movement in every frame.
 
-    Each is (frames, joints), of degrees per frame.
+    All arrays have the shape (frames, joints), and are of values in degrees per frame.
     """
     changes = np.diff(continuous(rotations), axis=0)  # half of a turn, in radians
     moved = _mean_around(_squared(changes), width)
@@ -134,7 +138,7 @@ def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
 
 
 def _mean_around(values: Array, width: int) -> Array:
-    """Return the mean of `width` rows around each row; at the ends the outermost row is repeated.
+    """Return the mean of `width` rows around each row, repeating the outermost row at the ends.
 
     Sums of rows are built by doubling. So small sums contain no rounding errors of large ones, and
     scipy, which takes longer to load than the rest of a command, is not needed.
@@ -181,12 +185,14 @@ class _Joint:
     fine: Array
     every: Array
     step: int
-    half: int  # of the window
+    half: int  # half of the window
     others: int  # frames to compare with, at least
     least: int  # frames of a span, at least
 
     def confirmed(self, start: int, stop: int) -> tuple[int, int, float] | None:
-        """Return the borders of a suspected span and the factor by which it is finer, or None."""
+        """Return the borders of a suspected span and the factor by which its movement is finer, or
+        None.
+        """
         reach = -(-self.half // self.step)
         far = np.ones(len(self.pace), dtype=bool)
         far[max(0, start - reach) : stop + reach] = False
@@ -214,7 +220,9 @@ class _Joint:
 
 
 def _quantile(values: Array, share: float) -> Array:
-    """Return the value below which the given fraction of the rows lies; faster than np.quantile."""
+    """Return the value below which the given fraction of the rows lies, faster than np.quantile
+    does.
+    """
     at = round(share * (len(values) - 1))
     row: Array = np.partition(values, at, axis=0)[at]
     return row

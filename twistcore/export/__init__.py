@@ -1,1 +1,1 @@
-"""What the program exports: corrected clips, comparisons, markers and scripts."""
+"""Export corrected clips, comparisons, markers and scripts."""

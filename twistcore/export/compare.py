@@ -12,7 +12,7 @@ from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.work.frozen import dataclass
 
 _SAME = np.radians(1e-9)
-_MOVED = 1e-3  # of the height: ten times the effect of writing angles with two decimals
+_MOVED = 1e-3  # share of the height, ten times the effect of writing angles with two decimals
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,12 @@ class JointDifference:
 class JointMove:
     """The largest change of a joint's position, and the number of frames with a change.
 
-    largest: in the file's unit; of_height: as a fraction of the skeleton's height.
+    Parameters
+    ----------
+    largest
+        In the file's unit.
+    of_height
+        As a fraction of the skeleton's height.
     """
 
     joint: str
@@ -42,8 +47,12 @@ class JointMove:
 class Difference:
     """All differences between two motions, by joint.
 
-    moved: joints whose position changed by more than the file's decimals explain; rest_of_height:
-    the largest change of position among the other joints, as a fraction of the height.
+    Parameters
+    ----------
+    moved
+        Joints whose position changed by more than the file's decimals explain.
+    rest_of_height
+        The largest change of position among the other joints, as a fraction of the height.
     """
 
     joints: tuple[JointDifference, ...]

@@ -11,7 +11,7 @@ from twistcore.analysis.clip_analysis import Detection
 def intervals_to_json(found: Detection, *, explain: bool = False) -> list[dict[str, Any]]:
     """Return one entry per interval.
 
-    explain: True to include the residual and the evidence (docs/formats.md).
+    Set `explain` to True to include the residual and the evidence (docs/formats.md).
     """
     return found.to_rows(explain=explain)
 

@@ -1,6 +1,7 @@
 """Distinguish corrected clips that this program wrote next to their sources from the sources.
 
-Programs without numpy call this for every clip of a folder, so names decide as far as possible.
+Programs without numpy call this for every clip of a folder, so file names are used as far as
+possible.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ _HEAD = 200_000  # bytes: more than any known skeleton needs
 
 
 def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
-    """Return the clips that this program wrote, with the file name of each one's source.
+    """Return the clips that this program wrote, with the file name of the source of each.
 
-    The session that replays it, or its report, names the source. Without these, the default name of
-    exports decides, if the file equals the source up to the motion. A clip whose source is not
-    among the clips of its folder is not an export.
+    The source is named by the session that replays the clip, or by the clip's report. Without
+    these, the default name of exports is used, if the file equals the source up to the motion. A
+    clip whose source is not among the clips of its folder is not an export.
     """
     by_folder: dict[Path, list[str]] = defaultdict(list)
     for path in clips:
@@ -51,7 +52,7 @@ def without_exports(clips: Iterable[Path]) -> list[Path]:
 def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
     """Return the exports of :func:`exports_among` for clips in one folder, by name.
 
-    Only clips with such a document or name are examined.
+    Only clips with a document or a name of an export are examined.
     """
     names, found = frozenset(clips), {}
     try:
@@ -96,7 +97,7 @@ def _read_clip(session: Path, modified: int, size: int) -> str:
 def _documents_of(name: str, stem: str) -> Iterator[str]:
     """Yield the names of documents that may describe an export.
 
-    They begin with the export's full name or, for a BVH, with its stem.
+    Their names begin with the export's full name or, for a BVH, with its stem.
     """
     for suffix in _DOCUMENTS:
         yield name + suffix

@@ -18,11 +18,20 @@ from twistcore.work.progress import Counter, uncounted
 
 @dataclass(frozen=True)
 class FolderDifference:
-    """Two folders compared clip by clip; clips are named by relative path and sorted by name.
+    """The result of comparing two folders, with clips named by relative path and sorted by name.
 
-    only_a, only_b: clips that the other folder does not have; identical: clips with equal bytes;
-    same_motion: clips with other bytes but equal motion; different: clips with another motion;
-    failed: the reasons why clips could not be compared.
+    Parameters
+    ----------
+    only_a, only_b
+        Clips that the other folder does not have.
+    identical
+        Clips with equal bytes.
+    same_motion
+        Clips with other bytes but equal motion.
+    different
+        Clips with another motion.
+    failed
+        The reasons why clips could not be compared.
     """
 
     only_a: tuple[str, ...]
@@ -43,8 +52,8 @@ def compare_folders(
 ) -> FolderDifference:
     """Compare all clips of two folders and their subfolders; TwistError if one of them has no clip.
 
-    counter: called with the number of clips; returns the function that is called with the name of
-    each finished clip.
+    `counter` is called with the number of clips, and returns the function that is called with the
+    name of each finished clip.
     """
     of_a, of_b = clips_by_name(a), clips_by_name(b)
     both = sorted(of_a.keys() & of_b.keys())

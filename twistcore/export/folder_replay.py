@@ -28,7 +28,7 @@ _SCHEMA = "twistcore.applied/1"
 
 @dataclass(frozen=True)
 class SessionClip:
-    """A session and its clip; name: the clip's relative path, with '/' as separator."""
+    """A session and its clip. `name` is the clip's relative path, with '/' as separator."""
 
     session: Path
     clip: Path
@@ -37,10 +37,15 @@ class SessionClip:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Sessions paired with their clips; problems: one sentence for each session without a clip.
+    """Sessions paired with their clips. `problems` has one sentence for each session without a
+    clip.
 
-    older: sessions whose clip has a later session; alone: clips without a session, except exports
-    of other clips.
+    Parameters
+    ----------
+    older
+        Sessions whose clip has a later session.
+    alone
+        Clips without a session, except exports of other clips.
     """
 
     pairs: tuple[SessionClip, ...]
@@ -51,11 +56,20 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replayed:
-    """The result for a clip; sha256: hash of its corrected bytes; new: True if they were not there
-    yet.
+    """The result for a clip.
 
-    applied, repairable: numbers of intervals; jumps: unavoidable jumps of channels; left, beside:
-    sentences returned by :func:`twistcore.export.replay.uncorrected_sentences`.
+    Parameters
+    ----------
+    sha256
+        Hash of the corrected bytes.
+    new
+        True if the file did not exist yet.
+    applied, repairable
+        Number of applied and of repairable intervals.
+    jumps
+        Unavoidable jumps of channels.
+    left, beside
+        Sentences returned by :func:`twistcore.export.replay.uncorrected_sentences`.
     """
 
     sha256: str
@@ -70,10 +84,11 @@ class Replayed:
 def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
     """Pair every session in a folder and its subfolders with the clip for which it was made.
 
-    That is the clip with its name and bytes or, if there is none, one of another name with its
-    bytes. If there are several, the one in the matching subfolder is taken. An export next to its
-    source is taken only if no other clip fits. If a clip has several sessions, the latest is used.
-    Clips in `output` are ignored. Raises TwistError if there is no clip or no session.
+    A session belongs to the clip with the recorded name and bytes or, if there is none, to a clip
+    with another name and these bytes. Of several clips, the one in the matching subfolder is used.
+    An export next to its source is used only if no other clip fits. If a clip has several sessions,
+    the latest is used. Clips in `output` are ignored. Raises TwistError if there is no clip or no
+    session.
     """
     there = clips_by_name(clips)
     if (inside := real_path(output)).is_relative_to(real_path(clips)):
@@ -106,7 +121,7 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
 
 
 class _Clips:
-    """Clips by name and by bytes; the bytes are read only if the names do not decide."""
+    """Clips by name and by bytes; the bytes are read only if names are ambiguous."""
 
     def __init__(self, paths: Mapping[str, Path], exports: Collection[str]) -> None:
         self._paths, self._exports = paths, exports
@@ -153,8 +168,9 @@ class _Clips:
 def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
     """Write a clip corrected by its session, with the same bytes as `apply` on the two files.
 
-    own: SHA-256 by name of the files that this command wrote into the folder. Raises TwistError,
-    with nothing written, if another file is there, and as :func:`twistcore.export.replay.replayed`.
+    `own` has the SHA-256, by name, of the files that this command wrote into the folder. Raises
+    TwistError, without writing anything, if another file exists there, and the errors of
+    :func:`twistcore.export.replay.replayed`.
     """
     replay = replayed(pair.session, pair.clip)
     patch = rewritten(replay.clip, replay.motion)

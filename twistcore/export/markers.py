@@ -29,7 +29,7 @@ def blender_markers(
 ) -> str:
     """Return a Blender script that sets two markers for each interval that is not rejected.
 
-    verdict: function that returns the text for an interval.
+    `verdict` is a function that returns the text for an interval.
     """
     rows = [
         (

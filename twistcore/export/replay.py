@@ -1,4 +1,4 @@
-"""Replay a review on its clip: program and command line give the same motion."""
+"""Replay a review on its clip, with the same result in the program and on the command line."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ def accepted_motion(
 ) -> Motion:
     """Return the motion corrected by the accepted intervals and then tracked, as it is exported.
 
-    chains: chains and, for their flips, limbs; tell: called with the completed share of tracking.
+    `chains` contains chains, and limbs whose flips were accepted. `tell` is called with the
+    completed share of tracking.
     """
     refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
@@ -34,7 +35,7 @@ def accepted_motion(
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """A session applied to its clip: the chains and limbs it names, and the corrected motion."""
+    """A session applied to its clip, with the named chains and limbs and the corrected motion."""
 
     session: Session
     clip: Clip
@@ -53,9 +54,9 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
 def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return sentences about chains that could not be corrected, and about joints moved along.
+    """Return sentences about uncorrectable chains, and sentences about joints that moved along.
 
-    The second list names joints that do not lie on a chain's axis and moved with it.
+    The latter are about joints that are not on a chain's axis and moved with it.
     """
     sentences = chains_left(clip.motion, chains, chosen)
     left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)
@@ -118,7 +119,9 @@ def correctable(
 
 
 def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
-    """Return the clip's chains and limbs by the session's rig; raises as :func:`check_belongs`."""
+    """Return the clip's chains and limbs by the session's rig; raises errors like
+    :func:`check_belongs`.
+    """
     check_bytes(session, clip)
     try:
         chains = session.state.rig.chains(clip.motion)
@@ -139,7 +142,7 @@ def check_bytes(session: Session, clip: Clip) -> None:
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
     """Raise ClipMismatchError unless bytes, chains, frames and tracking of a session fit the clip.
 
-    chains: the chains and limbs of the clip.
+    `chains` are the chains and limbs of the clip.
     """
     check_bytes(session, clip)
     by_name = {chain.name: chain for chain in chains}

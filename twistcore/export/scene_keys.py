@@ -1,10 +1,11 @@
 """Keys for the scene that a clip came from, and reference frames that identify the scene.
 
-The axes of a scene's joints depend on its importer, rig and bind pose. With A the rotation between
-the worlds, G a joint's global rotation in the clip and S in the scene, S = A·G·B with B constant. A
-joint's local rotation in the scene is then PRE·q·POST with q its rotation in the clip, PRE =
-S_above⁻¹·A·G_above and POST = G⁻¹·A⁻¹·S. All of it is measured in the scene in frames without
-corrections; a correction is then the rotation POST⁻¹·q⁻¹·q'·POST, applied last.
+The axes of a scene's joints depend on its importer, rig and bind pose. Let A be the rotation
+between the worlds, and G and S a joint's global rotations in the clip and in the scene. Then S =
+A·G·B, where B is constant. A joint's local rotation in the scene is then PRE·q·POST with q its
+rotation in the clip, PRE = S_above⁻¹·A·G_above and POST = G⁻¹·A⁻¹·S. All of these are measured in
+the scene in frames without corrections. A correction is then the rotation POST⁻¹·q⁻¹·q'·POST,
+applied last.
 """
 
 from __future__ import annotations
@@ -25,11 +26,15 @@ _SAME = 1e-7  # radians: limit for an unchanged global rotation
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A frame with uncorrected joints: their positions and rotations in the clip's axes.
+    """A frame with uncorrected joints, with their positions and rotations in the clip's axes.
 
-    positions: (joints, 3), in the file's length unit; joints: by index, for each joint that gets
-    keys and is uncorrected here, the global rotations of its parent (the identity for a root) and
-    its own, quaternions (w, x, y, z).
+    Attributes
+    ----------
+    positions
+        Shape (joints, 3), in the file's length unit.
+    joints
+        By index, for each joint that gets keys and is uncorrected here, the global rotations of its
+        parent (the identity for a root) and its own, quaternions (w, x, y, z).
     """
 
     frame: int
@@ -39,10 +44,10 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class SceneKeys:
-    """A clip's corrections as keys: for each joint the frames (n,), and q and q', each (n, 4).
+    """A clip's corrections as keys, with the frames (n,), q and q' (n, 4) of each joint.
 
-    unseen: joints corrected in every frame, whose axes in the scene can only be measured before any
-    key is set.
+    `unseen` are the joints corrected in every frame, whose axes in the scene can only be measured
+    before any key is set.
     """
 
     frames: Mapping[int, NDArray[np.intp]]

@@ -1,8 +1,8 @@
 """Write the corrections as a script that sets keys in the scene that the clip came from.
 
-The scene, with its rig, meshes and namespaces, is kept. The script needs no other file: it has
-numbers, arithmetic (plain Python, since not every program includes numpy) and one of three short
-parts that talk to the program.
+The scene is kept with its rig, meshes and namespaces. The script needs no other file. The script
+contains the numbers, the arithmetic (in plain Python, since not every program includes numpy) and
+one of three short parts that control the program.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _IMPORTS = {
     "motionbuilder": "import pyfbsdk as fb",
 }
 PROGRAMS = tuple(_IMPORTS)
-_FITS = 0.01  # of the height: above rounding, below the difference to another pose
+_FITS = 0.01  # share of the height, above rounding and below the difference to another pose
 _TOLERANCE = 0.5  # degrees
 
 _HEADER = '''"""Corrections of {clip}: run this in {program}, in the scene that the clip came from.
@@ -56,10 +56,21 @@ TOLERANCE = {tolerance:g}  # degrees
 class SceneOptions:
     """The scene, and how the clip's frames are placed in it.
 
-    program: one of PROGRAMS; namespace: put before every name with ':', '' removes the clip's own
-    namespace, None keeps the names; take: the take (in Blender the action) that must be active;
-    fps: the scene's frame rate, None for the clip's; start: the scene's frame for frame 0, None for
-    the default of the program's importers; dry_run: True to only report.
+    Parameters
+    ----------
+    program
+        One of PROGRAMS.
+    namespace
+        The prefix of every name, before ':'. '' removes the clip's own namespace, and None keeps
+        the names.
+    take
+        The take (in Blender the action) that must be active.
+    fps
+        The scene's frame rate, None for the clip's.
+    start
+        The scene's frame for frame 0, None for the default of the program's importers.
+    dry_run
+        True to report changes without making them.
     """
 
     program: str
@@ -77,7 +88,8 @@ def scene_script(
     intervals: Iterable[Judged],
     options: SceneOptions,
 ) -> str:
-    """Return the script's text; clip: the file's name; intervals: the intervals it lists.
+    """Return the script's text. `clip` is the file's name, and `intervals` are the intervals that
+    the script lists.
 
     Raises TwistError if nothing is corrected, or if a name does not belong to exactly one joint.
     """
@@ -128,7 +140,7 @@ def _names(names: Sequence[str], namespace: str | None) -> list[str]:
 
 
 def _interval_lines(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
-    """Return the lines that the script prints: the intervals, and the people who accepted them."""
+    """Return the lines with intervals, and the people who accepted them, that the script prints."""
     lines = []
     for judged in intervals:
         i = judged.interval

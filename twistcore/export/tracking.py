@@ -50,10 +50,18 @@ DEMONSTRATION = (
 class Traces:
     """The tracker's values, with one row per step.
 
-    frames: time of each step in frames of the clip, (n,); gains: κP, κD, κA, means over the three
-    axes, (n, joints, 3); parts: sizes of the P, D, bias and acceleration parts, rad/s², (n, joints,
-    4); names: the joints' names. After a forward and a backward pass, gains and parts are the means
-    of the two.
+    After a forward and a backward pass, gains and parts are the means of the two.
+
+    Attributes
+    ----------
+    frames
+        Time of each step in frames of the clip, shape (n,).
+    gains
+        κP, κD, κA, means over the three axes, shape (n, joints, 3).
+    parts
+        Sizes of the P, D, bias and acceleration parts, rad/s², shape (n, joints, 4).
+    names
+        The joints' names.
     """
 
     frames: Array
@@ -64,7 +72,7 @@ class Traces:
 
 @cache
 def weights_mark() -> str:
-    """Return the mark of the shipped networks in sessions: 16 digits of their SHA-256."""
+    """Return the mark of the shipped networks in sessions, which is 16 digits of their SHA-256."""
     return hashlib.sha256(weights_file().read_bytes()).hexdigest()[:16]
 
 
@@ -102,9 +110,9 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
 
 
 def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None) -> Motion:
-    """Return the motion with the joints tracked; T-pose frames at the start stay unchanged.
+    """Return the motion with the joints tracked, except in T-pose frames at the start.
 
-    tell: called with the completed share. Raises TwistError like :func:`check_tracking`.
+    `tell` is called with the completed share. Raises TwistError like :func:`check_tracking`.
     """
     return _tracked(motion, tracking, tell or nobody, keep_steps=False).motion
 
@@ -151,7 +159,8 @@ def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
 
 
 def _gains(tracking: Tracking, dt: float) -> Gains:
-    """Return the review's gains; the gains for the position depend on the frame rate.
+    """Return the gains of the review, in which the gains for the position depend on the frame
+    rate.
 
     If no joint is tracked, the gains for joints have no effect.
     """

@@ -1,1 +1,3 @@
-"""Safe reading and writing of files: file kinds, text encodings, documents, locks and checksums."""
+"""Safe reading and writing of files, with file kinds, text encodings, documents, locks and
+checksums.
+"""

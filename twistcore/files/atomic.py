@@ -1,6 +1,6 @@
-"""Atomic writing: a file is always either the old or the new one, never a part of one.
+"""Write files atomically, so that a file is always either the old or the new one.
 
-Streams and devices cannot be replaced; they are written into.
+Streams and devices cannot be replaced, so data is written into them.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ _REFUSED = {
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write data to a path: all of it or nothing.
+    """Write all of the data to a path, or nothing.
 
     A regular file is replaced: the new bytes are written next to it under a temporary name, fsynced
     and renamed, and the folder is fsynced. Links are followed and kept. The new file has the old
     one's permissions, and its owner and group if this process may change them (root). Without that
-    right the file belongs to the user, as with any program that saves by renaming. Other hard links
-    of the old file keep the old bytes: they may be somebody's backup, and a complete file is worth
-    more than a shared one.
+    permission, the file belongs to the user, as with any program that saves by renaming. Other hard
+    links of the old file keep the old bytes: they may be somebody's backup, and a complete file is
+    worth more than a shared one.
 
     Open descriptors of this process (STANDARD_OUTPUT, /dev/fd/N), FIFOs and character devices are
     written into and not replaced. Opening a FIFO waits for its reader.
@@ -83,7 +83,7 @@ def move_into_place(part: Path, end: Path) -> None:
 
 
 def destination(path: Path) -> Path:
-    """Return the path at the end of all links; the file need not exist.
+    """Return the path at the end of all links, even if the file does not exist.
 
     An open descriptor of this process is not followed, though Linux shows it as a link. Raises
     OSError for a loop of links, and for a folder, a block device or a socket, which can be neither
@@ -135,7 +135,7 @@ def descriptor_number(end: Path) -> int | None:
 
 
 def _descriptor_to_write(path: Path) -> int | None:
-    """Return a descriptor to write into and then close, or None if the file is to be replaced."""
+    """Return a descriptor to write into and then close, or None if the file should be replaced."""
     if not is_stream(path):
         return None
     number = descriptor_number(destination(path))
@@ -205,7 +205,9 @@ def _replacing(end: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_left(part: Path) -> None:
-    """Remove what a killed program left, but never a link, another user's file or one in use."""
+    """Remove files that a killed program left, but no links, files of other users or files in
+    use.
+    """
     try:
         status = part.lstat()
         if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1 or not _is_mine(status):

@@ -1,7 +1,8 @@
-"""Checks of the values in a parsed document, made before any object is built from it.
+"""Check the values in a parsed document before any object is built from it.
 
 A document from elsewhere may contain any value anywhere. Each function returns the expected value
-or raises FormatError with one short sentence: what was expected, where, and what was found.
+or raises FormatError with one short sentence that says what was expected, where, and what was
+found.
 """
 
 from __future__ import annotations
@@ -22,9 +23,10 @@ from twistcore.files.ordinary import open_to_read
 
 MOST_FRAMES = 20_000_000  # in a clip (two days at 115 fps); larger numbers are damaged
 DEGREES = 1e6  # largest angle in both directions; larger ones are damaged
-LARGEST = 1e300  # of any number; real values come nowhere near
-_MOST_DIGITS = 30  # of an integer: longer ones are slow to parse
-_MOST_BYTES = 256_000_000  # of a file: the session of a long clip with dense offsets has 100 MB
+LARGEST = 1e300  # largest number; real values are far smaller
+_MOST_DIGITS = 30  # digits of an integer; longer ones are slow to parse
+# Size of a file; the session of a long clip with dense offsets has 100 MB.
+_MOST_BYTES = 256_000_000
 _MOST_TOML = 1_000_000  # bytes; real files have a few kilobytes
 _MOST_DOTS = 20  # in the keys of a line of TOML: parsing time grows with their square
 _QUOTED = re.compile(r""""(?:[^"\\\n]|\\.)*"|'[^'\n]*'|#[^\n]*""")
@@ -100,13 +102,17 @@ def _no_number(word: str) -> float:
 
 
 def shown_value(value: object) -> str:
-    """Return a value for use in a message: short, on one line, unprintable characters escaped."""
+    """Return a value for a message, shortened, on one line, and with unprintable characters
+    escaped.
+    """
     shown = _SHOWN.repr(value)
     return shown if len(shown) <= 2 * _HALF else f"{shown[:_HALF]}…{shown[-_HALF:]}"
 
 
 def shown_words(said: object) -> str:
-    """Return another program's message, which may quote the document, short and printable."""
+    """Return another program's message, which may quote the document, in a short and printable
+    form.
+    """
     words = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(said)[:200])
     return words if len(str(said)) <= 200 else f"{words}…"
 
@@ -211,7 +217,7 @@ def texts(value: Any, what: str) -> tuple[str, ...]:
 
 
 def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
-    """Apply `read` to every item of a list; an error says which item is wrong, by its number."""
+    """Apply `read` to every item of a list; an error gives the number of the wrong item."""
     found = []
     for k, one in enumerate(items(value, what), start=1):
         with saying(f"{what}, number {k}"):
@@ -220,7 +226,7 @@ def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Va
 
 
 def frames(entry: Mapping[str, Any], last: int = MOST_FRAMES) -> tuple[int, int]:
-    """Return `start` and `stop` of an entry: a half-open span, not empty and at most up to
+    """Return `start` and `stop` of an entry, a half-open span that is not empty and ends by
     `last`.
     """
     start = whole(entry["start"], "start", 0, last - 1)

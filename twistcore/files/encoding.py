@@ -48,8 +48,8 @@ def unescaped(text: str) -> str:
 def legible(text: object, *, lines: bool = False, most: int = 0) -> str:
     r"""Return a text with all control characters escaped, such as `\x1b`.
 
-    lines: True to keep line ends and tabs; most: number of characters to keep, with '…' added if
-    there are more, 0 for all.
+    Set `lines` to True to keep line ends and tabs. `most` is the number of characters to keep
+    before '…', or 0 to keep all.
     """
     obeyed, whole = _OBEYED_IN_LINES if lines else _OBEYED, str(text)
     part = f"{whole[:most]}…" if 0 < most < len(whole) else whole

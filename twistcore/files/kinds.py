@@ -15,9 +15,7 @@ _SOLVE = "markers have no joints: solve them onto a skeleton first and export th
 
 
 class FileKind(NamedTuple):
-    """A kind of file: its name in `words` ('an FBX file (binary)') and `advice`, '' if there is
-    none.
-    """
+    """A kind of file, with its name in `words` ('an FBX file (binary)') and an `advice` or ''."""
 
     words: str
     advice: str = ""
@@ -92,9 +90,10 @@ def kind_of(head: bytes) -> FileKind | None:
 
 
 def found_instead(head: bytes, *expected: FileKind) -> str | None:
-    """Return 'expected a BVH file, but this is a PNG picture'; None for expected or unknown kinds.
+    """Return a message such as 'expected a BVH file, but this is a PNG picture', or None.
 
-    expected: the kinds that the reader accepts; the message names the first of them.
+    `expected` are the kinds that the reader accepts. The message names the first of them. The
+    result is None for an expected or unknown kind.
     """
     kind = kind_of(head)
     if kind is None or kind in expected:
@@ -125,7 +124,9 @@ def _film(head: bytes) -> FileKind | None:
 
 
 def _c3d(head: bytes) -> FileKind | None:
-    """Recognise a C3D: byte 2 is 0x50, and byte 1 the number of the parameter block, usually 2."""
+    """Recognise a C3D, in which byte 2 is 0x50, and byte 1 is the parameter block's number, usually
+    2.
+    """
     if len(head) > 2 and head[1] == 0x50 and 2 <= head[0] < 0x20:
         return FileKind("a C3D file of markers", _SOLVE)
     return None

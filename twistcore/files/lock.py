@@ -1,4 +1,4 @@
-"""Operating system locks on open files; a lock ends with the program that has it."""
+"""Operating system locks on open files; a lock ends when the program that holds it ends."""
 
 from __future__ import annotations
 

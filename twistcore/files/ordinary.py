@@ -1,4 +1,4 @@
-"""Reading of regular files only, never of anything that would block or has no end."""
+"""Read regular files only, and nothing that would block or has no end."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def open_to_read(path: Path | str) -> BufferedReader:
     """Open a file for reading; raises OSError also for a FIFO, a socket or a device.
 
     Descriptors that this process inherited (/dev/stdin, /dev/fd/N, and therefore a shell's `<(…)`)
-    may have any type, since there is somebody at the other end.
+    may have any type, since another program is at the other end.
     """
     path = Path(path)
     if _was_given(path):
@@ -68,8 +68,8 @@ def is_file(path: Path | str) -> bool:
 def own_folder(find: Callable[[], Path]) -> Path:
     """Return one of the user's folders or, without a home, a path where nothing can be created.
 
-    find: a function of platformdirs. Without a home it raises, or in older versions returns a path
-    that begins with '~', which would be created in the current folder.
+    `find` is a function of platformdirs. Without a home it raises, or in older versions returns a
+    path that begins with '~', which would be created in the current folder.
     """
     with suppress(RuntimeError):
         if (folder := find()).is_absolute():
@@ -80,7 +80,8 @@ def own_folder(find: Callable[[], Path]) -> Path:
 def real_path(path: Path) -> Path:
     """Return the absolute path without links, as far as links can be resolved.
 
-    `Path.resolve` raises for a loop of links; here the path of such a link itself is returned.
+    `Path.resolve` raises an error for a loop of links, but here the path of such a link is
+    returned.
     """
     return Path(os.path.realpath(path))
 

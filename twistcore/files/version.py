@@ -1,3 +1,3 @@
-"""The version of both packages; pyproject.toml reads it."""
+"""The version of both packages, which pyproject.toml reads."""
 
 __version__ = "0.3.0"

@@ -20,7 +20,12 @@ _PRINTED = frozenset(b"\t\n\r") | frozenset(range(32, 127))
 class WideText:
     """A file's text as UTF-8, including its byte order mark, with the data to write it back.
 
-    codec: 'utf-16-le' or similar; rest: bytes at the end that do not form a whole character.
+    Attributes
+    ----------
+    codec
+        'utf-16-le' or similar.
+    rest
+        Bytes at the end that do not form a whole character.
     """
 
     text: bytes = field(repr=False)
@@ -33,7 +38,7 @@ class WideText:
         return self.codec[:6].upper()
 
     def encoded(self, text: bytes) -> bytes:
-        """Encode a changed text as the file was encoded, the reverse of :func:`wide_text`."""
+        """Encode a changed text in the file's encoding, the reverse of :func:`wide_text`."""
         return text.decode("utf-8", "surrogatepass").encode(self.codec, "surrogatepass") + self.rest
 
 

@@ -1,4 +1,4 @@
-"""File formats of clips: one way to read all of them, and a folder for each format."""
+"""File formats of clips, with one function that reads all of them and a folder for each format."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""A clip as read from a file: its bytes, its motion, and the way its numbers are rewritten."""
+"""A clip as read from a file, with its bytes, its motion, and the way its numbers are rewritten."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ _JOINTS_A_NUMBER = 2  # the limit for larger files; a figure has nearly three nu
 
 @dataclass(frozen=True)
 class ClipWarning:
-    """An assumption made while reading: a sentence, and its line in the file (from 1) if known."""
+    """An assumption made while reading, as a sentence with its line in the file (from 1) if
+    known.
+    """
 
     text: str
     line: int | None = None
@@ -38,7 +40,9 @@ class ClipWarning:
 
 
 def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
-    """Return the first warnings and how many were left out, since a damaged file has thousands."""
+    """Return the first warnings and the number of the others, since a damaged file has
+    thousands.
+    """
     if (left := len(warnings) - _WARNINGS) <= 1:
         return list(warnings)
     return [*warnings[:_WARNINGS], ClipWarning(f"{left} more warnings are not shown.")]
@@ -62,8 +66,15 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
 class ChannelJump:
     """A step of more than 180° in a written channel that no equivalent angles could avoid.
 
-    frame: the later frame of the step; channel: its name, such as 'Zrotation'. The pose is right in
-    every frame; only a program that interpolates the channels between frames shows a spin.
+    The pose is right in every frame, but a program that interpolates the channels between frames
+    shows a spin.
+
+    Parameters
+    ----------
+    frame
+        The later frame of the step.
+    channel
+        Its name, such as 'Zrotation'.
     """
 
     joint: str
@@ -148,7 +159,7 @@ class Clip(ABC):
 
     @property
     def duration(self) -> float:
-        """Duration in seconds: the number of frames times the frame time."""
+        """Duration in seconds, which is the number of frames times the frame time."""
         return self.frames * self.frame_time
 
     @property
@@ -159,7 +170,7 @@ class Clip(ABC):
     @property
     @abstractmethod
     def columns(self) -> int:
-        """Number of motion values in a frame."""
+        """The number of motion values in a frame."""
 
     @cached_property
     def motion(self) -> Motion:
@@ -184,7 +195,7 @@ class Clip(ABC):
 
     @abstractmethod
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and angles, radians, (frames, 3); None without three
+        """Return a joint's Euler order and angles, in radians, (frames, 3); None without three
         channels.
 
         The axes are those of :meth:`as_written`.
@@ -201,8 +212,8 @@ class Clip(ABC):
     ) -> Patch:
         """Return the bytes with the rotations at `changed` (frames, joints) taken from `motion`.
 
-        positions: also write the positions that differ. All other bytes are kept. Raises ValueError
-        for a joint that the file's channels cannot turn about three axes.
+        If `positions` is True, also write the positions that differ. All other bytes are kept.
+        Raises ValueError for a joint that the file's channels cannot turn about three axes.
         """
 
 

@@ -19,9 +19,9 @@ def clips_in(
 ) -> list[Path]:
     """Return the clips of a folder, sorted; none if it is not a folder or cannot be read.
 
-    below: True to include subfolders; suffixes: suffixes of clips, in upper or lower case. A broken
-    link counts as a clip, so that reading it reports the error. Folders and devices do not count,
-    even with a clip's name, nor does an .npz with other data.
+    Set `below` to True to include subfolders. `suffixes` are the suffixes of clips, in upper or
+    lower case. A broken link is included, so that reading it reports the error. Folders and devices
+    are not included, even with a clip's name, and neither is an .npz with other data.
     """
     if not folder.is_dir():
         return []

@@ -22,7 +22,8 @@ def is_clip(path: str | Path) -> bool:
 
 
 def own_name(path: str | Path) -> str:
-    """Return the beginning of the names of files that belong to a clip, unique in its folder.
+    """Return a prefix for the names of files that belong to a clip, which is unique in its
+    folder.
 
     For a BVH this is the name without its suffix; for another format it is the whole name, since a
     BVH may be in the same folder: 05_05.bvh has 05_05.twist.json, 05_05.amc has
@@ -51,7 +52,7 @@ def _named(function: str) -> Callable[..., Any]:
 
 
 def is_other_data(path: str | Path) -> bool:
-    """True if a file with a clip's name has no motion: for example an .npz with a body's shape.
+    """True if a file with a clip's name has no motion, such as an .npz with a body's shape.
 
     Only the archive's directory or the pickle's beginning is read. The result is False for a
     damaged archive, so that reading it reports the error, and for a device, which might block

@@ -89,7 +89,7 @@ def other_format(name: PurePath | str) -> str:
 def not_written(name: PurePath | str, endings: str) -> str:
     """Return a message for a file name with the suffix of an unsupported format, or ''.
 
-    endings: the expected suffixes, such as '.bvh'.
+    `endings` are the expected suffixes, such as '.bvh'.
     """
     kind = other_format(name)
     return kind and (

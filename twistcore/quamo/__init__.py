@@ -1,6 +1,7 @@
-"""QuaMo: optional quaternion tracking of noisy motion [Le26], run after the review of twist errors.
+"""QuaMo, the optional quaternion tracking of noisy motion [Le26] after the review of twist
+errors.
 
-It runs causally, frame by frame (`Tracker`, `track`), or without lag over a whole clip
+The tracker runs causally, frame by frame (`Tracker`, `track`), or without lag over a whole clip
 (`track_both_ways`).
 """
 

@@ -1,18 +1,18 @@
 """Track a whole clip forward and backward in time, without lag but not causally.
 
-A joint that turns steadily lies 2κD/κP − Δt behind its reference in a forward pass, and as far
-ahead of it in a backward pass, from the end of the clip to its beginning. So both passes run, and
-the result is halfway between them:
+A joint that turns steadily is 2κD/κP − Δt behind its reference in a forward pass, and equally far
+ahead of it in a backward pass from the end of the clip to its beginning. Therefore, both passes are
+run, and the result is halfway between them:
 
     q(t) = (a + s b) / |a + s b|,  s = ±1 so that s a·b ≥ 0;   r(t) = ½ (r_a + r_b)
 
-with a the tracker of the reference q̂(0 … T) and b, read backwards, the tracker of q̂(T … 0); the
-rotations themselves stay as they are, only their order is reversed. The quotient lies halfway
-along the shorter arc, for either sign of the quaternions. In linear terms the gain of a pass, H(f),
-becomes its real part: every frequency keeps its phase, the lag is 0, and the overshoot of a pass at
-a step is halved. It would vanish with κD = √(2κP), but that distorts slow motion as well, since
-Re H = 1 − O(f⁴) requires κD = √(κP/2), both for small Δt. Reversing the clip reverses
-the result, bit for bit except for the sign of a quaternion.
+Here a is the tracker of the reference q̂(0 … T), and b, read backwards, is the tracker of q̂(T …
+0). Only the order of the rotations is reversed, not the rotations themselves. The quotient is
+halfway along the shorter arc, for either sign of the quaternions. In linear terms the gain of a
+pass, H(f), becomes its real part: every frequency keeps its phase, the lag is 0, and the overshoot
+of a pass at a step is halved. The overshoot would vanish with κD = √(2κP), but that distorts slow
+motion as well, since Re H = 1 − O(f⁴) requires κD = √(κP/2), both for small Δt. Reversing the clip
+reverses the result, bit for bit except for the sign of a quaternion.
 """
 
 from __future__ import annotations
@@ -41,12 +41,13 @@ def track_both_ways(
 ) -> TrackResult:
     """Return the motion halfway between a forward and a backward pass, frame by frame.
 
-    q̂ (frames, …, joints, 4), r̂ (frames, …, 3) as for :func:`track`, which steps both directions
-    at once. The quaternions are in the hemisphere of the forward pass. In the result, snapped: True
-    for joints that were set onto the reference in either pass; apart: True for joints whose
-    rotations in the two passes differ by more than 90°; steps: the forward steps; steps_back: the
-    backward steps, in the order of the frames. The first of `steps` and the last of `steps_back`
-    are the starting states of the two passes.
+    q̂ (frames, …, joints, 4) and r̂ (frames, …, 3) are as for :func:`track`, which steps both
+    directions at once. The quaternions are in the hemisphere of the forward pass.
+
+    In the result, `snapped` is True for joints that were set onto the reference in either pass, and
+    `apart` is True for joints whose rotations in the two passes differ by more than 90°. `steps`
+    are the forward steps, and `steps_back` are the backward steps, in the order of the frames. The
+    first of `steps` and the last of `steps_back` are the starting states of the two passes.
     """
     q_two, r_two = np.stack([q_hat, q_hat[::-1]], 1), np.stack([r_hat, r_hat[::-1]], 1)
     found = track(

@@ -1,9 +1,9 @@
 """ControlNet and InitNet in plain numpy [Le26 §3.1, supplement A].
 
 Each network has two layers (linear, LayerNorm, LeakyReLU) and one linear head. A linear path from
-the inputs to the bias holds the joints that hardly turn. All inputs are relative: poses to the
-parent, errors and velocities to the body's heading; no input is a position in the room.
-Gains are per axis, for 24 joints and the root's position.
+the inputs to the bias keeps joints still that hardly turn. Poses are relative to the parent, and
+errors and velocities are relative to the body's heading. No input is a position in the room. There
+are separate gains for each axis of the 24 joints and of the root's position.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ Float32 = NDArray[np.float32]
 KP, KD, KA, BIAS = 1000.0, 30.0, 1000.0, 25.0
 ROOT_KP, ROOT_KD, ROOT_BIAS = 400.0, 30.0, 10.0
 ERROR_SCALE, OMEGA_SCALE = 5.0, 0.3  # scales the inputs to about 1
-SLOPE = 0.01  # of LeakyReLU below 0
-EPSILON = 1e-5  # of LayerNorm
+SLOPE = 0.01  # slope of LeakyReLU below 0
+EPSILON = 1e-5  # ε of LayerNorm
 START_SCALE = 0.1  # radians and metres by which InitNet may move the start, times its output
 
 _VECTOR = 3 * JOINTS
@@ -60,9 +60,11 @@ VARIANTS = {
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A network: its weights by name (float32) and the variant, one of VARIANTS, it was trained as.
+    """A network, with its weights by name (float32) and the variant (one of VARIANTS) that was
+    trained.
 
-    note: one line about the weights' origin (data, seed, epochs), stored in the file.
+    `note` is a line about the origin of the weights (data, seed, epochs), which is stored in the
+    file.
     """
 
     weights: Mapping[str, Float32]
@@ -80,7 +82,9 @@ class Network:
         return len(self.weights["control.b1"])
 
     def started(self, q_hat: Array, r_hat: Array) -> NetworkController:
-        """Return a controller for a clip; q_hat, r_hat: the clip's first one or two references."""
+        """Return a controller for a clip. `q_hat` and `r_hat` are the clip's first one or two
+        references.
+        """
         return NetworkController(self, q_hat[:2], r_hat[:2])
 
 
@@ -179,8 +183,8 @@ def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gain
 def pose_inputs(q: Array) -> Array:
     """Return vec(±q) of the 23 joints below the root, (…, 24, 4) -> (…, 69).
 
-    The root's tilt is left out: what the network learns from it is wrong for people who bend and
-    lie differently from the training subjects.
+    The root's tilt is left out, because the network would learn something from it that is wrong for
+    people who bend and lie differently from the training subjects.
     """
     return _flat(short_vector(q[..., 1:, :]))
 
@@ -194,7 +198,9 @@ def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
 
 
 def root_heading(root: Array) -> tuple[Array, Array]:
-    """Return (cos ψ, sin ψ) of the heading: the root's z axis projected onto the ground."""
+    """Return (cos ψ, sin ψ) of the heading, which is the root's z axis projected onto the
+    ground.
+    """
     w, x, y, z = (root[..., i] for i in range(4))
     sideways, ahead = 2 * (x * z + w * y), 1 - 2 * (x * x + y * y)
     length = np.maximum(np.hypot(sideways, ahead), 1e-6)
@@ -286,7 +292,7 @@ def untrained(width: int, init_width: int, rng: np.random.Generator, variant: st
 
 
 def write_network(network: Network, path: Path) -> None:
-    """Write the weights as float16, atomically; the same network always gives the same bytes."""
+    """Write the weights as float16, atomically, and with the same bytes for the same network."""
     buffer = io.BytesIO()
     arrays = {name: values.astype(np.float16) for name, values in network.weights.items()}
     arrays["variant"] = np.array(network.variant)

@@ -1,4 +1,6 @@
-"""Split a clip at its cuts into captures: a method that looks ahead must not look across a cut."""
+"""Split a clip at its cuts into captures, because a method that looks ahead must not look across
+cuts.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +16,8 @@ from twistcore.skeleton.motion import Motion
 def cuts_behind(motion: Motion, first: int) -> NDArray[np.int64]:
     """Return the frames after `first` at which a new capture begins, ascending.
 
-    These are the cuts from :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, and the first
-    frame of a rest pose at the end.
+    The frames are the cuts from :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, and the
+    first frame of a rest pose at the end.
     """
     return first + 1 + np.flatnonzero(find_cuts(motion)[first + 1 :])
 
@@ -23,7 +25,8 @@ def cuts_behind(motion: Motion, first: int) -> NDArray[np.int64]:
 def pieces(motion: Motion, first: int) -> tuple[tuple[int, int], ...]:
     """Return the captures [start, stop) in order, from frame `first` on; usually there is only one.
 
-    A single frame next to a cut is not a capture, nor is a rest pose held until the clip's end.
+    A single frame next to a cut is not a capture, and neither is a rest pose held until the clip's
+    end.
     """
     borders = [first, *cuts_behind(motion, first).tolist(), motion.frames]
     found = list(pairwise(borders))

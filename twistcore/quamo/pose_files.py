@@ -1,4 +1,6 @@
-"""Read pose files as named arrays: .npz files, and pickles without executing their code."""
+"""Read pose files as named arrays, from .npz files, and from pickles without executing their
+code.
+"""
 
 from __future__ import annotations
 
@@ -34,12 +36,12 @@ class PosesError(TwistError):
 
 
 def holds_poses(path: Path) -> bool:
-    """True if the file's name has a suffix of pose files; any other file is read as a BVH."""
+    """True if the file's name has a suffix of pose files; all other files are read as BVH."""
     return path.suffix.lower() in SUFFIXES
 
 
 def read_names(path: Path) -> dict[Any, Any]:
-    """Return a file's contents by name: arrays, dicts, lists, strings, numbers.
+    """Return a file's contents by name, as arrays, dicts, lists, strings and numbers.
 
     Pickles, also those of dicts inside an .npz, are read without running code
     (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Raises PosesError, OSError.
@@ -69,7 +71,7 @@ def read_names(path: Path) -> dict[Any, Any]:
 
 
 def described(value: Any) -> str:
-    """Describe a value briefly: the shape of an array, the contents of a dict or list."""
+    """Describe a value briefly, by the shape of an array or the contents of a dict or list."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype} {value.shape}"
     if isinstance(value, dict):

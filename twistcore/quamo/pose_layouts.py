@@ -43,10 +43,20 @@ _PERSONS = 10_000
 class Poses:
     """One person's poses in the file's own axes, one row per video frame.
 
-    rotations: rotations of the 24 joints relative to SMPL's rest pose, (frames, 24, 4); places: the
-    root's positions, metres, (frames, 3); up: the layout's up axis ('y', 'z', '-y'), None if
-    unknown; rate: frames per second or None; offsets: rest offsets in the file, (24, 3) metres, or
-    None; notes: one sentence for each assumption and each part that was left out.
+    Attributes
+    ----------
+    rotations
+        Rotations of the 24 joints relative to SMPL's rest pose, shape (frames, 24, 4).
+    places
+        The root's positions, metres, shape (frames, 3).
+    up
+        The layout's up axis ('y', 'z', '-y'), None if unknown.
+    rate
+        Frames per second or None.
+    offsets
+        Rest offsets in the file, (24, 3) metres, or None.
+    notes
+        One sentence for each assumption and each part that was left out.
     """
 
     rotations: Array
@@ -60,8 +70,9 @@ class Poses:
 def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
     """Return the poses of one person in a file.
 
-    person: the person's number in the file, required if there are several people. Missing frames
-    are filled by slerp between their neighbours, and a note reports this. Raises PosesError.
+    `person` is the person's number in the file, which is required if there are several people.
+    Missing frames are filled by slerp between their neighbours, and a note reports this. Raises
+    PosesError.
     """
     persons = _persons(path, names)
     if None in persons:
@@ -86,8 +97,8 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
 def _persons(path: Path, names: Names, *, inside: bool = False) -> dict[Any, Names]:
     """Return each person's arrays by the person's number; the key is None if there is no number.
 
-    inside: True for the contents of a dict in the file's dict. At most one such dict is opened,
-    since a dict in a pickle may contain itself.
+    `inside` is True for the contents of a dict within the file's dict. At most one such dict is
+    opened, since a dict in a pickle may contain itself.
     """
     if not inside and isinstance(held := names.get("outputs"), dict):
         return _persons(path, held, inside=True)
@@ -114,10 +125,10 @@ def _is_layout(names: Names) -> bool:
 
 
 def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
-    """Split arrays into persons along the first axis, which the root's position must then have too.
+    """Split arrays into persons along the first axis, which the root's position must also have.
 
-    A second axis of length 1 is a single frame of each person if the whole-body poses have it too,
-    since no body has only one joint; if they do not, it is ignored.
+    A second axis of length 1 means a single frame of each person if the whole-body poses have it
+    too, since no body has only one joint. If they do not have it, it is ignored.
     """
     place = names.get(_first(names, _PLACE) or "")
     if not isinstance(place, np.ndarray) or place.ndim != 3:
@@ -175,7 +186,7 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
 def _by_frames(names: Names) -> dict[Any, Names]:
     """Split a list with one entry per frame into persons.
 
-    A person gets only the frames in which the person was seen, not repeated last poses.
+    A person gets only the frames in which the person was seen, without repeated last poses.
     """
     out: dict[Any, Names] = {}
     for k, frame in enumerate(names.values()):
@@ -201,7 +212,7 @@ def _shape(found: Any) -> tuple[int, ...]:
 
 
 def _frames(names: Names) -> int:
-    """Return the number of a person's frames, to be shown in a message."""
+    """Return the number of a person's frames, for a message."""
     shapes = [_shape(names[n]) for n in ("trans_world", *_PLACE) if n in names]
     return shapes[0][0] if shapes and shapes[0] else 0
 
@@ -293,7 +304,7 @@ def _first(names: Names, wanted: tuple[str, ...]) -> str | None:
 
 
 def _numbers(path: Path, names: Names, name: str) -> Array:
-    """Return the named array as float64; a list of arrays of one shape is stacked."""
+    """Return the named array as float64, stacking a list of arrays of one shape."""
     found = names.get(name)
     if found is None:
         raise PosesError(f"{path}: expected the array {name!r}, found {described(names)}")

@@ -19,11 +19,18 @@ def pose_rotations(
 ) -> Array:
     """Return unit quaternions (frames, joints, 4) from axis-angle vectors (radians) or matrices.
 
-    values: axis-angle vectors (frames, 3 joints) or (frames, joints, 3), or matrices
-    (frames, 9 joints), (frames, joints, 3, 3) or, for one joint, (frames, 3, 3); counts: the
-    allowed numbers of joints; notes: a list that gets a sentence if matrices differ from exact
-    rotations by up to 0.001. Raises PosesError if the shape is different, a number is not finite,
-    or a matrix is not a rotation.
+    Raises PosesError if the shape is different, a number is not finite, or a matrix is not a
+    rotation.
+
+    Parameters
+    ----------
+    values
+        Axis-angle vectors (frames, 3 joints) or (frames, joints, 3), or matrices (frames, 9
+        joints), (frames, joints, 3, 3) or, for one joint, shape (frames, 3, 3).
+    counts
+        The allowed numbers of joints.
+    notes
+        A list that gets a sentence if matrices differ from exact rotations by up to 0.001.
     """
     frames = len(values) if values.ndim else 0
     tail = values.shape[1:]

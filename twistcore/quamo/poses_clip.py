@@ -37,10 +37,19 @@ def read_poses(
     Bone lengths come from a BVH `template` with the 24 joints, whose rest pose may differ from
     SMPL's (`rest_pose`), or from an array `offsets` (24, 3) in metres in the file. If the file has
     `offsets`, they also define the rest pose and the root's rest position, even with a template.
-    unit: metres in one unit of the template, by default CMU's. up: the axis that points up in the
-    file, 'y', 'z' or '-y'; None: the layout's axis, or the one along which the figure is upright.
-    person: the person's number if there are several people. fps: the frame rate to use instead of
-    the file's. The clip's warnings list all assumptions. Raises PosesError, BvhError, OSError.
+    The clip's warnings list all assumptions. Raises PosesError, BvhError, OSError.
+
+    Parameters
+    ----------
+    unit
+        Metres in one unit of the template, by default CMU's.
+    up
+        The axis that points up in the file, 'y', 'z' or '-y'. By default, it is the layout's axis
+        or the axis along which the figure is upright.
+    person
+        The person's number if there are several people.
+    fps
+        The frame rate to use instead of the file's.
     """
     poses = find_poses(path, read_names(path), person)
     rate = poses.rate if fps is None else fps

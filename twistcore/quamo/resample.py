@@ -21,8 +21,8 @@ def sample_times(frames: int, dt: float) -> Array:
 def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
     """Interpolate rotations (frames, joints, 4) by slerp and positions (frames, 3) linearly.
 
-    times: times of the samples, in frames. A sample uses no frame later than the first frame at or
-    after it.
+    `times` are the times of the samples, in frames. A sample uses no frame later than the first
+    frame at or after it.
     """
     before, after, share = _neighbours(times, len(q))
     turned = slerp(q[before], q[after], np.broadcast_to(share[:, None], q[before].shape[:-1]))

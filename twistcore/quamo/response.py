@@ -13,10 +13,10 @@ _FRAMES = 200
 
 
 def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
-    """Return the lags behind a steady motion, in seconds: of a joint, and of the root's position.
+    """Return the lags of a joint and of the root's position behind a steady motion, in seconds.
 
     A joint lags by 2κD/κP − Δt, since the error of a rotation is sin(θ/2), and the root's position
-    by κD/κP − Δt. The largest lag is returned if gains differ; it is infinite if κP is 0.
+    by κD/κP − Δt. If gains differ, the largest lag is returned. The lag is infinite if κP is 0.
     """
     with np.errstate(divide="ignore"):
         joint = 2.0 * np.divide(gains.kd, gains.kp) - dt
@@ -25,7 +25,7 @@ def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
 
 
 def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
-    """Return the overshoots of a causal pass at a step, as fractions of the step: joint, root.
+    """Return the overshoots of a joint and of the root at a step in a causal pass, as fractions.
 
     The joint makes a step of 30°. Gains must be numbers, the same for every joint. Raises
     UnstableGainsError if they diverge.
@@ -39,9 +39,11 @@ def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
 
 
 def response_words(name: str, late: float, over: float) -> str:
-    """Describe how a causal pass follows `name`; late: the lag in seconds, over: the overshoot.
+    """Describe how a causal pass follows `name`. `late` is the lag in seconds, and `over` is the
+    overshoot.
 
-    A pass at a few frames per second runs ahead of a steady motion; with κP = 0 it does not follow.
+    A pass at a few frames per second runs ahead of a steady motion. With κP = 0, it does not
+    follow.
     """
     if not np.isfinite(late):
         return f"{name} does not follow, because κP is 0"

@@ -1,15 +1,15 @@
 """Transfer poses relative to SMPL's rest pose to a skeleton with a different rest pose.
 
-A joint's rotation in SMPL says where its bones point from where they point in a T-pose: y up, the
-figure facing z, its left at +x, legs straight down, arms level. On a skeleton whose legs are apart
-or whose arms hang, the same numbers point the bones in other directions. With A the rotation that
-carries a joint's bones from the skeleton's rest into SMPL's (A d = d_SMPL), the joint's world
-rotation G becomes G A, which puts the bone where SMPL has it, G A d = G d_SMPL; so the local
+In SMPL, a joint's rotation turns its bones from their direction in a T-pose: y up, the figure
+facing z, its left at +x, legs straight down, arms level. On a skeleton whose legs are apart or
+whose arms hang, the same numbers point the bones in other directions. Let A be the rotation that
+carries a joint's bones from the skeleton's rest pose into SMPL's (A d = d_SMPL). The joint's world
+rotation G then becomes G A, which puts the bone where SMPL has it, G A d = G d_SMPL, so the local
 rotation q becomes A_parent⁻¹ q A.
 
 The roll of a bone in a rest pose is unknown, since offsets have no roll. A is the smallest turn,
 which changes a limb's roll no more than lifting the limb sideways does. The directions of SMPL's
-own bones differ from the axes by some degrees from body to body: a limb within that angle of its
+own bones differ from the axes by some degrees from body to body, so a limb within that angle of its
 axis is not turned.
 """
 
@@ -46,14 +46,19 @@ _LIMBS = (
 )  # fmt: skip
 _HIPS, _CHEST, _HEAD = (1, 2), 9, 15
 _ASKEW = 30.0  # degrees between the body's own axes and those of the file
-_SHORT = 1e-6  # of the body's size: too short to have a direction
+_SHORT = 1e-6  # share of the body's size that is too short to have a direction
 
 
 @dataclass(frozen=True, eq=False)
 class RestChange:
     """The rotations from a skeleton's rest pose into SMPL's rest pose.
 
-    turns: unit quaternions A, (24, 4); notes: one sentence for each turned part of the body.
+    Attributes
+    ----------
+    turns
+        Unit quaternions A, shape (24, 4).
+    notes
+        One sentence for each turned part of the body.
     """
 
     turns: Array
@@ -71,10 +76,11 @@ class RestChange:
 def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
     """Return how the rest pose of 24 joints with offsets (24, 3) differs from SMPL's.
 
-    rest: SMPL's own offsets for this body, (24, 3), if available. The limbs are then turned onto
-    these, even by small angles; without them, onto the axes of the T-pose. The trunk keeps its
-    shape: hips, spine and collars, where several bones meet at one joint, turn with the whole body
-    by quarter turns. Raises TwistError if the quarter turns are ambiguous.
+    `rest` are SMPL's own offsets for this body, shape (24, 3), if available. The limbs are then
+    turned onto these offsets, even by small angles. Without them, the limbs are turned onto the
+    axes of the T-pose. The trunk keeps its shape. Hips, spine and collars, where several bones meet
+    at one joint, turn with the whole body by quarter turns. Raises TwistError if the quarter turns
+    are ambiguous.
     """
     body = _body(offsets)
     directions = rotate(body, offsets)
@@ -172,7 +178,7 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _shortest(a: Array, b: Array) -> Array:
-    """Return the smallest rotation from unit vector a to b, (4,); they must not be opposite."""
+    """Return the smallest rotation from unit vector a to b, (4,), which must not be opposite."""
     axis = np.cross(a, b)
     size = float(np.linalg.norm(axis))
     if size == 0.0:

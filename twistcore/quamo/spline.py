@@ -1,17 +1,18 @@
-"""Smooth a whole clip with a discrete smoothing spline; no tracker is needed offline.
+"""Smooth a whole clip offline with a discrete smoothing spline instead of a tracker.
 
 Each curve y(t) over n frames is replaced by the x(t) that minimises
 
     Σ |x(t) − y(t)|² + λ Σ |x(t−1) − 2x(t) + x(t+1)|²,   λ = (2 sin πfΔt)⁻⁴   [Whittaker 1923]
 
 so that a sine of f Hz, the cut-off, keeps half of its amplitude and slower ones keep more, all
-without a shift in time: the gain is 1/(1 + λ (2 sin πf'Δt)⁴), as with a second-order Butterworth
+without a shift in time. The gain is 1/(1 + λ (2 sin πf'Δt)⁴), as with a second-order Butterworth
 filter run in both directions, but the ends need no invented frames. A straight line is unchanged,
 to 1e-6 of its size at the lowest allowed cut-off, a thousandth of the frame rate.
 
-Rotations are smoothed in the four components of their quaternions, each on the side of the one
-before, and scaled to unit length again. That commutes with any fixed rotation from the left or the
-right, has no wrap, and leaves a steady turn about one axis unchanged except near the ends.
+Rotations are smoothed in the four components of their quaternions, each in the hemisphere of the
+previous one, and scaled to unit length again. This method commutes with any fixed rotation from the
+left or the right, has no wrap, and leaves a steady turn about one axis unchanged except near the
+ends.
 """
 
 from __future__ import annotations
@@ -32,17 +33,20 @@ _SECOND = np.array([1.0, -2.0, 1.0])  # the second difference
 
 
 def usual_cutoff(dt: float) -> float:
-    """Return the default cut-off in Hz for a frame time: 4 Hz at 25 fps, 5 at 60, 5.9 at 120.
+    """Return the default cut-off for a frame time, such as 4 Hz at 25 fps, 5 at 60, and 5.9 at
+    120.
 
     The noise in a frame is assumed to be the same at any rate. With more frames per second, each
-    frame's noise then matters less, in proportion to Δt; so should f⁻⁴, the best weight of the
-    spline's roughness. Below 7.4 fps the cut-off is 0.4 of the frame rate, which is always allowed.
+    frame's noise then matters less, in proportion to Δt. The best weight of the spline's roughness,
+    f⁻⁴, should therefore be proportional to Δt as well. Below 7.4 fps the cut-off is 0.4 of the
+    frame rate, which is always allowed.
     """
     return float(min(CUTOFF * (NETWORK_DT / dt) ** 0.25, _HIGHEST_USUAL / dt))
 
 
 def smoothed(values: Array, cutoff: float, dt: float) -> Array:
-    """Return the smoothing spline of values over time, (frames, …); frame time dt in seconds.
+    """Return the smoothing spline of values over time, (frames, …), with frame time dt in
+    seconds.
 
     Fewer than three frames are returned unchanged. Raises TwistError if the cut-off (Hz) is below a
     thousandth of the frame rate, where rounding would distort the result, or not below half of it.

@@ -16,9 +16,9 @@ class UnstableGainsError(TwistError):
 def check_stability(gains: Gains, dt: float) -> None:
     """Raise UnstableGainsError unless 0 < κDΔt < 2 and cΔt² < 4 − 2κDΔt.
 
-    Linearised about the reference, the step is x'' with stiffness c: κP/2 for rotations, whose
-    error is sin(θ/2), and κP for the translation. Jury's stability criterion for the discrete step
-    gives these bounds. The frame time and the gains must also be finite numbers.
+    Linearised about the reference, the step is x'' with a stiffness c, which is κP/2 for rotations,
+    whose error is sin(θ/2), and κP for the translation. Jury's stability criterion for the discrete
+    step gives these bounds. The frame time and the gains must also be finite numbers.
     """
     if not (np.isfinite(dt) and dt > 0.0):
         raise UnstableGainsError(f"expected a frame time above 0 seconds, found {dt:g}")

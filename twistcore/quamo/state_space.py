@@ -1,8 +1,10 @@
-"""One step of the state-space model: quaternion, angular velocity, root position and velocity.
+"""One step of the state-space model of quaternions, angular velocities, root position and
+velocity.
 
-Equation numbers are those of [Le26], arXiv:2601.19580. Everything is SI (seconds, radians, metres
-or the clip's length unit), scalar first; angular velocities are in the parent's frame and
-multiply from the left. Leading axes broadcast: only the last axes are given in shapes below.
+Equation numbers are those of [Le26], arXiv:2601.19580. All units are SI (seconds, in radians,
+metres or the clip's length unit), and quaternions are scalar first. Angular velocities are in the
+parent's frame and multiply from the left. Leading axes broadcast, so the shapes below give only the
+last axes.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ class Gains:
 
     kp (1/s²), kd (1/s), ka (rad/s² for a difference of 1 in vec at 25 Hz) and bias (rad/s²) act on
     rotations, shape (…, joints, 3); root_kp, root_kd and root_bias (length/s²) act on the root's
-    position, shape (…, 3). clip: upper limit of the size of each component of ω, rad/s.
+    position, shape (…, 3). `clip` is the upper limit of the size of each component of ω, in rad/s.
     """
 
     kp: Array | float = 600.0
@@ -36,14 +38,15 @@ class Gains:
 
     @classmethod
     def by_hand(cls, dt: float, *, causal: bool = True) -> Gains:
-        """Return the hand-tuned gains for a frame time in seconds: stiffer at higher frame rates.
+        """Return the hand-tuned gains for a frame time in seconds, which are stiffer at higher
+        frame rates.
 
         The gains are the defaults at 25 Hz, and κP/s² and κD/s with s = 0.3 + 0.7 Δt/0.04 s at
-        other rates. A joint that turns steadily lies 2κD/κP − Δt behind its reference: 10 ms at
-        25 Hz, less than 15 ms at any rate. The gains are stable at any rate. causal: False for
-        tracking forward and backward, where the lag is 0: there κP 550, κD 17, root 200, 14 at
-        25 Hz give a lower Accel at no higher MPJPE, on CMU's subjects 02, 08 and 12 with
-        synthetic noise.
+        other rates. A joint that turns steadily is 2κD/κP − Δt behind its reference, which is 10 ms
+        at 25 Hz and less than 15 ms at any rate. The gains are stable at any rate. `causal` is
+        False for tracking forward and backward, where the lag is 0. In this case, κP 550, κD 17
+        and, for the root, 200 and 14 at 25 Hz give a lower Accel at no higher MPJPE, on CMU's
+        subjects 02, 08 and 12 with synthetic noise.
         """
         at_25_hz = cls() if causal else cls(kp=550.0, kd=17.0, root_kp=200.0, root_kd=14.0)
         s = 0.3 + 0.7 * (dt / NETWORK_DT)
@@ -66,12 +69,12 @@ class AccelerationTerms:
 
 
 def short_vector(q: Array) -> Array:
-    """Return vec(±q), with the sign for which w ≥ 0: sin(θ/2) times the axis, (…, 4) -> (…, 3)."""
+    """Return vec(±q), sin(θ/2) times the axis, with the sign for which w ≥ 0, (…, 4) -> (…, 3)."""
     return np.where(q[..., :1] < 0.0, -q[..., 1:], q[..., 1:])
 
 
 def aligned(q_hat: Array, q: Array) -> Array:
-    """Return q̂ or −q̂, the one in q's hemisphere, since both describe the same reference."""
+    """Return q̂ or −q̂, whichever is in q's hemisphere, since both describe the same reference."""
     dot = np.einsum("...i,...i->...", q_hat, q)
     return np.where(dot[..., None] < 0.0, -q_hat, q_hat)
 
@@ -81,8 +84,8 @@ def angular_acceleration(
 ) -> AccelerationTerms:
     """Return the four terms of the angular acceleration [Le26 Eq. 5].
 
-    curvature: δ(t+1) − δ(t), see :func:`increment`. It is a difference per frame², so κA, which was
-    tuned at 25 Hz, is scaled by (0.04/Δt)².
+    `curvature` is δ(t+1) − δ(t), with δ from :func:`increment`. The curvature is a difference per
+    frame², so κA, which was tuned at 25 Hz, is scaled by (0.04/Δt)².
     """
     error = short_vector(multiply(q_hat, conjugate(q)))
     ka = gains.ka * (NETWORK_DT / dt) ** 2
@@ -96,7 +99,9 @@ def angular_acceleration(
 
 
 def increment(q_hat: Array, before: Array) -> Array:
-    """Return δ = vec(±(q̂(t+1) ⊗ q̂(t)*)), (…, 3): axis times sin(θ/2) of the reference's step."""
+    """Return δ = vec(±(q̂(t+1) ⊗ q̂(t)*)), (…, 3), which is the axis times sin(θ/2) of a reference
+    step.
+    """
     return short_vector(multiply(q_hat, conjugate(before)))
 
 
@@ -109,8 +114,9 @@ def next_velocity(omega: Array, parts: AccelerationTerms, dt: float, clip: float
 def next_quaternion(q: Array, omega: Array, dt: float, integration: str = EXACT) -> Array:
     """Return q after a step with constant ω in the parent's frame.
 
-    integration 'exact': Exp(ωΔt) ⊗ q, which always stays on S³ [Le26 Eq. 4]; 'first-order': the
-    tangent step q + ½Δt (0, ω) ⊗ q, renormalised, as in earlier work [Le26 supplement E].
+    With integration 'exact', this is Exp(ωΔt) ⊗ q, which always stays on S³ [Le26 Eq. 4]. With
+    'first-order', it is the renormalised tangent step q + ½Δt (0, ω) ⊗ q, as in earlier work [Le26
+    supplement E].
     """
     if integration == EXACT:
         return multiply(exponential(dt * omega), q)

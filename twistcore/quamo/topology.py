@@ -32,9 +32,13 @@ JOINTS = len(CMU_NAMES)
 class Topology:
     """The 24 joints within another skeleton.
 
-    joints: index of each of the 24 joints in that skeleton; folded: for each of them, the joints
-    between it and its parent among the 24, from the top (their rotations are combined with its
-    own).
+    Attributes
+    ----------
+    joints
+        Index of each of the 24 joints in that skeleton.
+    folded
+        For each of the 24, the joints between it and its parent among the 24, from the top (their
+        rotations are combined with its own).
     """
 
     joints: NDArray[np.int64]
@@ -106,7 +110,7 @@ def _topology(skeleton: Skeleton, names: tuple[str, ...]) -> Topology:
 
 
 def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
-    """Return the metres per unit of a skeleton: the given number, or CMU's for a CMU skeleton.
+    """Return the metres per unit of a skeleton, from the given number or for a CMU skeleton.
 
     Raises TwistError if the unit is unknown because the joint names are not CMU's or the height in
     metres would be impossible for a person.

@@ -29,18 +29,27 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody, part
 
-_STILL = 1e-4  # of a quaternion; of the longest distance that a place moves
+_STILL = 1e-4  # largest rounding error of a quaternion, or of a place relative to its longest way
 
 
 @dataclass(frozen=True, eq=False)
 class TrackedMotion:
     """A tracked motion.
 
-    snapped: joints that were set onto the input; apart: joints whose rotations in the two passes
-    differ by more than 90°, each (frames, joints of the skeleton); passes: if requested, the steps
-    of the forward pass, followed by those of the backward pass if there was one; at: time of each
-    step, in frames of the clip (fractional at 25 Hz); joints: index in the skeleton of each joint
-    of a step.
+    Attributes
+    ----------
+    snapped
+        Joints that were set onto the input.
+    apart
+        Joints whose rotations in the two passes differ by more than 90°. Both masks have the shape
+        (frames, joints of the skeleton).
+    passes
+        If requested, the steps of the forward pass, followed by those of the backward pass if there
+        was one.
+    at
+        Time of each step, in frames of the clip (fractional at 25 Hz).
+    joints
+        Index in the skeleton of each joint of a step.
     """
 
     motion: Motion
@@ -81,11 +90,12 @@ def joints_of_24(
 
 
 def placed_joint(motion: Motion) -> int | None:
-    """Return the joint that positions the figure: the topmost moving one above half of the joints.
+    """Return the joint that positions the figure, the topmost moving joint above half of the
+    joints.
 
-    This is usually the root; in some rigs the root is still and the hips below it move. If no such
-    joint moves, it is the root; if neither has position channels, None. Movement in a T-pose at an
-    end of the clip or across a cut does not count.
+    This joint is usually the root, but in some rigs the root is still and the hips below it move.
+    If no such joint moves, the root is returned, or None if it has no position channels. Movement
+    in a T-pose at an end of the clip or across a cut does not count.
     """
     skeleton = motion.skeleton
     carried = np.ones(len(skeleton), dtype=np.int64)  # joints in the subtree, including its top
@@ -118,8 +128,8 @@ def untracked_names(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the names of the untracked joints that turn, and of the untracked joints that move.
 
-    joints: joints whose rotation is tracked or smoothed; placed: the joint whose position is
-    tracked, or None.
+    `joints` are the joints whose rotation is tracked or smoothed. `placed` is the joint whose
+    position is tracked, or None.
     """
     names = motion.skeleton.names
     turned = _largest_way(motion, motion.rotations) > _STILL
@@ -138,7 +148,7 @@ def _moving(motion: Motion) -> list[int]:
 
 
 def _largest_way(motion: Motion, values: Array) -> Array:
-    """Return the largest range that values (frames, n, components) have within a capture, (n,)."""
+    """Return the largest range of values (frames, n, components) within any capture, (n,)."""
     way = np.zeros(values.shape[1])
     for start, stop in pieces(motion, leading_frames(motion)):
         way = np.maximum(way, np.ptp(values[start:stop], axis=0).max(axis=-1, initial=0.0))
@@ -156,12 +166,21 @@ def track_by_hand(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackedMotion:
-    """Track with hand-tuned gains at the clip's own rate; the default gains depend on the rate.
+    """Track with hand-tuned gains at the clip's own rate, on which the default gains depend.
 
-    causal: False to run forward and backward (:func:`track_both_ways`) in each of :func:`pieces`
-    separately; place: True to track also the position of :func:`placed_joint`, if there is one;
-    first: the first frame to track (earlier frames, such as a T-pose, are unchanged); tell: called
-    with the completed share. Raises UnstableGainsError if the gains diverge at this rate.
+    Raises UnstableGainsError if the gains diverge at this rate.
+
+    Parameters
+    ----------
+    causal
+        False to run forward and backward (:func:`track_both_ways`) in each of :func:`pieces`
+        separately.
+    place
+        True to track also the position of :func:`placed_joint`, if there is one.
+    first
+        The first frame to track (earlier frames, such as a T-pose, are unchanged).
+    tell
+        Called with the completed share.
     """
     placed = placed_joint(motion) if place else None
     root = np.zeros((motion.frames, 3)) if placed is None else motion.translation(placed)
@@ -197,10 +216,20 @@ def track_learned(
 ) -> TrackedMotion:
     """Track with a network's gains at 25 Hz and apply the correction to the clip.
 
-    Each frame waits for the next 25 Hz sample. unit: metres in one unit of the clip. All 24 joints
-    are tracked, since the network uses the whole body, but only `joints` are changed. causal: False
-    to run forward and backward in each of :func:`pieces` separately, with a network start at either
-    end; place: see :func:`check_place`; tell: called with the completed share.
+    Each frame waits for the next 25 Hz sample. All 24 joints are tracked, since the network uses
+    the whole body, but only `joints` are changed.
+
+    Parameters
+    ----------
+    unit
+        Metres in one unit of the clip.
+    causal
+        False to run forward and backward in each of :func:`pieces` separately, with a network start
+        at either end.
+    place
+        See :func:`check_place`.
+    tell
+        Called with the completed share.
     """
     topology = find_topology(motion.skeleton)
     scale = metres_per_unit(motion.skeleton, unit)
@@ -242,11 +271,12 @@ def smooth_clip(
     place: bool = False,
     first: int = 0,
 ) -> Motion:
-    """Smooth each of :func:`pieces` with a spline instead of a tracker; this needs the whole clip.
+    """Smooth each of :func:`pieces` with a spline, which needs the whole clip, instead of a
+    tracker.
 
-    cutoff: cut-off for rotations in Hz, by default :func:`usual_cutoff`; the position has three
-    quarters of it. The other parameters are those of :func:`track_by_hand`. Raises TwistError if
-    the cut-off does not fit the clip's rate.
+    `cutoff` is the cut-off for rotations in Hz, by default :func:`usual_cutoff`; the position uses
+    three quarters of it. The other parameters are those of :func:`track_by_hand`. Raises TwistError
+    if the cut-off does not fit the clip's rate.
     """
     dt, placed = motion.frame_time, placed_joint(motion) if place else None
     cutoff = usual_cutoff(dt) if cutoff is None else cutoff
@@ -262,10 +292,10 @@ def smooth_clip(
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
-    """Frames that are tracked in one go.
+    """Frames that are tracked together.
 
-    at: times of the steps in frames of the clip; q (frames, joints, 4), r (frames, 3): the
-    rotations and positions to write.
+    `at` are the times of the steps in frames of the clip. `q`, shape (frames, joints, 4), and `r`,
+    shape (frames, 3), are the rotations and positions to write.
     """
 
     found: TrackResult
@@ -275,7 +305,7 @@ class _Piece:
 
 
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
-    """Return the spans to track in one go; only one if causal, since a stream reveals no cuts."""
+    """Return the spans to track, which is only one if causal, since a stream reveals no cuts."""
     return ((first, motion.frames),) if causal else pieces(motion, first)
 
 
@@ -288,7 +318,9 @@ def _tracked(
     placed: int | None,
     tell: Tell,
 ) -> TrackedMotion:
-    """Return the motion tracked by `run`; joints: those to write; stepped: the joints of a step."""
+    """Return the motion tracked by `run`. `joints` are the joints to write, and `stepped` are the
+    joints of a step.
+    """
     snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     apart = np.zeros_like(snapped)
     frames = sum(stop - start for start, stop in spans)

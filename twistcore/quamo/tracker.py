@@ -34,7 +34,8 @@ _NAMED, _JOINTS_NAMED = 10, 6  # most runs of frames and most joints listed in a
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The tracker's state: q (…, joints, 4), ω (…, joints, 3) in rad/s, position r and velocity v.
+    """The tracker's state, with q (…, joints, 4), ω (…, joints, 3) in rad/s, position r and
+    velocity v.
 
     r and v have the shape (…, 3).
     """
@@ -46,17 +47,20 @@ class State:
 
 
 class Controller(ABC):
-    """The source of each step's gains, which are hand-tuned or come from a network."""
+    """The source of each step's gains, which are hand-tuned or computed by a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """Return the state at the first reference; by default it is at rest on that reference."""
+        """Return the state at the first reference, which by default is at rest on that
+        reference.
+        """
         return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
     def both_ways(self, q_two: Array, r_two: Array) -> Controller:
-        """Return a controller that runs forward and backward at once; by default this one.
+        """Return a controller that runs forward and backward at once, by default this
+        controller.
 
-        q_two (frames, 2, …, joints, 4), r_two (frames, 2, …, 3): the references in forward and in
-        backward order.
+        The references q_two (frames, 2, …, joints, 4) and r_two (frames, 2, …, 3) are in forward
+        and in backward order.
         """
         del q_two, r_two
         return self
@@ -67,9 +71,14 @@ class Controller(ABC):
 
 
 class HandGains(Controller):
-    """The same hand-tuned gains in every frame; they must be stable at the clip's frame time.
+    """The same hand-tuned gains in every frame, which must be stable at the clip's frame time.
 
-    gains: None for :meth:`Gains.by_hand` at the clip's frame time; causal: passed on to it.
+    Parameters
+    ----------
+    gains
+        The gains, or None for :meth:`Gains.by_hand` at the clip's frame time.
+    causal
+        The argument `causal` of :meth:`Gains.by_hand`.
     """
 
     def __init__(self, gains: Gains | None = None, *, causal: bool = True) -> None:
@@ -96,9 +105,14 @@ class HandGains(Controller):
 class Step:
     """The result of one frame.
 
-    state: the state after the step; snapped: True for joints set onto the reference because they
-    had lost it, shape (…, joints); gains, parts: gains and acceleration terms of the step, None in
-    the first frame, where tracking starts.
+    Attributes
+    ----------
+    state
+        The state after the step.
+    snapped
+        True for joints set onto the reference because they had lost it, shape (…, joints).
+    gains, parts
+        Gains and acceleration terms of the step, None in the first frame, where tracking starts.
     """
 
     state: State
@@ -108,9 +122,9 @@ class Step:
 
 
 class Tracker:
-    """Online tracking: one call per frame, all joints at once.
+    """Online tracker, which is called once per frame with all joints.
 
-    integration: 'exact' or 'first-order'.
+    `integration` is 'exact' or 'first-order'.
     """
 
     def __init__(self, controller: Controller, *, integration: str = EXACT) -> None:
@@ -158,11 +172,18 @@ class Tracker:
 
 @dataclass(frozen=True, eq=False)
 class TrackResult:
-    """A tracked clip: q (frames, …, joints, 4), r (frames, …, 3), snapped (frames, …, joints).
+    """A tracked clip with q (frames, …, joints, 4), r (frames, …, 3) and snapped (frames, …,
+    joints).
 
-    steps: if requested, every step with its gains and acceleration terms; steps_back: the steps of
-    the backward pass, if there was one, in the order of the frames; apart: True where the two
-    passes differ by more than 90°, with the shape of snapped, or None for a single pass.
+    Attributes
+    ----------
+    steps
+        If requested, every step with its gains and acceleration terms.
+    steps_back
+        The steps of the backward pass, if there was one, in the order of the frames.
+    apart
+        True where the two passes differ by more than 90°, with the shape of snapped, or None for a
+        single pass.
     """
 
     q: Array
@@ -183,9 +204,11 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Track a whole clip, with bit for bit the same result as calling :class:`Tracker` per frame.
+    """Track a whole clip, with bit for bit the same result as one call of :class:`Tracker` per
+    frame.
 
-    tell: called now and then with the completed share; an exception from it ends the tracking.
+    `tell` is called from time to time with the completed share. If it raises an exception, the
+    tracking ends.
     """
     tell = tell or nobody
     tracker = Tracker(controller, integration=integration)
@@ -205,9 +228,9 @@ def track(
 def snap_sentences(
     snapped: NDArray[np.bool_], names: Sequence[str], *, causal: bool = True
 ) -> tuple[str, ...]:
-    """Report which joints were set onto the reference and where, one sentence per joint.
+    """Return one sentence for each joint that was set onto the reference, with the frames.
 
-    causal: False if this happened in one of two passes, so that the result lies halfway between
+    `causal` is False if this happened in one of two passes, so that the result lies halfway between
     them.
     """
     lost, was = ("", "") if causal else (" in a pass", " there")
@@ -218,7 +241,7 @@ def snap_sentences(
 
 
 def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
-    """Report in one sentence where which joints of the two passes differ by over 90°, or ''."""
+    """Return a sentence about joints that differ by more than 90° between the two passes, or ''."""
     found = [f"{name} at {places}" for name, places in _where(apart, names)]
     if not found:
         return ""
@@ -231,9 +254,9 @@ def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
 
 
 def frames_listed(there: NDArray[np.bool_]) -> str:
-    """Return 'frame 7' or 'frames 7, 12–15' (15 excluded); more than ten runs are cut short by '…'.
+    """Return text such as 'frame 7' or 'frames 7, 12–15' (15 excluded), with '…' after ten runs.
 
-    there: True for the frames to list, shape (frames,), with at least one True.
+    `there` is the mask of the frames to list, shape (frames,); at least one value is True.
     """
     at = [f"{a}" if b == a + 1 else f"{a}–{b}" for a, b in runs(there)]
     some = ", ".join(at[:_NAMED]) + (" …" if len(at) > _NAMED else "")
@@ -241,7 +264,9 @@ def frames_listed(there: NDArray[np.bool_]) -> str:
 
 
 def _where(there: NDArray[np.bool_], names: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the joint names with their frames in words; there: mask (frames, joints)."""
+    """Return the joint names with their frames in words. `there` is a mask with the shape (frames,
+    joints).
+    """
     joints = np.flatnonzero(there.any(axis=0)).tolist()
     return [(names[joint], frames_listed(there[:, joint])) for joint in joints]
 
@@ -257,6 +282,8 @@ def _checked(q_hat: ArrayLike, r_hat: ArrayLike) -> tuple[Array, Array]:
 
 
 def _leading(q: Array) -> Array:
-    """Return the first nonzero component, (…, 4) -> (…, 1); its sign determines the hemisphere."""
+    """Return the first nonzero component, (…, 4) -> (…, 1), whose sign determines the
+    hemisphere.
+    """
     first = np.argmax(q != 0.0, axis=-1)[..., None]
     return np.take_along_axis(q, first, axis=-1)

@@ -16,5 +16,7 @@ def weights_name(variant: str, subject: str, seed: int = 0) -> str:
 
 
 def weights_file() -> Path:
-    """Return the path of the default network: the full variant, trained on all subjects."""
+    """Return the path of the default network, which is the full variant, trained on all
+    subjects.
+    """
     return WEIGHTS / weights_name("full", FINAL)

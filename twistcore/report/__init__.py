@@ -1,1 +1,1 @@
-"""Reports: a page for a clip, and pages for a whole folder."""
+"""Reports, with a page for a single clip, or pages for a whole folder."""

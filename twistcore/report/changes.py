@@ -34,9 +34,10 @@ _ROWS = 4096  # frames compared at a time
 
 @dataclass(frozen=True)
 class JointChange:
-    """Change of a joint's own rotation: number of frames, largest angle and RMS in degrees.
+    """The change of a joint's own rotation, with the number of frames, largest angle and RMS in
+    degrees.
 
-    rms: over the frames in which the rotation changed.
+    `rms` is the RMS over the frames in which the rotation changed.
     """
 
     joint: str
@@ -47,12 +48,21 @@ class JointChange:
 
 @dataclass(frozen=True)
 class FidelityCheck:
-    """Comparison of a written file, read back, with its source.
+    """Comparison of a written file with its source, after reading the written file again.
 
-    what: 'columns' of numbers, compared byte for byte, or 'joints', whose rotations are compared
-    bit for bit; total: their number; same: how many have no difference; outside: number of
-    differences in frames without a correction; head: True if the bytes before the numbers are
-    equal, None if the format has no such part.
+    Attributes
+    ----------
+    what
+        'columns' of numbers, compared byte for byte, or 'joints', whose rotations are compared bit
+        for bit.
+    total
+        Number of columns or joints.
+    same
+        Number of columns or joints without a difference.
+    outside
+        Number of differences in frames without a correction.
+    head
+        True if the bytes before the numbers are equal, None if the format has no such part.
     """
 
     name: str
@@ -67,9 +77,16 @@ class FidelityCheck:
 class MeasureSum:
     """One protected measure, summed over all corrections.
 
-    measured: number of corrections that have this measure; better, worse: how many of them improved
-    or worsened it; most: the largest increase, 0 if there is none; rows: the corrections that made
-    it worse, by chain and frames.
+    Attributes
+    ----------
+    measured
+        Number of corrections that have this measure.
+    better, worse
+        Number of corrections that improved or worsened it.
+    most
+        The largest increase, 0 if there is none.
+    rows
+        The corrections that made it worse, by chain and frames.
     """
 
     name: str
@@ -83,7 +100,9 @@ class MeasureSum:
 
 @dataclass(frozen=True)
 class WorseRow:
-    """A correction that made a measure worse at a joint: chain, frames [start, stop) and values."""
+    """A correction that made a measure worse at a joint, with its chain, frames [start, stop) and
+    values.
+    """
 
     chain: str
     start: int
@@ -101,8 +120,8 @@ def protected_sums(
 ) -> tuple[MeasureSum, ...]:
     """Return how the corrections changed the limbs and their neighbours, as a sum per measure.
 
-    applied: the corrections, each measured with the others also applied; finds: all intervals of
-    the clip.
+    `applied` are the corrections, each measured with the others also applied. `finds` are all
+    intervals of the clip.
     """
     hinges = Hinges(motion, finds)
     every: dict[str, list[tuple[Interval, ProtectedMeasure]]] = {name: [] for name in NAMES}

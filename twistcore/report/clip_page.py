@@ -1,4 +1,4 @@
-"""The page of a clip: its worst intervals with pictures, curves, decisions and changes."""
+"""The page of a clip, with its worst intervals, pictures, curves, decisions and changes."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ WORST = 3  # intervals shown in pictures
 
 @dataclass(frozen=True)
 class Home:
-    """The folder page that a clip's page belongs to; address: its path relative to the clip's
-    page.
+    """The folder page that a clip's page belongs to. `address` is the path of that page relative to
+    the clip's page.
     """
 
     title: str
@@ -51,8 +51,8 @@ def clip_page(
 ) -> str:
     """Return the page of a clip as HTML.
 
-    document: from :func:`document.report_to_json`; drawn: the pictures, without which the page does
-    not mention any.
+    `document` comes from :func:`document.report_to_json`. `drawn` are the pictures; without them,
+    the page mentions none.
     """
     analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)
@@ -125,7 +125,7 @@ def _applied_and(report: Report, *also: Interval) -> list[Interval]:
 
 
 def _pictured_frame(interval: Interval) -> int:
-    """Return the middle one of the frames that have at least 90 % of the largest offset."""
+    """Return the middle of the frames that have at least 90 % of the largest offset."""
     size = np.abs(interval.offset)
     there = np.flatnonzero(size >= 0.9 * size.max())
     return interval.start + int(there[len(there) // 2])
@@ -237,7 +237,7 @@ def _not_usable(analysis: ClipAnalysis, method: str) -> Iterator[str]:
 def _earlier_verdict(entry: Mapping[str, Any], report: Report) -> str:
     """Return the earlier verdict on a remaining interval, or 'new' if there was none.
 
-    entry: the interval as in `detect --json`.
+    `entry` is the interval as in `detect --json`.
     """
     name = entry.get("limb") or entry["chain"]
     same = [

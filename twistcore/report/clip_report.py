@@ -1,4 +1,6 @@
-"""The files of a clip's report: an HTML page, the intervals as CSV, and everything as JSON."""
+"""The files of a clip's report, which are an HTML page, the intervals as CSV, and all data as
+JSON.
+"""
 
 from __future__ import annotations
 
@@ -51,8 +53,8 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
 def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
     """Raise TwistError if a report would replace a file of another program or of another clip.
 
-    clip: the clip of the report, if `name` is its own name. A clip of the same name with other
-    bytes is a new version of the reported one.
+    `clip` is the clip of the report, if `name` is the report's own name. A clip of the same name
+    with other bytes is a new version of the reported one.
     """
     *others, listing = report_files(folder, name)
     marks = report_marks(listing)
@@ -85,20 +87,23 @@ def _other_clip(listing: Path, clip: Clip) -> str:
 def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
     """True if the existing report is about a clip of this name with other bytes.
 
-    That clip may be an earlier version or a clip from another folder; there is no way to tell.
+    The other clip may be an earlier version or from another folder, which cannot be distinguished.
     """
     mark = _listed(report_files(folder, name)[-1]).get("sha256")
     return mark is not None and mark != clip.sha256
 
 
 def report_files(folder: Path, name: str) -> tuple[Path, ...]:
-    """Return the paths of a report's files: HTML, CSV, markers, and the JSON that lists them."""
+    """Return the paths of a report's HTML, CSV and markers files, and of the JSON that lists
+    them.
+    """
     endings = ("report.html", "intervals.csv", "markers.py", "report.json")
     return tuple(folder / f"{name}.{ending}" for ending in endings)
 
 
 def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
-    """Return the SHA-256 values in a report's JSON by file name: one, or two during a replacement.
+    """Return the SHA-256 values in a report's JSON by file name, two of them during a
+    replacement.
 
     Names and values are not checked. The result is empty if the file is missing or is not a report.
     Raises TwistError if it cannot be read.

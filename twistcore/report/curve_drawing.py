@@ -1,8 +1,8 @@
 """The curves of a chain or limb as small SVG paths, so that a page with many of them stays small.
 
-A path has one or two points for each column of the picture: the lowest and the highest value of the
-column's frames, so that a jump of a single frame remains visible. x counts columns, y goes down
-from 0 to HEIGHT; the page stretches both.
+A path has one or two points for each column of the picture, the lowest and the highest value of the
+column's frames, so that a jump of a single frame remains visible. x is the column, and y goes down
+from 0 to HEIGHT. The page stretches both.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _AROUND = 0.5  # seconds before and after an enlarged interval
 
 @dataclass(frozen=True)
 class CurvePath:
-    """One path and its style: 'same', 'before', 'after' or 'strength'."""
+    """A path with its style, which is 'same', 'before', 'after' or 'strength'."""
 
     look: str
     path: str
@@ -40,9 +40,11 @@ class CurvePath:
 
 @dataclass(frozen=True)
 class CurveRow:
-    """One quantity over time: its symbol, and the values at the bottom and the top, in degrees.
+    """One quantity over time, with its symbol and the values at the bottom and the top, in
+    degrees.
 
-    tau: y of the threshold, from 0 at the top to HEIGHT; None for a quantity without a threshold.
+    `tau` is the y of the threshold, from 0 at the top to HEIGHT, or None for a quantity without a
+    threshold.
     """
 
     symbol: str
@@ -55,7 +57,7 @@ class CurveRow:
 
 @dataclass(frozen=True)
 class Band:
-    """An interval in a panel: its first column x, its width in columns, and its decision."""
+    """An interval in a panel, with its first column x, its width in columns, and its decision."""
 
     x: float
     width: float
@@ -80,8 +82,12 @@ class Panel:
 class ClipCurves:
     """The curves of a clip under review.
 
-    tau: τ in radians by name of a chain or limb; verdict: function that returns the text for an
-    interval.
+    Parameters
+    ----------
+    tau
+        τ in radians by name of a chain or limb.
+    verdict
+        Function that returns the text for an interval.
     """
 
     def __init__(
@@ -102,10 +108,10 @@ class ClipCurves:
         self._expected.take(j.interval for j in judged if _is_taken_out(j))
 
     def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
-        """Return the panels of chains with intervals, worst first, and how many chains were left
-        out.
+        """Return the panels of chains with intervals, worst first, and the number of omitted
+        chains.
 
-        corrected: the motion with the accepted intervals applied.
+        `corrected` is the motion with the accepted intervals applied.
         """
         every = self._analysis.chains_and_limbs
         known = [c for c in every if c.name in self._by_chain and c.name in self._tau]
@@ -169,7 +175,9 @@ class ClipCurves:
         return Panel(chain.name, chain.label, *span, columns, tuple(rows), bands, tau)
 
     def _angles(self, corrected: Corrected, chain: Chain) -> list[tuple[str, str, Array, Array]]:
-        """Return (symbol, meaning, angles before, angles after) of each row; unwrapped, radians."""
+        """Return (symbol, meaning, angles before, angles after) of each row, with unwrapped angles,
+        radians.
+        """
         expected = self._expected
         if isinstance(chain, Limb):
             was = self._analysis.flips.limbs[chain.name].swivel.angle
@@ -198,7 +206,7 @@ def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Arr
 
 
 def weight(judged: Judged) -> float:
-    """Return how bad an interval is: degrees × frames, or only its angle if it has no offset."""
+    """Return how bad an interval is, as degrees × frames, or as its angle if it has no offset."""
     interval = judged.interval
     if not judged.counts:
         return float(abs(np.degrees(interval.residual)))
@@ -245,7 +253,7 @@ def _range(low: float, high: float) -> tuple[float, float]:
 
 
 def _edges(count: int, columns: int) -> NDArray[np.intp]:
-    """Return the first frame of each column of the picture, (columns,)."""
+    """Return the index of the first frame in each column of the picture, (columns,)."""
     return (np.arange(columns) * count // columns).astype(np.intp)
 
 

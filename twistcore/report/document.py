@@ -1,4 +1,4 @@
-"""A clip's report as data: one JSON document, and a CSV of its intervals."""
+"""A clip's report as data, in one JSON document and in a CSV of its intervals."""
 
 from __future__ import annotations
 
@@ -58,14 +58,29 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """The data of a report: the clip, the review, and the motion before and after the correction.
+    """The data of a report, with the clip, the review, and the motion before and after the
+    correction.
 
-    chains: the examined chains and limbs; name: name of the report's files, by default the clip
-    file's; files: SHA-256 by name of other files written with the report; by: the person who
-    requested it; at: the time, ISO 8601; analysis: an existing analysis of the clip with these
-    chains; written: the corrected clip's file, which is read back and compared; parameters:
-    parameters of the run, as given; left: intervals already found in the corrected clip, as in
-    `detect --json`.
+    Attributes
+    ----------
+    chains
+        The examined chains and limbs.
+    name
+        Name of the report's files, by default the clip file's.
+    files
+        SHA-256 by name of other files written with the report.
+    by
+        The person who requested it.
+    at
+        The time, ISO 8601.
+    analysis
+        An existing analysis of the clip with these chains.
+    written
+        The corrected clip's file, which is read back and compared.
+    parameters
+        Parameters of the run, as given.
+    left
+        Intervals already found in the corrected clip, as in `detect --json`.
     """
 
     clip: Clip
@@ -83,7 +98,7 @@ class Report:
 
     @cached_property
     def analysed(self) -> ClipAnalysis:
-        """The clip's analysis: the given one, or a newly computed one with these chains."""
+        """The clip's analysis, which is given or newly computed with these chains."""
         return self.analysis or ClipAnalysis(
             self.clip.motion, self.chains, self.clip.name, self.state.rig
         )
@@ -135,7 +150,9 @@ class Report:
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
-        """Return the verdict as shown; 'not correctable' for an accepted interval not corrected."""
+        """Return the verdict as shown, which is 'not correctable' for an accepted interval not
+        corrected.
+        """
         if judged.decision == Decision.ACCEPTED and judged.id in self.stuck:
             return NOT_CORRECTABLE
         return judged.verdict
@@ -144,10 +161,10 @@ class Report:
 def report_to_json(report: Report) -> dict[str, Any]:
     """Return the report as one document, in degrees, seconds and frames.
 
-    tracking: joints tracked with QuaMo after the correction, as in a session, or null; changed:
-    frames in which any rotation or position channel differs, joints that rotate differently, and
-    joints that moved, by how much and why; protected: the measures that a correction must not make
-    worse, over all corrections.
+    The key `tracking` has the joints tracked with QuaMo after the correction, as in a session, or
+    null. The key `changed` has the frames in which any rotation or position channel differs, the
+    joints that rotate differently, and the joints that moved, by how much and why. The key
+    `protected` has the measures that a correction must not make worse, over all corrections.
     """
     motion, state = report.clip.motion, report.state
     difference = compare(motion, report.refined)
@@ -204,7 +221,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
 
 def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
-    """Return who decided on how many intervals, from when to when; '' for a person without a
+    """Return who decided on how many intervals and when; the key is '' for a person without a
     name.
     """
     by_name: dict[str, list[str]] = {}
@@ -225,7 +242,8 @@ def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
 def intervals_csv(report: Report) -> str:
     """Return the intervals as CSV, one per line, in degrees and seconds.
 
-    tracked_after: joints of the interval's chain that were tracked after the correction.
+    The column `tracked_after` has the joints of the interval's chain that were tracked after the
+    correction.
     """
     rows = [
         _row(j, report) | {"tracked_after": _tracked(j, report)} for j in report.state.intervals
@@ -320,7 +338,7 @@ def _why_moved(report: Report, joint: str) -> str:
 def _moves(
     motion: Motion, chain: Chain, chosen: Sequence[Interval], joint: int, above: set[int]
 ) -> bool:
-    """True if correcting a chain or limb moves a joint; above: all ancestors of the joint.
+    """True if correcting a chain or limb moves a joint. `above` are all ancestors of the joint.
 
     A flip moves joints below P, but not E, and joints below E only if E was carried along.
     """
@@ -342,11 +360,12 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
 
 
 def reported_moves(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
-    """Return the moved joints for sentences; joints that only follow the position are one entry.
+    """Return the moved joints for sentences, in which joints that only follow the position are one
+    entry.
 
-    placed: joints whose position channels have changed; along: the joint whose position was
-    tracked, with the largest move and the number of frames of the joints that only follow it, or
-    None.
+    `placed` are the joints whose position channels have changed. `along` is the joint whose
+    position was tracked, with the largest move and the number of frames of the joints that only
+    follow it, or None.
     """
     moved = document["changed"]["moved"]
     along = [

@@ -1,4 +1,4 @@
-"""A batch in numbers: how many intervals there are where, their frames, and their sizes."""
+"""The numbers of intervals, affected frames and sizes in a batch."""
 
 from __future__ import annotations
 
@@ -18,13 +18,25 @@ _BINS = 180 // BIN
 
 @dataclass(frozen=True)
 class ClipRow:
-    """A row of the table of clips; a clip that was not processed has only name, state and reason.
+    """A row of the table of clips. A clip that was not processed has only name, state and
+    reason.
 
-    counts: number of intervals by kind; severity, max_deg, rms_deg: degrees; affected: number of
-    affected frames; missing: number of frames that the file's header declares but the file does not
-    have; unexamined: limbs that no chain examines, each with the reason; left: number of intervals
-    found after the correction, None if nothing was corrected; decided, of: numbers of decided and
-    of all intervals, None if nobody reviewed the clip.
+    Attributes
+    ----------
+    counts
+        Number of intervals by kind.
+    severity, max_deg, rms_deg
+        Severity, largest and RMS offset, in degrees.
+    affected
+        Number of affected frames.
+    missing
+        Number of frames that the file's header declares but the file does not have.
+    unexamined
+        Limbs that no chain examines, each with the reason.
+    left
+        Number of intervals found after the correction, None if nothing was corrected.
+    decided, of
+        Numbers of decided and of all intervals, None if nobody reviewed the clip.
     """
 
     name: str
@@ -62,10 +74,20 @@ class ClipRow:
 class FolderNumbers:
     """Sums over all clips, which are added one at a time.
 
-    joints: number of intervals by name of a chain, limb or joint, and by kind; sizes: number of
-    repairable intervals by kind, in bins of BIN degrees; missing: number of frames that headers
-    declare but files do not have; cut: number of clips with such frames; in_part: number of clips
-    with limbs that no chain examines; how: versions and parameters used for processing.
+    Attributes
+    ----------
+    joints
+        Number of intervals by name of a chain, limb or joint, and by kind.
+    sizes
+        Number of repairable intervals by kind, in bins of BIN degrees.
+    missing
+        Number of frames that headers declare but files do not have.
+    cut
+        Number of clips with such frames.
+    in_part
+        Number of clips with limbs that no chain examines.
+    how
+        Versions and parameters used for processing.
     """
 
     states: Counter[str] = field(default_factory=Counter)
@@ -148,7 +170,7 @@ def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def worst_first(rows: Iterable[ClipRow]) -> list[ClipRow]:
-    """Sort rows: first the clips that were not processed, then the others, worst first."""
+    """Sort rows, with the clips that were not processed first and then the others, worst first."""
     return sorted(rows, key=lambda r: (r.state == "done", -r.severity, -r.found, r.name))
 
 

@@ -1,4 +1,4 @@
-"""The page of a batch folder, and the page of a clip of which only the manifest's data exists."""
+"""The page of a batch folder, and the page of a clip of which only the manifest's data exist."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from twistcore.report.page_templates import GENERATOR, rendered
 
 __all__ = ["GENERATOR", "folder_page", "known_page"]
 
-MOST_ROWS = 5000  # of the table: a browser can still sort them at once
+MOST_ROWS = 5000  # rows of the table that a browser can still sort at once
 _MOST_JOINTS = 60
 
 
 @dataclass(frozen=True)
 class HistogramBar:
-    """One bin of the histogram: its first degree, and the counts by kind."""
+    """One bin of the histogram, with its first degree and the counts by kind."""
 
     start: int
     counts: tuple[int, ...]
@@ -36,7 +36,10 @@ class HistogramBar:
 def folder_page(
     title: str, rows: Sequence[ClipRow], numbers: FolderNumbers, broken: Sequence[Broken]
 ) -> str:
-    """Return the page of a folder; rows: in the order of the table, unprocessed clips first."""
+    """Return the page of a folder.
+
+    `rows` are in the order of the table, unprocessed clips first.
+    """
     done = [row for row in rows if row.state == "done"]
     joints = sorted(numbers.joints.items(), key=lambda j: (-j[1].total(), j[0]))
     return rendered(
@@ -60,7 +63,7 @@ def folder_page(
 
 
 def known_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page without curves and pictures; why: the reason why they are missing."""
+    """Return a clip's page without curves and pictures, which are missing for the reason `why`."""
     numbers = FolderNumbers()
     return rendered(
         "known.html",
@@ -74,7 +77,7 @@ def known_page(record: ClipRecord, why: str, home: Home) -> str:
 
 
 def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
-    """Return the kinds that have a column; capture faults have one only if there are any."""
+    """Return the kinds that have a column, without capture faults if there are none."""
     return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
 
 

@@ -1,4 +1,4 @@
-"""The report of a batch folder: an overview page, and one page for each clip."""
+"""The report of a batch folder, with an overview page and one page for each clip."""
 
 from __future__ import annotations
 
@@ -54,11 +54,22 @@ def write_folder_report(
 ) -> FolderReport:
     """Write index.html and clips/NAME.html into `target`, which is created if missing.
 
-    folder: the batch folder; most_pages: the largest number of clips that get a page, worst first;
-    broken: rules that were broken; records: used instead of the records in the folder's manifest;
-    counter: counts the pages written. A clip that cannot be read again gets a page with the data of
-    the manifest. Raises TwistError if there is no manifest or a page would replace another file,
-    and OSError if nothing can be written.
+    A clip that cannot be read again gets a page with the data of the manifest. Raises TwistError if
+    there is no manifest or a page would replace another file, and OSError if nothing can be
+    written.
+
+    Parameters
+    ----------
+    folder
+        The batch folder.
+    most_pages
+        The largest number of clips that get a page, worst first.
+    broken
+        Rules that were broken.
+    records
+        Used instead of the records in the folder's manifest.
+    counter
+        Counts the pages written.
     """
     if records is None:
         with Manifest.open(folder) as manifest:
@@ -153,7 +164,7 @@ def _page(record: ClipRecord, report: Report, drawn: Drawn | None, home: str) ->
 
 
 def _write_known(record: ClipRecord, target: Path, home: str, why: str) -> str:
-    """Write a page with the manifest's data; why: the reason why other parts are missing."""
+    """Write a page with the manifest's data. `why` is the reason why other parts are missing."""
     _write(target / page_of(record.name), known_page(record, why, _home(record, home)))
     return why
 

@@ -1,4 +1,4 @@
-"""The templates of the pages; each page is a single file and needs no network."""
+"""The templates of the pages, each of which is a single file and needs no network."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _when(stamp: str) -> str:
 
 
 def _plural(count: int, word: str, words: str = "") -> str:
-    """Return a count with its noun: '1 clip' or '2 clips'."""
+    """Return a count with its noun, such as '1 clip' or '2 clips'."""
     return f"{_thousands(count)} {word if count == 1 else words or word + 's'}"
 
 
@@ -60,7 +60,7 @@ def _thousands(number: float) -> str:
 
 
 def _rate(number: float) -> str:
-    """Format a number with two significant digits: '0.35', '4.2', '2,840'."""
+    """Format a number with two significant digits, such as '0.35', '4.2' or '2,840'."""
     return f"{number:.2g}" if 0.0 < number < 10.0 else _thousands(number)
 
 

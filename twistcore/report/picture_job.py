@@ -41,9 +41,14 @@ _SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # unset, since drawing needs no screen
 
 @dataclass(frozen=True)
 class BeforeAfter:
-    """Two pictures from the same side: before and after a correction.
+    """Two pictures from the same side, before and after a correction.
 
-    chain: name of the chain to look at; first, second: frames of the two poses in the motion.
+    Attributes
+    ----------
+    chain
+        Name of the chain to look at.
+    first, second
+        Frames of the two poses in the motion.
     """
 
     chain: str
@@ -53,9 +58,11 @@ class BeforeAfter:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """The figure to draw for one clip: a motion with the poses of its pairs of pictures.
+    """The figure to draw for one clip, with a motion that has the poses of its pairs of
+    pictures.
 
-    chains: chains and limbs, which decide which limbs have a skin and which way the figure faces.
+    `chains` are the chains and limbs, which decide which limbs have a skin and which way the figure
+    faces.
     """
 
     motion: Motion
@@ -93,7 +100,7 @@ def figure_of(
 def draw_figures(
     figures: Sequence[Figure], python: Sequence[str] = (sys.executable,)
 ) -> list[Drawn]:
-    """Draw all figures in one process; if it fails, the results say why and nothing is raised."""
+    """Draw all figures in one process; on failure, the results contain the reason instead."""
     total = sum(len(figure.pairs) for figure in figures)
     if not total:
         return [Drawn() for _ in figures]
@@ -143,7 +150,9 @@ def _read_pictures(folder: Path, number: int, figure: Figure, problem: str) -> D
 
 
 def picture_path(folder: Path, figure: int, pair: int, which: int) -> Path:
-    """Return the path of one of a job's pictures; which: 0 for before, 1 for after."""
+    """Return the path of one of a job's pictures. `which` is 0 for the picture before and 1 for the
+    picture after.
+    """
     return folder / f"{figure}-{pair}-{which}.jpg"
 
 
@@ -212,7 +221,9 @@ def _figure_from(path: Path, entry: dict[str, Any]) -> Figure:
 
 
 def _chain_to_json(chain: Chain) -> dict[str, Any]:
-    """Return the chain's data for drawing a body; a varying axis is taken from the first frame."""
+    """Return the chain's data for drawing a body, with a varying axis taken from the first
+    frame.
+    """
     axis, arm = (np.atleast_2d(v)[0].tolist() for v in (chain.axis, chain.arm))
     keys = ("name", "parent", "child", "grandchild", "side", "segment", "person")
     own = {key: getattr(chain, key) for key in keys}

@@ -21,7 +21,7 @@ from twistcore.skeleton.rig import AS_FOUND, rig_from_json
 
 
 def report_of(record: ClipRecord, folder: Path) -> Report:
-    """Return the report of a processed clip; folder: the batch folder.
+    """Return the report of a processed clip. `folder` is the batch folder.
 
     The decisions come from its session if a person made any, or from the run. Raises TwistError or
     OSError if the clip is missing or has changed.

@@ -1,4 +1,6 @@
-"""A person's review of the intervals: its state, its commands with undo, and the session file."""
+"""A person's review of the intervals, with its state, its commands with undo, and its session
+file.
+"""
 
 from twistcore.review.commands import (
     Annotate,

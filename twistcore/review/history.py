@@ -1,4 +1,4 @@
-"""History of a review: do, undo, redo."""
+"""History of a review, with do, undo and redo."""
 
 from __future__ import annotations
 
@@ -76,8 +76,8 @@ class Review:
     def accept(self, at_least: float | None = None, *, include_open: bool = False) -> int:
         """Accept all intervals that qualify for automatic correction, in one step; return how many.
 
-        at_least: lowest confidence, 0…1; see
-        `automatic_corrections` in twistcore.analysis.correction.
+        `at_least` is the lowest confidence, 0…1; see `automatic_corrections` in
+        twistcore.analysis.correction.
         """
         ids = self.state.automatic_ids(at_least, include_open=include_open)
         if ids:
@@ -85,11 +85,11 @@ class Review:
         return len(ids)
 
     def do(self, command: Command) -> None:
-        """Carry out a command; a step of a drag replaces the previous step.
+        """Carry out a command, which replaces the previous step if both are steps of one drag.
 
-        The step starts from the state before the drag, so only the end of the drag matters:
-        dragging a τ line up and back changes no interval. Signing is not a step: the name is added
-        in all states.
+        The step starts from the state before the drag, so only the end of the drag matters. For
+        example, dragging a τ line up and back changes no interval. Signing is not a step, because
+        the name is added in all states.
         """
         if isinstance(command, Sign):
             self._change_all(command.signing(self.state))
@@ -129,18 +129,18 @@ class Review:
 
     @property
     def state_before_last(self) -> ReviewState:
-        """State before the last command; the present state if there was none."""
+        """State before the last command, or the present state if there was none."""
         return self._done[-1].before if self._done else self.state
 
     @property
     def state_after_next(self) -> ReviewState:
-        """State after the next redo; the present state if there is nothing to redo."""
+        """State after the next redo, or the present state if there is nothing to redo."""
         return self._undone[-1].after if self._undone else self.state
 
     @property
     def history(self) -> tuple[str, ...]:
-        """Names of all steps, done and undone, in order; the first :attr:`position` of them are
-        done.
+        """Names of all steps in order, of which the first :attr:`position` are done and the rest
+        undone.
         """
         return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))
 
@@ -162,7 +162,7 @@ class Review:
         return self.state is self._saved
 
     def take_reasons(self, found: Iterable[Interval]) -> None:
-        """Add the reasons of equal detected intervals in every state; this is not an undoable
+        """Add the reasons of equal detected intervals in every state, which is not an undoable
         step.
         """
         change = with_reasons(found)
@@ -194,7 +194,7 @@ def _changed_interval(step: _Step) -> Judged | None:
 
 
 def _state_of(found: Detection | ClipAnalysis | ReviewState) -> ReviewState:
-    """Return the initial state of a review: the given one, or one with all intervals undecided."""
+    """Return the initial state of a review, as given or with all intervals undecided."""
     if isinstance(found, ReviewState):
         return found
     if isinstance(found, ClipAnalysis):

@@ -1,4 +1,5 @@
-"""The journal: every command is on disk before the next one, so that no decision is lost.
+"""The journal, in which every command is on disk before the next one, so that no decision is
+lost.
 
 A journal is a text file with one JSON document per line. The first line has the session as it was
 when the journal began, and the number of unsaved steps before. Every other line has one command, an
@@ -68,12 +69,12 @@ from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.journal/1"
 _DAMAGE = FormatError, KeyError, ValueError  # the last two if a command does not fit
-_MOST_BYTES = 1 << 32  # of a journal; large, because its contents exist nowhere else
+_MOST_BYTES = 1 << 32  # largest size of a journal, whose contents exist nowhere else
 UNDO, REDO = {"undo": True}, {"redo": True}
 
 
 class Journal:
-    """An open journal; entries that could not be written are written before the next one."""
+    """An open journal, which writes entries that failed earlier before the next entry."""
 
     def __init__(self, path: Path, clip: Clip, state: ReviewState, steps: int = 0) -> None:
         """Begin a journal with `state`, which has `steps` unsaved steps.
@@ -167,7 +168,8 @@ class Journal:
     def discard(self) -> None:
         """Close and delete the journal, whose contents were saved or deliberately discarded.
 
-        If it cannot be deleted, it is offered for recovery once more, with nothing new in it.
+        If the file cannot be deleted, it is offered for recovery once more, although it has nothing
+        new.
         """
         mine = self.is_there()
         self.close()
@@ -178,11 +180,18 @@ class Journal:
 
 @dataclass(frozen=True, eq=False)
 class Recovered:
-    """The contents of a journal: the session at its start, and the review after replaying it.
+    """The contents of a journal, with the session at its start and the review after replaying
+    it.
 
-    steps: number of unsaved steps of the review, including steps before the journal; size: bytes of
-    the replayed lines; damaged: number of lines that could not be replayed, 0 for a journal that
-    ends in a complete line or in one cut short.
+    Parameters
+    ----------
+    steps
+        Number of unsaved steps of the review, including steps before the journal.
+    size
+        Bytes of the replayed lines.
+    damaged
+        Number of lines that could not be replayed, 0 for a journal that ends in a complete line or
+        in one cut short.
     """
 
     path: Path
@@ -197,8 +206,8 @@ class Recovered:
 def recover(path: Path, clip: Clip | None = None) -> Recovered:
     """Replay a journal; raises TwistError if nothing in it can be used.
 
-    clip: the clip to replay it on; if it is the journal's own clip, entries about frames that it
-    does not have count as damaged.
+    `clip` is the clip on which the journal is replayed. If this is the journal's own clip, entries
+    about frames that it does not have count as damaged.
     """
     lines = bytes_of(path, _MOST_BYTES).split(b"\n")
     try:
@@ -339,7 +348,7 @@ _NAMES = {"tau": "tau_deg"}
 
 
 def command_to_json(command: Command) -> dict[str, Any]:
-    """Return a command as a list: its verb, usually the class name, then its fields in order."""
+    """Return a command as a list with its verb, usually the class name, and its fields in order."""
     fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
     other = isinstance(command, Track) and needs_both_ways_schema(command.tracking)
     return {"do": _BOTH_WAYS if other else type(command).__name__, **fields}

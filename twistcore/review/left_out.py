@@ -1,4 +1,4 @@
-"""Frames that a person excludes from tuning, so that they do not influence τ."""
+"""Frames that a person excludes from tuning, so that they have no influence on τ."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class LeaveOut(Command):
-    """Exclude exactly these half-open spans of frames from tuning."""
+    """Set the half-open spans of frames that are excluded from tuning."""
 
     spans: tuple[Span, ...]
 
@@ -42,7 +42,7 @@ def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
 
 
 def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
-    """Return the parts of `spans` that lie in none of `others`."""
+    """Return the parts of `spans` that are not covered by any of `others`."""
     out: list[Span] = []
     taken = joined_spans(others)
     for start, stop in joined_spans(spans):

@@ -1,4 +1,4 @@
-"""The state of a review: immutable, so that an undo restores the previous state."""
+"""The state of a review, which is immutable, so that an undo restores the previous state."""
 
 from __future__ import annotations
 
@@ -48,11 +48,20 @@ class Decision(StrEnum):
 class Tracking:
     """The joints tracked with QuaMo after the twist correction, and the settings.
 
-    joints: names, in the skeleton's order, empty if only the position is tracked; learned: True to
-    use the gains of the shipped networks instead of κP (1/s²), κD (1/s) and κA; weights: the first
-    16 digits of the SHA-256 of the networks' file, '' with gains set by hand; causal: False to
-    track forward and backward; place: True to track also the figure's position. In sessions without
-    the last two keys, these have their defaults.
+    In sessions without the last two keys, these have their defaults.
+
+    Parameters
+    ----------
+    joints
+        Names, in the skeleton's order, empty if only the position is tracked.
+    learned
+        True to use the gains of the shipped networks instead of κP (1/s²), κD (1/s) and κA.
+    weights
+        The first 16 digits of the SHA-256 of the networks' file, '' with gains set by hand.
+    causal
+        False to track forward and backward.
+    place
+        True to track also the figure's position.
     """
 
     joints: tuple[str, ...]
@@ -75,10 +84,20 @@ class Tracking:
 class Judged:
     """An interval under review.
 
-    id: number that stays the same during the review; by_hand: True if a person created it; edited:
-    True if its frames or offset were changed; supported: True if the detector still finds it at the
-    present τ; reviewer, decided_at (ISO 8601), note, reason (for a rejection): as entered; in_bulk:
-    True if accepted together with all equally confident intervals, without looking at each.
+    Parameters
+    ----------
+    id
+        Number that stays the same during the review.
+    by_hand
+        True if a person created it.
+    edited
+        True if its frames or offset were changed.
+    supported
+        True if the detector still finds it at the present τ.
+    reviewer, decided_at, note, reason
+        The name, the time (ISO 8601), the note and, for a rejection, the reason, as entered.
+    in_bulk
+        True if accepted together with all equally confident intervals, without looking at each.
     """
 
     id: int
@@ -143,11 +162,20 @@ class Judged:
 
 @dataclass(frozen=True, eq=False)
 class ReviewState:
-    """The state of a review: its intervals, sorted by chain order and start, and its settings.
+    """The state of a review, with its intervals, sorted by chain and start, and its settings.
 
-    method: name of the detector; tau: τ in radians by name of a chain or limb; tracking: the
-    tracking after the twist correction, None for none; rig: the chains and limbs that the names
-    refer to; left_out: spans excluded from tuning.
+    Parameters
+    ----------
+    method
+        Name of the detector.
+    tau
+        τ in radians by name of a chain or limb.
+    tracking
+        The tracking after the twist correction, None for none.
+    rig
+        The chains and limbs that the names refer to.
+    left_out
+        Spans excluded from tuning.
     """
 
     method: str
@@ -179,7 +207,9 @@ class ReviewState:
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
     def same_frames(self, interval: Interval) -> Judged | None:
-        """Return an interval, not rejected, with the same chain, kind and frames, or None."""
+        """Return an interval that has the same chain, kind and frames and is not rejected, or
+        None.
+        """
         wanted = interval.kind, interval.start, interval.stop
         for judged in self.of_chain(interval.chain):
             own = judged.interval
@@ -188,7 +218,8 @@ class ReviewState:
         return None
 
     def chosen(self, *, undecided: bool = False) -> tuple[Interval, ...]:
-        """Return the accepted intervals or, with `undecided`, all that are not rejected.
+        """Return the accepted intervals or, with `undecided`, all intervals that are not
+        rejected.
 
         Lone jumps are left out: a person has only looked at an accepted lone jump, and it cannot be
         corrected.
@@ -220,10 +251,10 @@ class ReviewState:
         undecided: bool = False,
         order: Sequence[int] = (),
     ) -> int | None:
-        """Return the id of the next (+1) or previous (−1) interval, wrapping around; None if none.
+        """Return the id of the next (+1) or previous (−1) interval, wrapping around, or None.
 
-        undecided: True to skip decided ones; order: ids in the order of a list, by default sorted
-        by chain and start.
+        Set `undecided` to True to skip decided intervals. `order` lists ids in the order of a list;
+        by default, intervals are sorted by chain and start.
         """
         by_id = {j.id: j for j in self.intervals}
         ids = [
@@ -273,16 +304,17 @@ def chain_places(chains: Iterable[str]) -> Mapping[str, int]:
 
 
 def as_written(interval: Interval) -> Interval:
-    """Return the interval with its offset rounded as in a session file: nine decimals of degrees.
+    """Return the interval with its offset rounded as in a session file, to nine decimals of
+    degrees.
 
-    −0.0 becomes 0.0. This way the program and `twistcore apply` correct by exactly the same
-    numbers.
+    −0.0 becomes 0.0. The rounding ensures that the program and `twistcore apply` correct by exactly
+    the same numbers.
     """
     return interval.as_written
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """Return the interval over [start, stop); new frames get the offset of the nearest old one."""
+    """Return the interval over [start, stop), with the nearest old offset in new frames."""
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
 
@@ -300,10 +332,10 @@ def same_offsets(one: Interval, other: Interval) -> bool:
 
 
 def levelled(interval: Interval, delta: float) -> Interval:
-    """Return the interval with all offsets shifted so that their median is `delta`, radians.
+    """Return the interval with all offsets shifted so that their median is `delta`, in radians.
 
-    An interval with soft ends gets `delta` as its largest offset: it is scaled, so that its ends
-    stay soft.
+    An interval with soft ends is scaled so that its ends stay soft and `delta` is its largest
+    offset.
     """
     if interval.soft_ended:
         return interval.with_offset(interval.start, interval.offset * (delta / interval.largest))
@@ -311,14 +343,15 @@ def levelled(interval: Interval, delta: float) -> Interval:
 
 
 def flattened(interval: Interval) -> Interval:
-    """Return the interval with its median offset in all frames, so that it is a level shift."""
+    """Return the interval with its median offset in all frames, which makes it a level shift."""
     return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
 
 
 def following(interval: Interval, theta_p: Array) -> Interval:
     """Return the interval with offsets per frame that turn P's twist into a straight line.
 
-    theta_p: twist of P, radians, (frames,). This is for errors that drift or jitter inside.
+    `theta_p` is the twist of P in radians, shape (frames,). This is useful for errors that drift or
+    jitter.
     """
     if interval.frames >= len(theta_p):
         return interval
@@ -342,11 +375,11 @@ def carried_over(
 ) -> ReviewState:
     """Apply the decisions of an earlier review to this one, matching intervals by their overlap.
 
-    An untouched interval takes verdict, reviewer, note and reason from the earlier interval of its
-    chain that shares most frames with it, and also frames and offset if they were edited. An
-    interval that a person has changed here stays. Intervals made by hand are added. same_clip: True
-    to add also, marked as unsupported by the detector, all other kept intervals that overlap none
-    here; in another take their error may not exist.
+    An untouched interval takes the verdict, reviewer, note and reason from the earlier interval of
+    its chain that shares most frames with it, and also the frames and offset if they were edited.
+    An interval that a person has changed in this review stays. Intervals made by hand are added. If
+    `same_clip` is True, all other kept intervals that overlap none here are added as well, marked
+    as unsupported by the detector. In another take, the error may not exist.
     """
     left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
     by_hand = {_frames(j) for j in state.intervals if j.by_hand}
@@ -373,7 +406,7 @@ def carried_over(
 
 
 def _common(one: Interval, other: Interval) -> int:
-    """Return the number of common frames; it is 0 or less if there are none.
+    """Return the number of common frames, or a number of at most 0 if there are none.
 
     It is also 0 or less for errors that cannot be the same.
     """
@@ -387,7 +420,7 @@ def _frames(judged: Judged) -> tuple[str, int, int]:
 
 
 def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
-    """Return the ids of intervals, not rejected, that overlap in a chain, so their offsets add
+    """Return the ids of intervals, not rejected, that overlap in a chain and whose offsets add
     up.
     """
     out: set[int] = set()
@@ -405,6 +438,6 @@ def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
 
 
 def constant(chain: str, start: int, stop: int, delta: float) -> Interval:
-    """Return an interval with the same offset, radians, in all frames."""
+    """Return an interval with the same offset, in radians, in all frames."""
     offset: Array = np.full(stop - start, delta)
     return Interval(chain, start, stop, offset)

@@ -1,4 +1,4 @@
-"""Change the chains of a review: their τ, and the chains in which to detect again."""
+"""Change the chains of a review, with their τ, and determine where to detect again."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def changed_chains(
 
     A chain that stays keeps its τ, unless it was the automatic one, which is then computed again.
     Chains of one line are explained together, so a neighbour of an added or removed chain may have
-    other intervals now; such chains are detected again. what: name of the command.
+    other intervals now; such chains are detected again. `what` is the name of the command.
     """
     method = before.usable(state.method)
     old, new = before.detector(method), after.detector(method)
@@ -45,7 +45,7 @@ def _was_automatic(tau: float, before: float, now: float) -> bool:
 
 
 def _alike(some: tuple[Interval, ...], others: tuple[Interval, ...]) -> bool:
-    """True if a review would store both in the same way."""
+    """True if a review would store the same data for both."""
     return len(some) == len(others) and all(
         (a.start, a.stop, a.confidence, a.open, a.kind, a.carried)
         == (b.start, b.stop, b.confidence, b.open, b.kind, b.carried)

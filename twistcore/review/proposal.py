@@ -1,4 +1,4 @@
-"""A first guess for an interval made by hand."""
+"""Propose an interval that a person makes by hand."""
 
 from __future__ import annotations
 
@@ -20,11 +20,10 @@ _FAINT, _FAINT_FLIP = np.radians(1.0), np.radians(25.0)
 
 
 def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float) -> Interval:
-    """Return an interval around a frame, from the strongest counter-rotation before to that after
-    it.
+    """Return an interval between the strongest counter-rotations before and after a frame.
 
-    If there is none of 1° or more, the interval is 0.1 s long. Its offset is the level of θp inside
-    relative to the line between its two neighbours outside.
+    If there is no counter-rotation of 1° or more, the interval is 0.1 s long. Its offset is the
+    level of θp inside relative to the line between its two neighbours outside.
     """
     frames = len(signals.theta_p)
     reach = max(2, round(_REACH * fps))
@@ -65,7 +64,7 @@ def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
-    """Return the edges, replacing an edge of −1 by one 0.1 s away or around the frame."""
+    """Return the edges, with an edge of −1 replaced by one 0.1 s away or around the frame."""
     half = max(1, round(_HALF * fps))
     if start < 0:
         start = max(0, (stop if stop >= 0 else frame + half + 1) - 2 * half - 1)

@@ -27,8 +27,9 @@ def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[In
 def with_reasons(found: Iterable[Interval]) -> Callable[[ReviewState], ReviewState]:
     """Return a function that adds to a review the reasons of equal intervals (chain, kind, frames).
 
-    An interval keeps the reason it has, and one made by hand gets none. The same state and interval
-    always become the same new ones; if there is nothing to add, they are returned unchanged.
+    An interval keeps the reason that it has, and an interval made by hand gets none. Repeated calls
+    with the same state return the same objects. If there is nothing to add, the state is returned
+    unchanged.
     """
     known = {_place(i): i.explain for i in found if i.explain is not None}
     states: dict[ReviewState, ReviewState] = {}

@@ -1,4 +1,6 @@
-"""The session file: a review that can be closed, reopened and replayed without the program."""
+"""The session file, with which a review can be closed, reopened and replayed without the
+program.
+"""
 
 from __future__ import annotations
 
@@ -80,7 +82,8 @@ class Session:
 
 
 def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
-    """Return the session as JSON data; angles in degrees with nine decimals, times in frames.
+    """Return the session as JSON data, with angles in degrees to nine decimals and times in
+    frames.
 
     The oldest possible schema is used, so that older programs can read sessions that use no newer
     features.
@@ -138,7 +141,7 @@ def write_session(
     review: Review | ReviewState | Clip,
     path: str | Path | Review | ReviewState,
 ) -> None:
-    """Write a session file atomically: a review with its clip, to open or replay later.
+    """Write a review with its clip to a session file, atomically, to open or replay it later.
 
     Arguments in the order of earlier versions, ``(path, clip, state)``, are also accepted.
 
@@ -234,7 +237,7 @@ def read_session_file(path: Path) -> tuple[Session, str]:
 
 
 def session_from_document(document: Any) -> Session:
-    """Return the session in a JSON document; a FormatError names the missing or wrong part."""
+    """Return the session in a JSON document; a FormatError names a missing or wrong part."""
     if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
     has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
@@ -270,7 +273,7 @@ def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
 
 
 def degrees_to_json(radians: float) -> float:
-    """Return an angle in degrees with nine decimals; −0.0 becomes 0.0."""
+    """Return an angle in degrees with nine decimals, and 0.0 instead of −0.0."""
     return round(float(np.degrees(radians)), 9) + 0.0
 
 
@@ -322,9 +325,10 @@ def tracking_from_json(entry: Any) -> Tracking:
 
 
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval as JSON data; its offset in degrees is one number, or one per frame.
+    """Return an interval as JSON data, with its offset in degrees as one number or one per
+    frame.
 
-    kinds: True to write the kind also for a counter-twist.
+    Set `kinds` to True to write the kind also for a counter-twist.
     """
     degrees = [degrees_to_json(offset) for offset in interval.offset]
     entry = {
@@ -383,7 +387,9 @@ def _offset(entry: Any, frames: int) -> Array:
 
 
 def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval under review as JSON data; kinds: see :func:`interval_to_json`."""
+    """Return an interval under review as JSON data. `kinds` has the same meaning as in
+    :func:`interval_to_json`.
+    """
     return {
         "id": judged.id,
         **interval_to_json(judged.interval, kinds=kinds),
@@ -396,7 +402,7 @@ def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
 def judged_from_json(entry: Any, *, kinds: bool = False) -> Judged:
     """Return an interval under review from JSON data; raise FormatError if it is damaged.
 
-    kinds: True if the kind is required also for a counter-twist.
+    If `kinds` is True, the kind is required also for a counter-twist.
     """
     has(entry, "id", "decision", *(k for k in _JUDGED if k != "reason"), what="an interval")
     has(entry, *(("kind", "carried") if kinds else ()))

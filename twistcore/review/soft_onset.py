@@ -14,7 +14,7 @@ BEGUN, THERE = 0.05, 0.9  # shares of the largest offset at which the onset begi
 
 
 def soft_onset(interval: Interval) -> str:
-    """Return how an error begins, its size, and the size relative to its scale; '' for others."""
+    """Return text on how an error begins, its size, and the size relative to its scale, or ''."""
     evidence = interval.evidence or {}
     if evidence.get("follows") != SOFT:
         return ""
@@ -31,7 +31,7 @@ def soft_onset(interval: Interval) -> str:
 
 
 def onset_frames(offset: Array) -> tuple[int, int]:
-    """Return how many frames an offset, (frames,), takes to nearly reach its maximum, and to
+    """Return how many frames an offset, (frames,), takes to nearly reach its maximum and to
     decay.
     """
     size = np.abs(offset)

@@ -29,14 +29,14 @@ from twistcore.work.frozen import dataclass
 
 SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
 
-_NEAR = 0.75  # of difflib's ratio: a closer name may be a typing error
+_NEAR = 0.75  # smallest ratio of difflib for a name that may be a typing error
 _COLLINEAR = np.cos(np.radians(20.0))
 VARYING = np.cos(np.radians(1.0))  # bones that vary more have an axis for each frame
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Parent P, child C, grandchild G by joint index, and their bone directions.
+    """A chain of a parent P, a child C and a grandchild G, with their bone directions.
 
     Parameters
     ----------
@@ -91,16 +91,16 @@ class Chain:
 
     @property
     def label(self) -> str:
-        """Return the label for tables: 'Left ForeArm', or 'B · Left ForeArm' if there are
-        several people.
+        """Return the label for tables, such as 'Left ForeArm', or 'B · Left ForeArm' with several
+        people.
         """
         return f"{self.person} · {self.part}" if self.person else self.part
 
     @property
     def part(self) -> str:
-        """Return the part of the body: 'Left ForeArm', or the joint's name if unknown.
+        """Return the part of the body, such as 'Left ForeArm', or the joint's name if unknown.
 
-        For a bone in pieces, the piece is added: 'Left Arm · upperarm02.L'.
+        For a bone in pieces, the piece is added, as in 'Left Arm · upperarm02.L'.
         """
         if not self.segment:
             return self.name
@@ -125,7 +125,7 @@ class Chain:
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
         """Return P and its children, which are the joints that an error or its correction changes.
 
-        carried: only for limbs: True if the end of the limb turned with it.
+        `carried` is only for limbs, and is True if the end of the limb turned with it.
         """
         del carried
         return self.parent, *skeleton.children[self.parent]
@@ -186,8 +186,9 @@ def make_chain(
 ) -> Chain | None:
     """Return the chain of three joints, or None if P→C has no length and therefore no axis.
 
-    Without a grandchild, b is for a hand the unit Z of C's frame [Choi26 §4.1.3], or the axis of C
-    least parallel to a if Z lies within 20° of it; for a foot, b points to its End Site.
+    Without a grandchild, the direction b depends on the joint. For a hand, b is the unit Z of C's
+    frame [Choi26 §4.1.3] or, if Z is within 20° of a, the axis of C that is least parallel to a.
+    For a foot, b points to its End Site.
     """
     skeleton = motion.skeleton
     warnings: list[str] = []
@@ -233,11 +234,12 @@ def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...
 
 
 def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False) -> tuple[str, ...]:
-    """Return the joints that prevent a correction: it changes them, but they cannot rotate freely.
+    """Return the joints that prevent a correction, because it would turn them and they lack
+    channels.
 
-    These joints lack three rotation channels; the result is empty if the chain is correctable.
-    carried: True for a limb flip in which the end turned with the limb, so that its own rotation
-    does not change.
+    These joints do not have three rotation channels. The result is empty if the chain is
+    correctable. `carried` is True for a limb flip in which the end turned with the limb, so that
+    its own rotation does not change.
     """
     skeleton = motion.skeleton
     rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)
@@ -252,9 +254,9 @@ _NAME, _LABELS = ("name",), ("label", "list_label")
 def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain:
     """Return the chain or limb with a name or label, as `twistcore info` lists them.
 
-    Case and spaces are ignored unless chains differ only in these. where: the clip, for messages.
-    Raises TwistError that lists similar names if no chain has the name, or all matching chains if
-    there are several.
+    Case and spaces are ignored unless chains differ only in these. `where` is the name of the clip
+    for messages. Raises TwistError that lists similar names if no chain has the name, or all
+    matching chains if there are several.
     """
     chains = tuple(chains)
     for key, attributes in (
@@ -299,7 +301,7 @@ def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
 
 
 def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
-    """Return the chains' assumptions, each sentence only once, since two chains may share a
+    """Return the assumptions made about chains, each sentence only once, since chains may share a
     joint.
     """
     return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))

@@ -1,4 +1,4 @@
-"""The up direction, the height and the heading of a figure."""
+"""The up direction, height and heading of a figure."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from twistcore.skeleton.rotation import Array
 def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:
     """Return the unit vector that points up, (3,): Y, or Z if the figure is upright along Z.
 
-    It is guessed from the direction from the knees to the shoulders over the clip, positions
-    (frames, joints, 3), since the rest pose may be arbitrary. Without limbs, the rest pose is used.
+    The axis is guessed from the direction from the knees to the shoulders in the positions (frames,
+    joints, 3), since the rest pose may be arbitrary. Without limbs, the rest pose is used.
     """
     knees = [c.parent for c in chains if c.segment == "Leg"]
     shoulders = [c.parent for c in chains if c.segment == "Arm"]
@@ -31,10 +31,10 @@ def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) ->
 
 
 def figure_size(positions: Array, skeleton: Skeleton) -> float:
-    """Return the figure's height in the file's unit: the height of its largest pose.
+    """Return the height of a figure's largest pose, in the file's unit.
 
-    The height is at most the height of the rest pose. positions: (frames, joints, 3), of which
-    about 200 frames are used. If there are several people, the tallest one is used.
+    The height is at most the height of the rest pose. `positions` has the shape (frames, joints,
+    3); about 200 of the frames are used. If there are several people, the tallest one is used.
     """
     some = positions[:: max(1, len(positions) // 200)]
     poses = (some[:, list(person.joints)] for person in find_people(skeleton))
@@ -45,9 +45,9 @@ def figure_size(positions: Array, skeleton: Skeleton) -> float:
 def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
     """Return the horizontal unit vector in which the figure faces, (3,).
 
-    positions: (joints, 3); up: a unit vector, (3,). It is derived from the direction from right to
-    left across hips and shoulders; it is Z (−Y if Z is up) if the sides are unknown. If there are
-    several people, the first one with chains is used.
+    `positions` has the shape (joints, 3), and `up` is a unit vector, (3,). The heading is derived
+    from the direction from right to left across hips and shoulders. The heading is Z (−Y if Z is
+    up) if the sides are unknown. If there are several people, the first one with chains is used.
     """
     across = np.zeros(3)
     own = [c for c in chains if c.person == chains[0].person]

@@ -1,7 +1,7 @@
 """Twist bones next to a chain, as in Unreal rigs, which distribute the roll of a limb's bone.
 
 A helper is a child of the joint P of a bone, next to C, and turns about the bone. A helper that
-turns wrongly wrings the skin ("candy wrapper") although no joint of the limb is wrong.
+turns wrongly twists the skin like a candy wrapper although no joint of the limb is wrong.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ _IN_LINE = np.cos(np.radians(5.0))  # largest angle between a helper and the bon
 class Helper(Chain):
     """A twist bone next to a chain, treated as a chain whose parent is the helper.
 
-    parent: index of the helper; child: C of the bone whose roll it distributes; axis: the bone's
-    direction in the coordinates of their common parent joint.
+    `parent` is the index of the helper. `child` is the joint C of the bone whose roll the helper
+    distributes. `axis` is the direction of that bone in the coordinates of their common parent
+    joint.
     """
 
     def __repr__(self) -> str:
@@ -33,7 +34,7 @@ class Helper(Chain):
 
     @property
     def part(self) -> str:
-        """Return the bone and the helper: 'Left Arm · upperarm_twist_01_l'."""
+        """Return the names of the bone and the helper, such as 'Left Arm · upperarm_twist_01_l'."""
         bone = f"{self.side} {self.segment}"
         return f"{bone} · {self.name}" if self.segment else self.name
 
@@ -59,7 +60,7 @@ def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
 
 
 def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator[Helper]:
-    """Yield the helpers of one bone: leaves that lie on it, and children with a helper's name."""
+    """Yield the helpers of one bone: leaf joints on the bone, and children with a helper's name."""
     skeleton, parent, child = motion.skeleton, bone.parent, bone.child
     chain = make_chain(motion, parent, child, side=line.side, segment=bone.segment)
     if chain is None:

@@ -144,7 +144,9 @@ class _Piece:
 
 
 def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """Return the meaning of each joint's words, read alone and then compared with other joints."""
+    """Return the meaning of each joint's words, first read alone and then compared with other
+    joints.
+    """
     numbers = [_number(w, vocabulary) for w in words]
     letters = [[w for w in joint if not w.isdigit()] for joint in words]
     pieces = [_pieces(joint, vocabulary) for joint in letters]
@@ -210,7 +212,7 @@ def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _may_join(word: str, shortest: int) -> bool:
-    """True if a word may be searched for within another; short alphabetic words may not."""
+    """True if a word may be searched for within another, unlike short alphabetic words."""
     return len(word) >= shortest or not _has_case(word)
 
 
@@ -219,7 +221,7 @@ def _has_case(word: str) -> bool:
 
 
 def _taken_apart(word: str, vocabulary: Vocabulary) -> list[_Piece]:
-    """Split a word into as few known words as possible; [] if some part is unknown."""
+    """Split a word into as few known words as possible; return [] if a part is unknown."""
     if len(word) > _LONGEST:
         return []
     best: list[list[_Piece] | None] = [None] * (len(word) + 1)
@@ -261,7 +263,7 @@ def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]
 
 
 def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabulary) -> list[str]:
-    """Return sides from words that count only if the mirrored name has the other word; or ''.
+    """Return sides from words that count only if the mirrored name has the other word, or ''.
 
     Such words mean a side only in pairs of mirrored names.
     """
@@ -318,7 +320,9 @@ def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
 
 
 def _side(pieces: list[_Piece]) -> str:
-    """Return the side; a word has priority over a letter, and a capital over a small letter."""
+    """Return the side, with priority for a word over a letter, and for a capital over a small
+    letter.
+    """
     sides = [p for p in pieces if p.side]
     if len(sides) == len(pieces):
         return ""  # Xsens' L5 is a vertebra
@@ -327,7 +331,8 @@ def _side(pieces: list[_Piece]) -> str:
 
 
 def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName]:
-    """Choose roles by comparing joints: drop a role if another word on that side fits it better.
+    """Choose roles by comparing joints, and drop a role if another word on that side fits it
+    better.
 
     If a word has several meanings, a meaning that no other word of its side has comes first.
     """

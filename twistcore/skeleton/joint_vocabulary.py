@@ -1,4 +1,6 @@
-"""The words in joint names and their meanings: `joint_names.toml`, and a person's own file."""
+"""The words in joint names and their meanings, from `joint_names.toml` and from a person's own
+file.
+"""
 
 from __future__ import annotations
 
@@ -48,11 +50,25 @@ _KEYS = (*_SIDES, *ROLES, *_MARKS, "pairs", "either", "whole")
 class JointName:
     """The meaning of a joint's name.
 
-    side: 'Left', 'Right' or ''; stem: the rest in lower-case letters, without accents; number: its
-    digits; roles: those of ROLES that the word can mean, the likeliest first, () for none; helper:
-    True if the joint only distributes the twist of its bone; other: True if the joint belongs to
-    the head or hand, or to something carried, and never to an arm or leg; trunk: True if the joint
-    is the pelvis, spine or neck; word: the word that has this meaning.
+    Attributes
+    ----------
+    side
+        'Left', 'Right' or ''.
+    stem
+        The rest of the name in lower-case letters, without accents.
+    number
+        The digits of the name.
+    roles
+        Those of ROLES that the word can mean, the likeliest first, () for none.
+    helper
+        True if the joint only distributes the twist of its bone.
+    other
+        True if the joint belongs to the head or hand, or to something carried, and never to an arm
+        or leg.
+    trunk
+        True if the joint is the pelvis, spine or neck.
+    word
+        The word that has this meaning.
     """
 
     side: str
@@ -88,9 +104,14 @@ class Meaning:
 class Vocabulary:
     """Words, in the form that `folded` returns, with their meanings.
 
-    pairs: words for left and right that mean a side only in mirrored names; languages: vocabularies
-    whose words count only if the whole skeleton is named in that language; joints: a person's
-    meanings of single joints, by their full names.
+    Attributes
+    ----------
+    pairs
+        Words for left and right that mean a side only in mirrored names.
+    languages
+        Vocabularies whose words count only if the whole skeleton is named in that language.
+    joints
+        A person's meanings of single joints, by their full names.
     """
 
     words: Mapping[str, Meaning]
@@ -99,7 +120,9 @@ class Vocabulary:
     joints: Mapping[str, JointName] = field(default_factory=dict)
 
     def over(self, other: Vocabulary) -> Vocabulary:
-        """Return a vocabulary with this one's words, and those of `other` that are missing here."""
+        """Return a vocabulary with the words of this one, and with words of `other` that it
+        lacks.
+        """
         return Vocabulary(
             {**other.words, **self.words},
             tuple(dict.fromkeys(self.pairs + other.pairs)),
@@ -168,7 +191,9 @@ def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
 
 
 class _WordsError(FormatError):
-    """An error in a file of words; `at`: the words near it, by which its line is found."""
+    """Raised for an error in a file of words; `at` are the words near it, by which its line is
+    found.
+    """
 
     def __init__(self, message: str, *at: str) -> None:
         super().__init__(message)
@@ -176,7 +201,7 @@ class _WordsError(FormatError):
 
 
 def _place(data: bytes, at: tuple[str, ...]) -> str:
-    """Return 'line 7: ' for the first line that contains these words in this order, or ''."""
+    """Return text such as 'line 7: ' for the first line with these words in this order, or ''."""
     found = 0
     lines = data.decode("utf-8", "replace").splitlines()
     for word in at:
@@ -277,7 +302,7 @@ def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
 
 
 def _phrase(words: str) -> str:
-    """Return a phrase in the form in which it is looked up: as one word."""
+    """Return a phrase in the form in which it is looked up, as one word."""
     if words.isascii():
         return "".join(filter(str.isalnum, words)).lower()
     return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")
@@ -304,7 +329,8 @@ def _as_said(said: Any, name: str) -> JointName:
 
 
 def joint_as_said(name: str, said: str) -> JointName:
-    """Return the meaning of a person's word for a joint: 'left hand', 'helper', 'other', 'unknown'.
+    """Return the meaning of a person's word for a joint, which may be 'left hand', 'helper',
+    'unknown' …
 
     Raises FormatError for any other word.
     """

@@ -48,7 +48,9 @@ def _runs(name: str) -> list[str]:
 
 
 def _is_side_and_letter(capitals: str) -> bool:
-    """True if two capitals before a word are a side and the word's first letter: LUArm, RFArm."""
+    """True if two capitals before a word are a side and the word's first letter, as in LUArm and
+    RFArm.
+    """
     return len(capitals) == 2 and capitals[0] in "LR"
 
 

@@ -19,12 +19,12 @@ from twistcore.work.frozen import dataclass
 _SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
 _MIDDLES = {"Arm": "elbow", "UpLeg": "knee"}
 _ENDS = {"Arm": "hand", "UpLeg": "foot"}
-_SHORTEST = 0.3  # of the other bone: a shorter one is a stump, and the limb has no knee
+_SHORTEST = 0.3  # share of the other bone; a shorter bone is a stump, and the limb has no knee
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Limb(Chain):
-    """A whole limb as a chain: hip P, knee C and ankle E, or shoulder, elbow and wrist.
+    """A whole limb as a chain of hip P, knee C and ankle E, or of shoulder, elbow and wrist.
 
     The errors of a limb turn about the line from P to E, not about the bone from P to C.
 
@@ -54,35 +54,37 @@ class Limb(Chain):
         return self.grandchild
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return P and, unless it was carried, E; a flip does not change C's own rotation."""
+        """Return P and, unless it was carried along, E; a flip does not change C's own rotation."""
         del skeleton
         return (self.parent,) if carried else (self.parent, self.end)
 
     @property
     def part(self) -> str:
-        """Return the name of the limb: 'Left arm', or the names of its joints if unknown."""
+        """Return the name of the limb, such as 'Left arm', or the names of its joints if
+        unknown.
+        """
         return f"{self.side} {_SEGMENTS[self.segment]}" if self.segment else self.name
 
     @property
     def list_label(self) -> str:
-        """Return a label that is clearly different from the chain 'Right Leg': 'Right leg ·
+        """Return a label that differs clearly from a chain's ('Right Leg'), such as 'Right leg ·
         limb'.
         """
         return f"{self.label} · limb"
 
     @property
     def middle_word(self) -> str:
-        """Return the usual word for C: 'knee', 'elbow', or 'middle joint' if unknown."""
+        """Return the usual word for C, which is 'knee', 'elbow', or 'middle joint' if unknown."""
         return _MIDDLES.get(self.segment, "middle joint")
 
     @property
     def end_word(self) -> str:
-        """Return the usual word for E and its children: 'foot', 'hand' or 'end'."""
+        """Return the usual word for E and its children, which is 'foot', 'hand' or 'end'."""
         return _ENDS.get(self.segment, "end")
 
 
 def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) -> tuple[Limb, ...]:
-    """Find the limbs of a clip: arms and legs, by names or by the shape of the skeleton.
+    """Find the arms and legs of a clip, by names or by the shape of the skeleton.
 
     Without known names, a limb is the two neighbouring bones of a line with the largest total
     length. A limb ends in a joint, neither of its bones is much shorter than the other, and a bone
@@ -128,9 +130,9 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
 
 
 def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
-    """Yield chains from P over C to E, each spanning a whole bone and the next one.
+    """Yield chains from P through C to E, each of two whole successive bones.
 
-    line: the chains of one limb.
+    `line` are the chains of one limb.
     """
     by_parent = {c.parent: c for c in line}
     inner = {c.child for c in line if not c.ends}
@@ -145,7 +147,7 @@ def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
 
 
 def _last_piece(chain: Chain, by_parent: Mapping[int, Chain]) -> Chain:
-    """Return the chain of the last piece of a bone; chain: the chain of its first piece."""
+    """Return the chain of the last piece of a bone. `chain` is the chain of its first piece."""
     while not chain.ends and chain.child in by_parent:
         chain = by_parent[chain.child]
     return chain
@@ -162,7 +164,7 @@ def joint_path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
 def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
     """Return the positions of C and E relative to P, each (frames, 3), in the file's unit.
 
-    They are in the frame of P's parent.
+    The positions are in the frame of P's parent.
     """
     upper = joint_path(motion.skeleton, limb.parent, limb.child)
     lower = joint_path(motion.skeleton, limb.child, limb.end)

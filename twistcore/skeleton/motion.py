@@ -21,7 +21,7 @@ _ELEMENTS = 1 << 16  # numbers of one kind in a block
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """Joints in file order: a parent always comes before its children.
+    """Joints in file order, with every parent before its children.
 
     Parameters
     ----------
@@ -85,7 +85,9 @@ class Skeleton:
 
     @cached_property
     def height(self) -> float:
-        """Return the largest extent of the rest pose along an axis, in the file's unit; never 0."""
+        """Return the largest extent of the rest pose along an axis, in the file's unit, which is
+        never 0.
+        """
         rest = np.zeros((len(self), 3))
         for joint, parent in enumerate(self.parents):
             rest[joint] = self.offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
@@ -153,7 +155,7 @@ class Motion:
 
     @property
     def duration(self) -> float:
-        """Return the length in seconds: the number of frames times the frame time."""
+        """Return the length in seconds, which is the number of frames times the frame time."""
         return self.frames * self.frame_time
 
     @property
@@ -226,7 +228,7 @@ def once_a_motion(work: Callable[[Motion], Known]) -> Callable[[Motion], Known]:
 
 
 def check_motion(thing: object) -> None:
-    """Raise TypeError for anything but a motion; for a clip, the message points to its motion."""
+    """Raise TypeError for anything but a motion; the message for a clip points to its motion."""
     if not isinstance(thing, Motion):
         inside = isinstance(getattr(thing, "motion", None), Motion)
         its = "; use its .motion" if inside else ""
@@ -258,7 +260,8 @@ def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
 def _descend(q: Array, p: Array, level: NDArray[np.int64], above: NDArray[np.int64]) -> None:
     """Convert local to global values for the joints of one depth, in place.
 
-    q: (4, joints, n), p: (3, joints, n); above: the parents' indices.
+    `q` has the shape (4, joints, n), and `p` has the shape (3, joints, n). `above` are the parents'
+    indices.
     """
     aw, ax, ay, az = q[:, above]
     bw, bx, by, bz = q[:, level]

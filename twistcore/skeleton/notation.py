@@ -1,7 +1,8 @@
-"""Recognise coarse notation in a clip: angles in whole degrees, held frames, linear keys.
+"""Recognise coarse notation in a clip, such as angles in whole degrees, held frames and linear
+keys.
 
 Artefacts of a notation are neither motion nor errors. The notation is recognised from the clip
-itself; a clip in plain notation is never mistaken for a coarse one.
+itself, and a clip in plain notation is never mistaken for a clip in a coarse one.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from twistcore.work.frozen import dataclass
 Frames = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-KIND = "notation"  # of the notes
+KIND = "notation"  # kind of the notes
 # Steps of written angles, degrees, that count as coarse: finer steps are lost in any motion.
 STEPS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)
 MULTIPLES, FEWEST = 0.9, 60  # share of the changed angles, and their least number
@@ -29,14 +30,14 @@ _ENOUGH = 400  # changed angles that are enough to recognise a plain clip
 _SAME = 1e-7  # degrees
 SAMPLE = 1024  # frames in the middle of a clip from which its notation is recognised
 HELD_SHARE, HELD_ALIKE = 0.4, 0.9  # share of repeated frames; of runs as long as most, ±1 frame
-STILL = 3.0  # times as long as most runs: then the figure is still
+STILL = 3.0  # ratio to the length of most runs from which the figure is still
 FEWEST_HELD, FEWEST_KEYS = 8, 6  # least number of runs and of keys for a rule
 USUAL = 0.35  # quantile of the changes of pace in one frame of n that is compared
-MOVES = 0.05  # of the usual change of pace: with less the figure is still between keys
+MOVES = 0.05  # share of the usual change of pace below which the figure is still between keys
 # Frames between keys. With fewer, the pace changes in most frames, as in natural motion, and the
 # frames between two keys cannot outvote a jump among them.
 LEAST_BETWEEN, MOST_BETWEEN = 5, 60
-FEWEST_A_SECOND = 7.5  # keys: with fewer, finds are shown and never corrected automatically
+FEWEST_A_SECOND = 7.5  # keys below which intervals are listed but never corrected automatically
 BETWEEN_KEYS = math.radians(60.0)  # per second: natural motion deviates less between keys
 # Excess share of all changes of pace on one frame in n, 0…1. 87 captures have at most 0.05, pieces
 # of them of 30 to 200 frames 0.14; with linear keys they have at least 0.46.
@@ -48,10 +49,10 @@ UNSEEN = 3.0  # steps of written angles: a smaller error may be rounding
 
 
 def angle_step(angles: Iterable[Array]) -> float:
-    """Return the step size of a clip's written angles, radians; 0 if it is finer than 0.1°.
+    """Return the step size of a clip's written angles, in radians; 0 if it is finer than 0.1°.
 
-    angles: one array per joint, degrees, (frames, channels). Only angles that differ from the
-    previous frame count, since constant ones such as 0 fit any step.
+    `angles` has one array per joint, in degrees, shape (frames, channels). Angles that are equal to
+    the previous frame are ignored, since constants such as 0 fit any step.
     """
     told = np.zeros(len(STEPS), dtype=np.int64)
     many = 0
@@ -80,11 +81,18 @@ def _middle(frames: int) -> slice:
 
 @dataclass(frozen=True, eq=False)
 class DistinctFrames:
-    """The frames that determine a clip: the frames that are not repeated, or the linear keys.
+    """The frames that determine a clip, which are either not repeated or linear keys.
 
-    motion: the motion in these frames only, at their own rate; first: index of each in the clip,
-    (kept,); frames: number of frames of the clip; even: True if the motion between them is linear,
-    False if it is held.
+    Attributes
+    ----------
+    motion
+        The motion in these frames only, at their own rate.
+    first
+        Index of each kept frame in the clip, shape (kept,).
+    frames
+        Number of frames of the clip.
+    even
+        True if the motion between these frames is linear, False if it is held.
     """
 
     motion: Motion
@@ -101,7 +109,7 @@ class DistinctFrames:
     def smallest(self) -> float:
         """Return the lowest τ, in radians, that distinguishes an error from motion between keys.
 
-        It is 0 if frames are held.
+        The result is 0 if frames are held.
         """
         return BETWEEN_KEYS / self.motion.fps if self.even else 0.0
 
@@ -122,8 +130,8 @@ class DistinctFrames:
     def spread(self, start: int, offset: Array) -> Array:
         """Return an offset over kept frames [start, start + n) for all clip frames that it changes.
 
-        The offset is in radians. It is held with its frame or, between linear keys, grows linearly
-        from 0 at the previous key and falls to 0 at the next key.
+        The offset is in radians. The offset is held with its frame or, between linear keys, rises
+        linearly from 0 at the previous key and falls to 0 at the next key.
         """
         stop = start + len(offset)
         if not self.even:
@@ -141,10 +149,11 @@ class DistinctFrames:
 
 @once_a_motion
 def without_held(motion: Motion) -> DistinctFrames | None:
-    """Return the motion without repeated frames if most are repeated by a rule, or None.
+    """Return the motion without repeated frames if most are repeated in a regular pattern, or
+    None.
 
     A frame that differs in any way from the previous one is kept, so that an error begins in its
-    own frame. While the figure is still, those frames are kept that the rule would keep.
+    own frame. While the figure is still, the frames that fit the pattern are kept.
     """
     starts = _run_starts(motion.rotations[_middle(motion.frames)])
     if _held_often(starts) is None:
@@ -170,7 +179,7 @@ def _run_starts(rotations: Array) -> Frames:
 
 
 def _held_often(starts: Frames) -> float | None:
-    """Return the usual length of the runs of equal frames; None if they follow no rule."""
+    """Return the usual length of the runs of equal frames; None if they follow no pattern."""
     lengths = np.diff(starts)
     if len(lengths) < FEWEST_HELD or len(lengths) > (1.0 - HELD_SHARE) * starts[-1]:
         return None
@@ -188,7 +197,7 @@ def _held_often(starts: Frames) -> float | None:
 
 @dataclass(frozen=True)
 class Keys:
-    """Linear keys: one every `spacing` frames, the first one at frame `first`."""
+    """Linear keys, one every `spacing` frames, beginning at frame `first`."""
 
     spacing: int
     first: int
@@ -199,7 +208,7 @@ class Keys:
         return mask
 
     def alone(self, motion: Motion) -> DistinctFrames:
-        """Return the motion reduced to its keys; the first frame counts as a key, too."""
+        """Return the motion reduced to its keys, of which the first frame is always one."""
         first = np.flatnonzero(self.mask(motion.frames))
         if first[0] > 0:
             first = np.concatenate([[0], first])
@@ -211,9 +220,9 @@ class Keys:
 def linear_keys(motion: Motion) -> Keys | None:
     """Return the keys between which all joints turn evenly; None if there are none.
 
-    The speed of the joints changes at keys and hardly between them: folded over n frames, one frame
-    has nearly all changes of speed. The many keys outweigh errors, cuts and a rest pose at the
-    start.
+    The speed of the joints changes at keys and hardly between them. If the clip is folded over n
+    frames, one frame has nearly all changes of speed. Since there are many keys, errors, cuts and a
+    rest pose at the start have little influence.
     """
     middle = _middle(motion.frames)
     q = motion.rotations[middle]

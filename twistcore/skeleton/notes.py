@@ -1,4 +1,4 @@
-"""Notes about an analysed clip: sentences that every command shows once."""
+"""Notes about an analysed clip, which are sentences that every command shows once."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ NOISE = "noise burst"
 SMOOTHED = "smoothed"  # joints that lost their fine movement for a while
 FROZEN = "frozen"  # limbs that do not move at all for a while
 UNSEARCHED = "unsearched"  # frames in which soft errors were not sought, since there were too many
-RESTLESS_CLIP = "restless"  # too many lone jumps for any find to be sure
+RESTLESS_CLIP = "restless"  # too many lone jumps for any interval to be certain
 
 
 @dataclass(frozen=True)
 class Note:
-    """A sentence about a clip; kind: a short word that notes on the same subject share."""
+    """A sentence about a clip. `kind` is a short word that notes on the same subject share."""
 
     kind: str
     text: str

@@ -12,9 +12,9 @@ from twistcore.skeleton.rig import Rig
 
 
 def with_own_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) -> Rig:
-    """Return the rig with a person's words for joints; the rig's own names have priority.
+    """Return the rig with a person's words for joints; names in the rig have priority.
 
-    words: from :func:`twistcore.skeleton.joint_names.read_words`, or None.
+    `words` come from :func:`twistcore.skeleton.joint_names.read_words`, or are None.
     """
     if words is None:
         return rig

@@ -1,4 +1,4 @@
-"""Find several people in one skeleton: their joints and their names.
+"""Find several people in one skeleton, with their joints and their names.
 
 People are siblings in the hierarchy, under their own roots or under one joint, and have the same
 limbs. Their joints differ by a namespace (`A:Hips`), by words before or after the joint's own
@@ -30,7 +30,7 @@ _ALIKE = 0.7  # share of words in common with the other person below the same jo
 _EVERY = 0.9  # share of the skeleton's joints that such people have together
 _ENDS = ("hand", "foot")
 _SHORTEST = 3  # joints of a limb
-_LEVELS = 5  # of branching, from the roots down, at which people are sought
+_LEVELS = 5  # levels of branching, from the roots down, at which people are sought
 _CROWD = 50  # people in a file; damaged files have more
 _LATEST = 8  # people to whom another limb may belong
 
@@ -39,8 +39,12 @@ _LATEST = 8  # people to whom another limb may belong
 class Person:
     """One of the people in a skeleton; `name` is '' if there is only one.
 
-    joints: indices in file order; words: the joints' names, in the same order, without the part
-    that identifies the person.
+    Attributes
+    ----------
+    joints
+        Indices in file order.
+    words
+        The joints' names, in the same order, without the part that identifies the person.
     """
 
     name: str
@@ -61,8 +65,12 @@ class _Mark:
 class _Top:
     """A joint with all joints below it.
 
-    words: these joints' names without the person's mark; limbs: (side, 'hand' or 'foot') of each
-    limb whose end has a known name.
+    Attributes
+    ----------
+    words
+        These joints' names without the person's mark.
+    limbs
+        (side, 'hand' or 'foot') of each limb whose end has a known name.
     """
 
     joint: int
@@ -133,7 +141,8 @@ def _split(
 
 
 def _with_equal_limbs(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Group tops into people by their limbs; tops with different limbs and the same mark are one.
+    """Group tops into people by their limbs; tops with different limbs and the same mark are one
+    person.
 
     A single limb next to a person is not another person, unless it has its own root.
     """
@@ -160,7 +169,7 @@ def _limbs_of(tops: Sequence[_Top]) -> frozenset[tuple[str, str]]:
 
 
 def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Return people whose hands and feet have unknown names: roots, or joints with similar
+    """Return the people whose hands and feet have unknown names, which are roots or similar
     names.
     """
     figures = [top for top in tops if _is_figure(skeleton, top)]
@@ -172,7 +181,9 @@ def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]
 
 
 def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
-    """True if long lines start from two of its joints, as legs from hips and arms from a chest."""
+    """True if long lines start from two of a figure's joints, as legs from hips and arms from a
+    chest.
+    """
     if len(top.joints) < _FEWEST:
         return False
     leave, own = [], set(top.joints)
@@ -188,7 +199,7 @@ def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
 
 
 def _likeness(one: _Top, other: _Top) -> float:
-    """Return the fraction of the words that both have."""
+    """Return the fraction of the words that both names have."""
     a, b = Counter(one.words), Counter(other.words)
     return (a & b).total() / (a | b).total()
 
@@ -239,7 +250,9 @@ def _all_below(skeleton: Skeleton, joint: int) -> tuple[int, ...]:
 
 
 def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
-    """Return a name for each person: the mark, the name of the first joint, or a number."""
+    """Return a name for each person, which is the mark, the name of the first joint, or a
+    number.
+    """
     own = [min(group, key=lambda top: top.joint).words[0] for group in groups]
     names = [group[0].mark.namespace or group[0].mark.affix for group in groups]
     if known := next(filter(None, names), ""):
@@ -257,9 +270,10 @@ def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
 
 
 def _before(name: str, names: Sequence[str]) -> str:
-    """Return the name that precedes another: 'A' for 'B', '1' for '2', 'P1' for 'P2'.
+    """Return the name that precedes another, such as 'A' for 'B', '1' for '2', and 'P1' for
+    'P2'.
 
-    The result is '' if there is none or if it is taken.
+    The result is '' if there is no such name or if it is taken.
     """
     found = ""
     if len(name) == 1 and name.isalpha():
@@ -324,7 +338,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """Return how many first words all runs have in common; 0 for a single run."""
+    """Return the number of first words that all runs have in common, or 0 for a single run."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1
@@ -332,7 +346,9 @@ def _in_common(runs: Sequence[Sequence[str]]) -> int:
 
 
 def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
-    """Return a person's name made of words in reading order: 'B', or 'Person1' instead of '1'."""
+    """Return a person's name with its words in reading order, such as 'B', or 'Person1' instead of
+    '1'.
+    """
     if words and shared and all(word.isdigit() for word in words):
         words = [shared[-1], *words]
     return "".join(words)

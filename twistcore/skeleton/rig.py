@@ -1,4 +1,4 @@
-"""A person's changes to the chains of a skeleton: chains that were added or removed."""
+"""A person's changes to the chains of a skeleton, by which chains are added or removed."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import normalise
 from twistcore.work.frozen import dataclass
 
-_ZERO = 1e-6  # of the skeleton's height
+_ZERO = 1e-6  # share of the skeleton's height
 _EXPECTED = "expected [[chain]] tables with two or three joints, and 'remove' with names of chains"
 
 
@@ -99,7 +99,8 @@ class OwnChain:
 
 @dataclass(frozen=True)
 class Rig:
-    """The chains of a skeleton: the found ones without some, plus a person's own.
+    """The chains of a skeleton, with a person's additions and without the chains that were
+    removed.
 
     A limb and its first chain are added and removed separately.
 
@@ -142,11 +143,10 @@ class Rig:
         return replace(self, names=dict(names))
 
     def chains(self, motion: Motion) -> tuple[Chain, ...]:
-        """Return the chains of a motion, followed by its limbs; in each group the found ones come
-        first.
+        """Return the chains of a motion, followed by its limbs; found ones precede added ones.
 
-        Raises TwistError if the skeleton lacks the named joints or chains, or if a name would
-        repeat.
+        Raises TwistError if the skeleton lacks a named joint or chain, or if a name would be
+        repeated.
         """
         found = self._found(motion)
         names = {chain.name for chain in found}
@@ -303,7 +303,7 @@ def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
 
 
 def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
-    """Return the chain with b pointing to a joint below C that is not C's child.
+    """Return the chain with b pointing to a joint that is below C but not a child of C.
 
     b varies from frame to frame if the joints between them bend. If b has no length, the chain has
     no grandchild.

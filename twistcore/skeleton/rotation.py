@@ -1,7 +1,8 @@
 """Unit quaternions, swing-twist and angles.
 
-Quaternions are Hamilton, scalar first ``(w, x, y, z)``; they act on column vectors and compose like
-matrices: ``multiply(p, q)`` rotates by q, then by p. Angles are radians. Leading axes broadcast.
+Quaternions are Hamilton, scalar first ``(w, x, y, z)``. Quaternions act on column vectors and
+compose like matrices, so ``multiply(p, q)`` rotates by q, then by p. Angles are in radians. Leading
+axes broadcast.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ _AXIS_INDEX = {"X": 0, "Y": 1, "Z": 2}
 
 
 def wrap(angle: ArrayLike) -> Array:
-    """Add full turns to an angle to bring it into (−π, π]; the shape is kept."""
+    """Add full turns to an angle to bring it into (−π, π], keeping the shape."""
     a = np.asarray(angle, dtype=np.float64)
     if a.size < 64:
         return _wrap(a)
@@ -31,7 +32,7 @@ def wrap(angle: ArrayLike) -> Array:
 def largest_and_rms(angles: ArrayLike) -> tuple[float, float]:
     """Return the largest and the RMS of wrapped angles (n,) in degrees; 0 if there are none.
 
-    angles: radians.
+    `angles` are in radians.
     """
     sizes = np.degrees(np.abs(wrap(angles)))
     if not sizes.size:
@@ -78,14 +79,14 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
 
 
 def normalise(v: ArrayLike) -> Array:
-    """Scale vectors or quaternions to unit length along the last axis; length must not be 0."""
+    """Scale vectors or quaternions of nonzero length to unit length along the last axis."""
     v = np.asarray(v, dtype=np.float64)
     unit: Array = v / np.linalg.norm(v, axis=-1, keepdims=True)
     return unit
 
 
 def continuous(q: ArrayLike) -> Array:
-    """Make quaternion signs continuous over frames, (frames, …, 4); rotations are unchanged."""
+    """Make quaternion signs continuous over frames, (frames, …, 4), without changing rotations."""
     q = np.asarray(q, dtype=np.float64)
     opposed = np.einsum("t...i,t...i->t...", q[:-1], q[1:]) < 0.0
     flips = np.zeros(q.shape[:-1], dtype=bool)
@@ -175,7 +176,7 @@ def quaternion_from_euler(order: str, angles: ArrayLike) -> Array:
 
 
 def euler_from_quaternion(order: str, q: ArrayLike) -> Array:
-    """Return angles of intrinsic rotations about three distinct axes, radians, shape (…, 3).
+    """Return angles of intrinsic rotations about three distinct axes, in radians, shape (…, 3).
 
     The middle angle is in [−π/2, π/2]. The other solution is (φ1 + π, π − φ2, φ3 + π). In gimbal
     lock (cos φ2 ≈ 0) only φ1 ± φ3 is determined; to keep φ3, use
@@ -213,9 +214,9 @@ def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
 def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
     """Return the twist about a unit axis (…, 3): wrap(2·atan2(v·a, w)) in (−π, π] [Choi26 Eq. 8].
 
-    Eq. 8 as printed takes the norm of the vector part and so loses the sign; this form keeps it.
-    A swing of exactly 180° leaves the twist undefined; the result is then 0, never NaN: see
-    :func:`twist_reliability`.
+    Eq. 8 as printed takes the norm of the vector part and loses the sign, which this form keeps. A
+    swing of exactly 180° leaves the twist undefined. The result is then 0, never NaN (see
+    :func:`twist_reliability`).
     """
     q = np.asarray(q, dtype=np.float64)
     along = np.einsum("...i,...i->...", q[..., 1:], np.asarray(axis, dtype=np.float64))
@@ -223,7 +224,7 @@ def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
 
 
 def twist_reliability(q: ArrayLike, axis: ArrayLike) -> Array:
-    """Return √(w² + (v·a)²) in [0, 1]: 0 if a swing of 180° leaves the twist undefined."""
+    """Return √(w² + (v·a)²) in [0, 1], which is 0 if a swing of 180° leaves the twist undefined."""
     q = np.asarray(q, dtype=np.float64)
     along = np.einsum("...i,...i->...", q[..., 1:], np.asarray(axis, dtype=np.float64))
     reliability: Array = np.hypot(q[..., 0], along)

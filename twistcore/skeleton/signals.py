@@ -1,4 +1,4 @@
-"""The signals of [Choi26] in a chain: θp, θc, their increments and m(t)."""
+"""The signals of [Choi26] in a chain, which are θp, θc, their increments and m(t)."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def twist_signals(clip: Motion | HasMotion, chain: Chain | str) -> TwistSignals:
 def signals_of_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
 ) -> dict[str, TwistSignals]:
-    """Return the signals of the chains by name; tell: called before each chain."""
+    """Return the signals of the chains by name. `tell` is called before each chain."""
     tell = tell or nobody
     found = {}
     for k, chain in enumerate(chains):

@@ -1,1 +1,1 @@
-"""Evaluate the methods: benchmarks, exercises and training, which a review does not need."""
+"""Benchmarks, exercises and training to evaluate the methods; a review does not need them."""

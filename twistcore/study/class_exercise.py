@@ -1,7 +1,8 @@
-"""The files of an exercise for a class: the exercise, the students' answers, the result table.
+"""The files of a class exercise, which are the exercise, the students' answers and the result
+table.
 
-The truth stays with the teacher, as a truth file (:mod:`twistcore.synthesis`): the exercise says
-which intervals of which clip a student must judge, but not which of them are errors.
+The teacher keeps the truth in a truth file (:mod:`twistcore.synthesis`). The exercise lists which
+intervals of which clip a student must judge, but not which of them are errors.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ from twistcore.synthesis import InjectedError
 EXERCISE = "twistcore.exercise/1"
 SCORE = "twistcore.exercise-score/1"
 KINDS = ("judge", "find")
-_MOST_BYTES = 10_000_000  # of a file: a student may hand in any file
-_MOST_FRAMES = 10_000_000  # of its clip: a day at 120 fps
+_MOST_BYTES = 10_000_000  # size of a file, since a student may hand in any file
+_MOST_FRAMES = 10_000_000  # length of a clip, a day at 120 fps
 _MOST_INTERVALS = 1000
 _LONGEST_NAME = 100  # letters, in the table
 _Thing = TypeVar("_Thing")
@@ -50,9 +51,14 @@ COLUMNS = (
 
 @dataclass(frozen=True, eq=False)
 class ClassExercise:
-    """An exercise: the intervals of a clip to judge.
+    """An exercise, in which the intervals of a clip must be judged.
 
-    clip: name of the BVH file in the same folder; listed: the intervals.
+    Attributes
+    ----------
+    clip
+        Name of the BVH file in the same folder.
+    listed
+        The intervals.
     """
 
     clip: str
@@ -63,7 +69,7 @@ class ClassExercise:
 
 @dataclass(frozen=True, eq=False)
 class HandedIn:
-    """One student's answer: each interval with the student's verdict, and the time taken."""
+    """One student's answer, with the student's verdict on each interval and the time taken."""
 
     name: str
     seconds: float
@@ -125,7 +131,7 @@ def read_handed_in(path: Path) -> HandedIn:
 
 
 def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> str:
-    """Return a CSV with one row per student, sorted by name: how the verdicts compare to the
+    """Return a CSV with one row per student, sorted by name, that compares the verdicts with the
     truth.
     """
     rows = []
@@ -179,7 +185,7 @@ def _verdict(entry: Any) -> Judged:
 
 
 def _interval(entry: Any) -> Interval:
-    """Return an interval; its constant offset takes no more memory than a single number."""
+    """Return an interval whose constant offset takes no more memory than a single number."""
     has(entry, "chain", "start", "stop", "delta_deg", what="an interval")
     start, stop = frames(entry, _MOST_FRAMES)
     delta = np.radians([number(entry["delta_deg"], "delta_deg", -DEGREES, DEGREES)])

@@ -36,7 +36,7 @@ class ErrorFrames:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """One clip's result: its error frames by chain, and the changes of all clean pairs."""
+    """One clip's result, with its error frames by chain and the changes of all clean pairs."""
 
     errors: tuple[ErrorFrames, ...]
     clean_change: Array
@@ -46,7 +46,7 @@ class Sample:
 class EvaluationRow:
     """One row of the table, with fields named as in JSON.
 
-    rer: the fraction of the error that is left [Choi26 §4.2.2].
+    `rer` is the fraction of the error that is left [Choi26 §4.2.2].
     """
 
     side: str
@@ -62,7 +62,9 @@ class EvaluationRow:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The table: rows by segment, the overall row, and the damage to clean (joint, frame) pairs."""
+    """The table, with rows by segment, the overall row, and the damage to clean (joint, frame)
+    pairs.
+    """
 
     rows: tuple[EvaluationRow, ...]
     overall: EvaluationRow
@@ -73,9 +75,9 @@ class Evaluation:
 def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
     """Compare one refined clip with its clean source.
 
-    The clip with errors is rebuilt from the clean clip and the truth, so damage is what the
-    refinement changed, not what was injected. Limbs are derived from the chains. Raises
-    ClipMismatchError if the three do not belong together.
+    The clip with errors is rebuilt from the clean clip and the truth, so damage is a change by the
+    refinement, not by the injection. Limbs are derived from the chains. Raises ClipMismatchError if
+    the two clips and the truth do not belong together.
     """
     if clean.frames != refined.frames or clean.frames != truth.frames:
         raise ClipMismatchError(
@@ -116,9 +118,10 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
 
 
 def error_angle(clean: Array, other: Array, chain: Chain) -> Array:
-    """Return the angle between two rotations of P, or for a limb the larger angle of P and E.
+    """Return the angle between two rotations of P or, for a limb, the larger angle of P and E.
 
-    clean, other: rotations, (frames, joints, 4). The angle is in radians, (frames,).
+    `clean` and `other` are rotations, shape (frames, joints, 4). The angle is in radians,
+    (frames,).
     """
     joints = [chain.parent, chain.end] if isinstance(chain, Limb) else [chain.parent]
     return np.asarray(geodesic_angle(clean[:, joints], other[:, joints]).max(axis=1))
@@ -142,20 +145,22 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
 
 
 def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
-    """Return the parents and children of chains, and first joints and ends of limbs, sorted."""
+    """Return the parents and children of chains, and the first joints and ends of limbs, sorted."""
     ends = {(c.parent, c.end if isinstance(c, Limb) else c.child) for c in chains}
     return np.array(sorted({joint for pair in ends for joint in pair}), dtype=np.int64)
 
 
 def segment_of(chain: Chain) -> str:
-    """Return the table label of a chain's segment: 'Leg', 'whole leg' for a limb, or its name."""
+    """Return the table label of a chain's segment, such as 'Leg', or 'whole leg' for a limb."""
     if isinstance(chain, Limb) and chain.segment:
         return f"whole {chain.part.removeprefix(chain.side).strip()}"
     return chain.segment or chain.name
 
 
 def segment_order(segment: str) -> tuple[int, str]:
-    """Return a sort key: segments in the order of SEGMENTS, whole limbs, then others by name."""
+    """Return a sort key for segments in the order of SEGMENTS, then whole limbs, then others by
+    name.
+    """
     return _ORDER.index(segment) if segment in _ORDER else len(_ORDER), segment
 
 
@@ -210,7 +215,7 @@ def evaluation_to_text(evaluation: Evaluation) -> str:
 def match_intervals(
     found: Sequence[tuple[int, int]], true: Sequence[tuple[int, int]]
 ) -> dict[int, int]:
-    """Match intervals one to one, best overlap first; return the index in `true` by that in
+    """Match intervals one to one, best overlap first; return indices in `true` by index in
     `found`.
 
     Intervals are [start, stop); two match if their intersection over union is at least 0.5.

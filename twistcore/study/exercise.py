@@ -1,4 +1,4 @@
-"""An exercise: errors are hidden in a clip, depending on a seed, and a review of it is scored."""
+"""An exercise, in which seeded errors are hidden in a clip and a review of the clip is scored."""
 
 from __future__ import annotations
 
@@ -24,9 +24,18 @@ _CHOICE = 10  # choose among this many of the liveliest moments
 class ExerciseScore:
     """The result of a review compared with the hidden errors.
 
-    hits: number of errors accepted; misses: errors that no accepted interval covers;
-    false_accepted: accepted intervals without a hidden error; false_rejected: errors that were
-    listed and rejected (also counted as misses); left: intervals without a verdict.
+    Attributes
+    ----------
+    hits
+        Number of errors accepted.
+    misses
+        Errors that no accepted interval covers.
+    false_accepted
+        Accepted intervals without a hidden error.
+    false_rejected
+        Errors that were listed and rejected (also counted as misses).
+    left
+        Intervals without a verdict.
     """
 
     hits: tuple[InjectedError, ...]
@@ -65,10 +74,10 @@ def decoys(
 ) -> tuple[Interval, ...]:
     """Return 2 to 5 intervals without an error per chain, as many as there can be errors.
 
-    motion: the clean motion. Decoys lie in the same chains as the errors but do not overlap them,
-    so neither the chain nor the number of intervals reveals which is which. Each begins where the
-    chain's parent really twists fast, so a glance at θp alone does not show the difference; lengths
-    and offsets are drawn as for errors. If the clip is too short for them, there are fewer.
+    `motion` is the clean motion. Decoys lie in the same chains as the errors but do not overlap
+    them, so neither the chain nor the number of intervals reveals which is which. Each decoy begins
+    where the chain's parent really twists fast, so θp alone does not show the difference. Lengths
+    and offsets are drawn as for errors. A clip that is too short has fewer decoys.
     """
     rng = generator(seed, "decoys")
     out: list[Interval] = []
@@ -89,7 +98,7 @@ def _lively(
 ) -> int | None:
     """Return a frame where the parent twists fast and the longest decoy would overlap nothing.
 
-    taken: the spans that are in use. None if there is no such frame.
+    `taken` are the spans that are in use. The result is None if there is no such frame.
     """
     speed = np.abs(twist_signals(motion, chain).dtheta_p)
     speed[:2] = speed[max(len(speed) - _LONGEST, 0) :] = -1.0
@@ -117,7 +126,9 @@ def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) ->
 
 
 def _matched(errors: Sequence[InjectedError], intervals: Sequence[Interval]) -> dict[int, int]:
-    """Match errors with intervals, chain by chain; return the interval's index by the error's."""
+    """Match errors with intervals, chain by chain, and return the interval's index by the
+    error's.
+    """
     out: dict[int, int] = {}
     for chain in {e.chain for e in errors}:
         mine = [k for k, e in enumerate(errors) if e.chain == chain]

@@ -21,9 +21,9 @@ _POSITIONS = 6  # decimals; no error moves these
 def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     """Write `clip` with all rotations of `dirty`, each with the same number of decimals.
 
-    There are at most as many decimals as in the clip's own numbers, since trailing zeros would
-    reveal the unchanged ones. An existing file is replaced atomically. Raises TwistError if the
-    clip is not a BVH, and OSError.
+    The clip's own number of decimals is not exceeded, since trailing zeros would reveal unchanged
+    numbers. An existing file is replaced atomically. Raises TwistError if the clip is not a BVH,
+    and OSError.
     """
     check_motion(dirty)
     if not isinstance(clip, BvhClip):

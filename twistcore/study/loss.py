@@ -1,7 +1,4 @@
-"""Counter-rotation as a training loss, the paper's outlook for learned motion models.
-
-See [Choi26 §5].
-"""
+"""Counter-rotation as a training loss for learned motion models [Choi26 §5]."""
 
 from __future__ import annotations
 
@@ -15,13 +12,14 @@ _SOFT = 1e-3  # radians: below it the loss is quadratic, so that its gradient is
 def consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
     """Return how much a parent and its child turn against each other, as a mean over frames.
 
-    q_p, q_c: local unit quaternions (w, x, y, z) of parent and child, (frames, 4); axis: unit bone
-    axis in the parent's coordinates, (3,). With x and y the twist increments of parent and
-    child about the axis, each frame costs max(0, −x·y) / √(x² + y² + ε²): 0 if they turn together,
-    |x|/√2 if they cancel. The loss does not depend on the quaternions' signs.
+    `q_p` and `q_c` are the local unit quaternions (w, x, y, z) of parent and child, (frames, 4),
+    and `axis` is the unit bone axis in the parent's coordinates, (3,). With x and y the twist
+    increments of parent and child about the axis, each frame costs max(0, −x·y) / √(x² + y² + ε²).
+    This is 0 if they turn together, and |x|/√2 if they cancel. The loss does not depend on the
+    quaternions' signs.
 
-    Uses elementary functions of `xp` only, so it is differentiable with torch or jax.numpy as
-    `xp`. Returns a number of that library, radians.
+    Only elementary functions of `xp` are used, so the loss is differentiable with torch or
+    jax.numpy as `xp`. Returns a number of that library, in radians.
     """
     x = _twist_increment(q_p[:-1], q_p[1:], axis, xp, inverse_first=True)
     y = _twist_increment(q_c[:-1], q_c[1:], axis, xp, inverse_first=False)
@@ -33,7 +31,7 @@ def consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
 def _twist_increment(before: Any, after: Any, axis: Any, xp: Any, *, inverse_first: bool) -> Any:
     """Return the twist of q(t−1)⁻¹ q(t) (parent) or q(t) q(t−1)⁻¹ (child), (frames − 1,).
 
-    inverse_first: True for the parent's form.
+    Set `inverse_first` to True for the parent's form.
     """
     (bw, bx, by, bz), (aw, ax, ay, az) = ([q[:, k] for k in range(4)] for q in (before, after))
     w = bw * aw + bx * ax + by * ay + bz * az

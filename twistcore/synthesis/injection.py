@@ -32,32 +32,7 @@ LEAST = float(np.radians(0.1))  # where the tail of a filtered offset is cut
 
 @dataclass(frozen=True, eq=False)
 class InjectedError:
-    """A known error, for `inject` to put in.
-
-    Parameters
-    ----------
-    chain : str
-        Name of the chain or limb.
-    start, stop : int
-        Frames from 0; `stop` is exclusive.
-    offset : ndarray, shape (stop − start,)
-        How far the parent is turned, radians.
-    leak : ndarray, shape (stop − start,), optional
-        By how much the compensation of the child, or of a limb's end, misses, radians.
-    kind : Kind
-        A counter-twist, a limb flip or a carried roll.
-    carried : bool
-        Of a flip: True if the limb's end turns along. True of a carried roll: C rolls along.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import twistcore as tc
-    >>> error = tc.InjectedError("LeftArm", 100, 120, np.radians(np.full(20, 60.0)))
-    >>> dirty = tc.inject(tc.read_clip("assets/walk.bvh"), [error])
-    >>> tc.detect(dirty)["LeftArm"][0]
-    <Interval LeftArm 100–120: +60.0°, confidence 1.00>
-    """
+    """A known error that `inject` puts into a motion."""
 
     chain: str
     start: int
@@ -68,7 +43,7 @@ class InjectedError:
     carried: bool = False
 
     def changed_joints(self, chain: Chain, skeleton: Skeleton) -> tuple[int, ...]:
-        """Return the joints whose own rotation the error changes, without an end that is
+        """Return the joints whose own rotation the error changes, without a limb's end that is
         carried.
         """
         joints = chain.changed_joints(skeleton)
@@ -128,9 +103,17 @@ def draw_errors(
 ) -> tuple[InjectedError, ...]:
     """Draw 2 to 5 errors per chain according to the protocol, at least 2 frames apart.
 
-    motion: the clean motion; chains: limbs only, for a protocol of limb flips; first: the first
-    frame of the capture; 1 leaves a T-pose in frame 0 unchanged. Except in the border protocols,
-    every edge lies inside the capture. A clip too short for 2 intervals gets fewer.
+    Except in the border protocols, every edge lies inside the capture. A clip too short for 2
+    intervals gets fewer.
+
+    Parameters
+    ----------
+    motion
+        The clean motion.
+    chains
+        Limbs only, for a protocol of limb flips.
+    first
+        The first frame of the capture. 1 leaves a T-pose in frame 0 unchanged.
     """
     errors: list[InjectedError] = []
     shared: list[Place] = []
@@ -141,7 +124,7 @@ def draw_errors(
             places = iter(shared)
         else:
             places = _places(motion, chain, first, rng, protocol)
-        # Where they stand and what they are is drawn in turn: a seed means what it always meant.
+        # Positions and kinds are drawn alternately, so that a seed gives the same errors as ever.
         for start, stop in places:
             if protocol.together > 1 and chain is chains[0]:
                 shared.append((start, stop))
@@ -198,7 +181,9 @@ def _drawn(
     rng: np.random.Generator,
     protocol: Protocol,
 ) -> InjectedError | None:
-    """Draw one error; None if it is empty, for example for a gap in which nothing turns."""
+    """Draw one error, or return None if it is empty, for example for a gap in which nothing
+    turns.
+    """
     start, stop = place
     onset, end = start > first, stop < motion.frames
     if protocol.fill:
@@ -243,10 +228,10 @@ def inject(
 ) -> Motion:
     """Put known errors into a motion, to measure how well they are found [Choi26 §4.1.3].
 
-    q_P ← q_P ⊗ R_a(δ), and R_a(−δ + leak) ⊗ q_X on every child X of P; in a limb flip a is the
-    limb's line and X its end, unless that is carried; in a carried roll C turns by R_b(δ) about its
-    own bone as well. Call it as ``inject(clip, errors)`` or as
-    ``inject(clip, chains, errors)``.
+    The rotation of P becomes q_P ⊗ R_a(δ), and the rotation of every child X of P becomes R_a(−δ +
+    leak) ⊗ q_X. In a limb flip, a is the limb's line and X its end, unless that is carried along.
+    In a carried roll, C turns by R_b(δ) about its own bone as well. The function is called as
+    ``inject(clip, errors)`` or as ``inject(clip, chains, errors)``.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ Place: TypeAlias = tuple[int, int]
 
 STRAIGHT = float(
     np.radians(18.0)
-)  # of bend: in a straighter limb the split of a twist is invisible
+)  # least bend; in a straighter limb the split of a twist is invisible
 SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1  # the shortest spell, and the shortest time between two
 _REACH = 2.5  # periods of the cut-off frequency after which a filtered step has settled
 
@@ -31,9 +31,9 @@ def shaped(
     protocol: Protocol,
     fps: float,
 ) -> Array:
-    """Return the offset in each frame, radians, (length,), longer at both ends if low-passed.
+    """Return the offset in each frame, in radians, (length,), longer at both ends if low-passed.
 
-    onset, end: True if the error begins, or ends, inside the clip.
+    `onset` and `end` are True if the error begins, or ends, inside the clip.
     """
     offset = np.full(length, delta)
     if protocol.drift:
@@ -74,14 +74,14 @@ def _drift(length: int, protocol: Protocol) -> Array:
 
 
 def filter_reach(protocol: Protocol, fps: float) -> int:
-    """Return by how many frames a low-passed offset extends beyond its level; 0 if not low-
-    passed.
+    """Return by how many frames a low-passed offset extends beyond its level, or 0 for other
+    offsets.
     """
     return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
 
 
 def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
-    """Return the twist that P loses if its twist is 'held' or 'interpolated' over a gap,
+    """Return the twist that P loses if its twist is 'held' or 'interpolated' over a gap, in
     radians.
     """
     start, stop = place
@@ -93,7 +93,9 @@ def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
 
 
 def aligned_spells(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
-    """Yield spells [start, stop) in which C's bone is in line with P's; none if it always is."""
+    """Yield the spells [start, stop) in which C's bone is in line with P's, but none if it always
+    is.
+    """
     if chain.grandchild < 0:
         return
     v = rotate(motion.rotations[:, chain.child], chain.arm)

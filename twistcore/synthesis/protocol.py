@@ -30,22 +30,55 @@ _RICH_LIMIT = 0.2  # radians per frame
 class Protocol:
     """Parameters of the injection; the defaults are P0 [Choi26 §4.1].
 
-    text: a short description; step: keep only every step-th frame before injecting; rich: True to
-    first give the quiet joint of each chain a motion of its own; length: number of frames; delta:
-    degrees; ramp: frames of a soft onset, inside the interval; low_pass: cut-off in Hz of a
-    zero-phase second-order Butterworth filter for the offset; jitter, leak: degrees of white noise
-    on the offset and on the compensation; stairs: number of equal steps up to δ; flicker: True for
-    an offset in every other frame only; compensated: fraction of δ by which the child turns back.
-
-    drift: seconds over which the offset grows and decays, or, with jump_out, only grows; eased:
-    True for half a cosine instead of a ramp; both: True for errors in two chains that share a
-    joint; together: number of chains with errors in the same frames; border: True if the first two
-    intervals touch the clip's ends; persists: True if these are the only ones; clean: True if
-    nothing is injected; limb: True if P turns about its limb's line instead of its bone, with the
-    limb's end kept or carried at even odds; carried: True if C rolls along with P, while the limb
-    is bent; fill: how P's twist over a gap is filled, 'held' or 'interpolated', where δ is the
-    twist that is then missing; straight: range of seconds over which δ sets in and ends, with δ in
-    every spell in which the limb is straight.
+    Parameters
+    ----------
+    text
+        A short description.
+    step
+        Keep only every step-th frame before injecting.
+    rich
+        True to first give the quiet joint of each chain a motion of its own.
+    length
+        Length of an interval in frames.
+    delta
+        The size of δ in degrees.
+    ramp
+        Frames of a soft onset, inside the interval.
+    low_pass
+        Cut-off in Hz of a zero-phase second-order Butterworth filter for the offset.
+    jitter, leak
+        White noise on the offset and on the compensation, in degrees.
+    stairs
+        Number of equal steps up to δ.
+    flicker
+        True for an offset in every other frame only.
+    compensated
+        Fraction of δ by which the child turns back.
+    drift
+        Seconds over which the offset grows and decays, or, with jump_out, only grows.
+    eased
+        True for half a cosine instead of a ramp.
+    both
+        True for errors in two chains that share a joint.
+    together
+        Number of chains with errors in the same frames.
+    border
+        True if the first two intervals touch the clip's ends.
+    persists
+        True if these are the only intervals.
+    clean
+        True if nothing is injected.
+    limb
+        True if P turns about its limb's line instead of its bone, with the limb's end kept or
+        carried at even odds.
+    carried
+        True if C rolls along with P, while the limb is bent.
+    fill
+        How P's twist over a gap is filled, 'held' or 'interpolated', where δ is the twist that is
+        then missing.
+    straight
+        Range of seconds over which δ sets in and ends, with δ in every spell in which the limb is
+        straight.
     """
 
     name: str
@@ -148,7 +181,9 @@ PROTOCOLS = {
 
 
 def parse_protocol(name: str) -> Protocol:
-    """Return the protocol with a name, or a combination of several joined by '+': 'H12+H3-4'."""
+    """Return the protocol with a name, or a combination of several joined by '+', such as
+    'H12+H3-4'.
+    """
     knobs: dict[str, Any] = {}
     texts = []
     for part in name.split("+"):
@@ -175,7 +210,7 @@ def parse_protocol(name: str) -> Protocol:
 
 
 def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Motion:
-    """Return the clean motion for a protocol: enriched, then thinned out; unchanged for P0."""
+    """Return the clean motion for a protocol, enriched and then thinned out; unchanged for P0."""
     if protocol.rich:
         motion = enrich(motion, chains)
     if protocol.step > 1:
@@ -216,10 +251,10 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
 
 
 def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
-    """Return the twist increments of a chain's parent and child, radians, (frames,) each.
+    """Return the twist increments of a chain's parent and child, in radians, (frames,) each.
 
-    They are increments, about the bone, of relative rotations: the parent's in its own frame, the
-    child's in its parent's frame; 0 in frame 0.
+    The increments are those of relative rotations about the bone, for the parent in its own frame
+    and for the child in its parent's frame. All increments are 0 in frame 0.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]

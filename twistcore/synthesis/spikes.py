@@ -15,12 +15,12 @@ from twistcore.skeleton.rotation import Array, exponential, multiply, normalise
 _APART = 30  # frames from one to the next, so that each is compared with sound motion
 _BORDER = 16  # frames at the ends without one
 _LARGEST = 120.0  # degrees
-_ABOVE = 1.5  # times the least that counts of a joint
+_ABOVE = 1.5  # ratio to the smallest spike of a joint that counts
 
 
 @dataclass(frozen=True, eq=False)
 class InjectedSpike:
-    """A joint turned by a rotation vector, radians, (3,), in frames [start, stop)."""
+    """A joint that is turned by a rotation vector, in radians, (3,), in frames [start, stop)."""
 
     joint: int
     start: int
@@ -33,8 +33,8 @@ def draw_spikes(
 ) -> tuple[InjectedSpike, ...]:
     """Return spikes of random joints about random axes, sorted by start, from one frame to 0.03 s.
 
-    motion: the clean motion. Each spike has at most 120°, and at least 1.5 times the smallest angle
-    that counts as a spike of its joint. Joints without three rotation channels have none.
+    `motion` is the clean motion. The angle of a spike is at most 120°, and at least 1.5 times the
+    smallest spike of its joint that counts. Joints without three rotation channels have none.
     """
     limits = limits_of(motion, find_chains(motion))
     joints = np.flatnonzero(limits.spike < _LARGEST)

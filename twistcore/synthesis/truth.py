@@ -45,8 +45,9 @@ SUCCESS = 0.2  # a frame is repaired if at most this share of its error is left 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """The errors injected into a clip; sha256: hash of the clip's file, to identify it, if
-    given.
+    """The errors injected into a clip.
+
+    `sha256` is the hash of the clip's file, if it was given, to identify the clip.
     """
 
     clip: str
@@ -75,7 +76,7 @@ def _error_to_json(error: InjectedError) -> dict[str, Any]:
 
 
 def write_truth(path: Path, truth: Truth) -> None:
-    """Write a truth file atomically; angles in degrees."""
+    """Write a truth file atomically, with angles in degrees."""
     errors = [_error_to_json(e) for e in truth.errors]
     own = {key: value for key, value in vars(truth).items() if key != "sha256" or value}
     write_atomically(path, json_bytes({"schema": SCHEMA, **own, "errors": errors}))

@@ -1,8 +1,9 @@
 """Choose τ per joint, from the clips' own noise and from errors injected into these clips.
 
-[Choi26] uses a threshold τ but gives no value. This package chooses τ by its cost: at every τ of a
-grid, the share of injected error frames that is repaired (FSR), and the false alarms in the clips
-after their own errors are removed. `twistcore tune` and the window's tuning tab both use it.
+[Choi26] uses a threshold τ but gives no value. This package chooses τ by its cost. At every τ of a
+grid, the cost consists of the share of injected error frames that is corrected (FSR), and of the
+false alarms in the clips after their own errors are removed. `twistcore tune` and the window's
+tuning tab both use it.
 """
 
 from twistcore.tuning.cleaning import Verdicts, cleaned

@@ -21,8 +21,13 @@ AUDITOR = DEFAULT_METHOD  # for any tuned detector: the paper's has no confidenc
 class Verdicts:
     """A person's verdicts on a clip.
 
-    errors: intervals that are wrong; natural: half-open spans (chain, start, stop) that are correct
-    motion, so a detector that finds them raises a false alarm.
+    Parameters
+    ----------
+    errors
+        Intervals that are wrong.
+    natural
+        Half-open spans (chain, start, stop) that are correct motion, so a detector that finds them
+        raises a false alarm.
     """
 
     errors: tuple[Interval, ...] = ()
@@ -30,7 +35,7 @@ class Verdicts:
 
 
 def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
-    """Return the motion without the errors that a person named or that our detector is sure of.
+    """Return the motion without the errors that a person named or that the detector is sure of.
 
     Detections that overlap one of the person's verdicts are ignored.
     """

@@ -30,9 +30,14 @@ SEEDS = 3
 class ClipTuning:
     """A clip without its own errors, analysed and ready for the τ curve of any of its chains.
 
-    name: the clip's name, which seeds the errors together with `seeds`; first: the frame of the
-    given clip with which `clean` begins; left_out: half-open spans of the given clip that do not
-    count, including blends at its ends.
+    Parameters
+    ----------
+    name
+        The clip's name, which seeds the errors together with `seeds`.
+    first
+        The frame of the given clip with which `clean` begins.
+    left_out
+        Half-open spans of the given clip that do not count, including blends at its ends.
     """
 
     name: str
@@ -44,7 +49,7 @@ class ClipTuning:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the chains that have a curve, which are the correctable ones."""
+        """Return the names of the chains that have a curve, that is, of all correctable chains."""
         clean = self.clean
         return tuple(c.name for c in clean.chains if not uncorrectable_joints(clean.motion, c))
 
@@ -74,7 +79,7 @@ def clip_tuning(
 ) -> ClipTuning:
     """Remove a clip's own errors and the blends at its ends, and analyse the rest.
 
-    left_out: further half-open spans, in which no alarm counts and no error is injected.
+    `left_out` are further half-open spans in which no alarm counts and no error is injected.
     """
     given = analyse(motion, analyse(motion, rig=rig).chains)
     without = cleaned(given, verdicts)
@@ -109,10 +114,10 @@ def clip_curves(
 ) -> dict[str, TauCurve]:
     """Return the τ curves of all correctable chains of a clip, by name.
 
-    The result is empty if all frames are left out, since every τ would then cost the same. session:
-    a session of this clip whose chains, verdicts and left-out frames are used, as in the window;
-    words: a person's words for joints, from :func:`twistcore.skeleton.joint_names.read_words`.
-    Raises TwistError.
+    The result is empty if all frames are left out, since every τ would then cost the same.
+    `session` is a session of this clip whose chains, verdicts and left-out frames are used, as in
+    the window. `words` are a person's words for joints, from
+    :func:`twistcore.skeleton.joint_names.read_words`. Raises TwistError.
     """
     clip = read_clip(path)
     rig = with_own_words(rig, clip.motion, words)

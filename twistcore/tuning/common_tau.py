@@ -20,9 +20,14 @@ _DOUBT = 0.05  # probability that any chain gets its own τ by chance
 class ChainTau:
     """A chain compared with the common τ.
 
-    own: the τ suggested for this chain alone, None if it has too few verdicts; apart: True if this
-    τ also costs less than the common one on verdicts not used to choose it; gain: how much less, as
-    a fraction of the chain's errors.
+    Attributes
+    ----------
+    own
+        The τ suggested for this chain alone, None if it has too few verdicts.
+    apart
+        True if this τ also costs less than the common one on verdicts not used to choose it.
+    gain
+        The reduction of the cost, as a fraction of the chain's errors.
     """
 
     chain: str
@@ -40,7 +45,9 @@ class CommonTau:
     chains: tuple[ChainTau, ...]
 
     def tau(self, chain: str) -> float | None:
-        """Return the τ to use for a chain, radians: its own if it needs one, or the common τ."""
+        """Return the τ to use for a chain, in radians: the chain's own τ if it needs one, or the
+        common τ.
+        """
         for c in self.chains:
             if c.chain == chain and c.apart and c.own is not None:
                 return c.own.tau
@@ -49,7 +56,7 @@ class CommonTau:
     def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
         """Yield sentences that say whether one τ is enough, and why a chain needs its own.
 
-        label: function that returns the displayed name of a chain.
+        `label` returns the displayed name of a chain.
         """
         if self.common is None:
             return
@@ -104,9 +111,9 @@ class CommonTau:
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
-    """Return how many more errors are found, and fewer rejected intervals listed, with `own`.
+    """Return how many more errors are found and fewer rejected intervals listed at a chain's own τ.
 
-    own, common: the two τ to compare.
+    `own` and `common` are the chain's own τ and the common τ.
     """
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
@@ -120,7 +127,9 @@ def common_tau(
     *,
     seed: int = 0,
 ) -> CommonTau:
-    """Return the common τ and the chains that need their own; those chains do not affect it."""
+    """Return the common τ, and the chains that need their own τ and do not affect the common
+    one.
+    """
     names = sorted({v.chain for clip in clips for v in clip.verdicts})
     curves = {name: verdict_curve(clips, name) for name in names}
     own = {name: c.suggested(price, smallest, seed=seed) for name, c in curves.items()}
@@ -159,9 +168,9 @@ def _gain(
 ) -> tuple[float, float]:
     """Return how much cheaper a chain's own τ is than the common one, and in what share of draws.
 
-    Every draw chooses a τ; the saving is measured on the rows that were not drawn, since the
-    cheapest τ always wins on the rows that chose it. Errors of other chains help to choose τ, but
-    only this chain's rows count as savings.
+    Every draw chooses a τ. The saving is measured on the rows that were not drawn, since the τ that
+    they chose is always the cheapest on the drawn rows. Errors of other chains help to choose τ,
+    but only this chain's rows count as savings.
     """
     drawn = curve.draw(_DRAWS, seed)
     left = (drawn == 0).astype(float)

@@ -19,10 +19,18 @@ _SAME_SIZE = 1e-9  # radians
 class DrawnErrors:
     """Errors injected into clips.
 
-    size: the largest |δ| of each error, radians, (errors,); frames: each error's number of frames,
-    (errors,); kind: number of its protocol, (errors,); draw: number of its draw, which is the set
-    of errors injected together, (errors,); repaired: its number of repaired frames at every τ,
-    (errors, n).
+    Parameters
+    ----------
+    size
+        The largest |δ| of each error, radians, shape (errors,).
+    frames
+        Each error's number of frames, shape (errors,).
+    kind
+        Number of each error's protocol, shape (errors,).
+    draw
+        Number of each error's draw, a set of errors injected together, shape (errors,).
+    repaired
+        Number of each error's corrected frames at every τ, shape (errors, n).
     """
 
     size: Array
@@ -41,13 +49,13 @@ class DrawnErrors:
         return DrawnErrors(*(values[chosen] for values in vars(self).values()))
 
     def from_size(self, smallest: float) -> DrawnErrors:
-        """Return the errors whose size is at least `smallest`, radians."""
+        """Return the errors whose size is at least `smallest`, in radians."""
         return self.of(self.size >= smallest - _SAME_SIZE)
 
     def between(self, below: int, share: float) -> DrawnErrors:
         """Return the errors at a single τ, interpolated between grid point `below` and the next.
 
-        share: fraction of the way to the next grid point.
+        `share` is the fraction of the way to the next grid point.
         """
         pair = self.repaired[:, below : below + 2]
         mixed = pair @ [1.0 - share, share] if pair.shape[1] > 1 else pair[:, 0]
@@ -61,7 +69,8 @@ class DrawnErrors:
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the 95 % confidence band of the FSR over all errors of this kind, (n,) each.
+        """Return the 95 % confidence band of the FSR over all errors of this kind, two arrays
+        (n,).
 
         The bounds of `_wilson` are computed for each protocol and combined as in [Zou &
         Donner 2008], since the number of frames of each protocol is not random.

@@ -23,8 +23,8 @@ _REPLAY = ".replay.json"  # the record of an export: its review is in the clip's
 class Damaged:
     """A session that cannot be read, with the reason.
 
-    clip: the clip of the session, if its content or file name reveals a clip in the same folder; or
-    the folder.
+    `clip` is the clip of the session if its content or file name reveals a clip in the same folder,
+    and the folder if not.
     """
 
     path: Path
@@ -69,8 +69,8 @@ def read_sessions(
 ) -> Iterator[tuple[Path, Session | TwistError]]:
     """Yield every session of a folder in the order of names, or the error from reading it.
 
-    below: True to include subfolders. Other documents are skipped, as are records of exports, whose
-    review is in the clip's own session.
+    Set `below` to True to include subfolders. Other documents are skipped, as are records of
+    exports, whose review is in the clip's own session.
     """
     for path in sorted((folder.rglob if below else folder.glob)("*.json")):
         if path.name.endswith(_REPLAY):
@@ -85,7 +85,8 @@ def read_sessions(
 def _meant_for(path: Path) -> Path | None:
     """Return the clip of a damaged session, or its folder if the clip is unknown.
 
-    None if the file is not a session: a folder of clips may also contain unrelated documents.
+    The result is None if the file is not a session, since a folder of clips may also contain
+    unrelated documents.
     """
     document = None
     with suppress(TwistError):
@@ -102,7 +103,7 @@ def _meant_for(path: Path) -> Path | None:
 
 
 def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:
-    """Return the best of a clip's sessions, each given with the SHA-256 of its clip."""
+    """Return the best of a clip's sessions, which are given with the SHA-256 of their clips."""
     if len(sessions) == 1:
         return sessions[0][0]
     now = ""

@@ -48,10 +48,10 @@ def tau_curve(
 ) -> TauCurve:
     """Return the curve of one chain in one clip that has no errors of its own.
 
-    name: the clip's name, which seeds the errors together with the chain's name. Only automatic
-    corrections count. left_out: half-open spans of frames that do not count. The clip's noise is
-    always measured by the default detector, even if another one is tuned, since the automatic τ of
-    the paper's detector is the same in every clip.
+    Only automatic corrections count. `name` is the clip's name, which seeds the errors together
+    with the chain's name. `left_out` are half-open spans of frames that do not count. The clip's
+    noise is always measured by the default detector, even if another one is tuned, since the
+    automatic τ of the paper's detector is the same in every clip.
     """
     motion, chains, clean = clip.motion, clip.chains, clip.by(method)
 
@@ -93,7 +93,7 @@ def _drawn(
     found: Sequence[Sequence[Interval]],
     frames: int,
 ) -> DrawnErrors:
-    """Return the result of one draw of a kind of error; found: the intervals at every τ."""
+    """Return the result of one draw of a kind of error. `found` are the intervals at every τ."""
     truth, which = np.zeros(frames), np.full(frames, -1)
     for k, error in enumerate(errors):
         truth[error.start : error.stop] = error.offset

@@ -1,4 +1,5 @@
-"""Learn a confidence from verdicts: adjust the detector's to what this person accepts.
+"""Learn a confidence from verdicts by adjusting the detector's confidence to a person's
+decisions.
 
 The detector's confidence estimates whether an injected error was found and corrected. A person may
 call fewer or more intervals errors, depending on rig, performer and taste. The map
@@ -7,8 +8,9 @@ call fewer or more intervals errors, depending on rig, performer and taste. The 
 
 of the detector's confidence c has two parameters and keeps the order of intervals (scale is above
 0). The parameters are the likeliest given the verdicts and a prior at the built-in map (shift 0,
-scale 1): few verdicts change the map little. Its form and the prior were chosen on the first four
-passes of `benchmarks/learned_confidence.py`, which reports how it does on others.
+scale 1), so a few verdicts change the map only a little. The form of the map and the prior were
+chosen on the first four passes of `benchmarks/learned_confidence.py`, which reports the results for
+others.
 """
 
 from __future__ import annotations
@@ -24,8 +26,8 @@ from twistcore.tuning.verdict_curve import wilson
 from twistcore.tuning.verdicts_of import JudgedClip
 from twistcore.work.frozen import dataclass
 
-LEAST = 0.01  # and 1 − LEAST: closer to 0 or 1 the detector's confidence carries no information
-SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # of the prior
+LEAST = 0.01  # closer to 0 or 1, the detector's confidence carries no information
+SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # standard deviations of the prior
 FOLDS = 5
 BINS = 10
 ENOUGH = 20  # fewest verdicts to learn from
@@ -53,7 +55,9 @@ class LearnedConfidence:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """Intervals that a detector listed: confidence, True if accepted, number of the clip; (n,)."""
+    """Intervals that a detector listed, with confidence, True if accepted, and number of the clip,
+    (n,).
+    """
 
     confidence: Array
     accepted: Mask
@@ -69,9 +73,9 @@ class Seen:
 
 @dataclass(frozen=True)
 class Bin:
-    """Intervals of similar confidence: their number, mean confidence and accepted fraction.
+    """Intervals of similar confidence, with their number, mean confidence and accepted fraction.
 
-    low, high: 90 % confidence interval of the accepted fraction.
+    `low` and `high` are the limits of the 90 % confidence interval of the accepted fraction.
     """
 
     count: int
@@ -102,7 +106,7 @@ def seen(clips: Iterable[JudgedClip]) -> Seen:
 
 
 def learned(given: Seen) -> LearnedConfidence:
-    """Return the most likely map given the verdicts; without verdicts, the built-in map."""
+    """Return the most likely map given the verdicts, or the built-in map without verdicts."""
     if not len(given):
         return LearnedConfidence()
     logit, sign = _logit(given.confidence), 2.0 * given.accepted - 1.0
@@ -150,7 +154,9 @@ def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliabil
 
 
 def expected_error(bins: Sequence[Bin]) -> float:
-    """Return the expected calibration error: the mean of |confidence − accepted fraction|."""
+    """Return the expected calibration error, which is the mean of |confidence − accepted
+    fraction|.
+    """
     total = sum(b.count for b in bins)
     return sum(b.count * abs(b.said - b.was) for b in bins) / max(total, 1)
 

@@ -1,4 +1,6 @@
-"""Make a profile from people's verdicts: τ with its evidence, and the learned confidence."""
+"""Make a profile from people's verdicts, with each τ and its evidence, and the learned
+confidence.
+"""
 
 from __future__ import annotations
 
@@ -28,9 +30,17 @@ from twistcore.tuning.verdicts_of import JudgedClip
 class LearnedProfile:
     """A profile learned from verdicts, with its evidence.
 
-    reasons: the evidence for each chain's τ; apart: chains with a τ of their own; before, after:
-    reliability of the detector's confidences, and of the learned ones on held-out verdicts, None if
-    there are too few verdicts; held_out: word for the held-out part.
+    Parameters
+    ----------
+    reasons
+        The evidence for each chain's τ.
+    apart
+        Chains with a τ of their own.
+    before, after
+        Reliability of the detector's confidences, and of the learned ones on held-out verdicts,
+        None if there are too few verdicts.
+    held_out
+        The word for the part of the verdicts that was held out.
     """
 
     profile: Profile
@@ -97,7 +107,7 @@ def learned_from(
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
     """Return the learned confidence and its reliability before and after learning.
 
-    All are None if there are too few verdicts. The reliability after learning is measured on
+    All three are None if there are too few verdicts. The reliability after learning is measured on
     held-out clips, or on held-out parts of a single clip.
     """
     given = seen(clips)

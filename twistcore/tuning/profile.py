@@ -1,4 +1,6 @@
-"""Profiles: TOML files with a τ per joint to use for other clips (`--profile`, or a folder)."""
+"""Profiles, which are TOML files with a τ per joint to use for other clips (`--profile`, or a
+folder).
+"""
 
 from __future__ import annotations
 
@@ -35,11 +37,20 @@ _Value = TypeVar("_Value")
 
 @dataclass(frozen=True)
 class Profile:
-    """A profile: the τ to use for other clips.
+    """A profile, with the τ to use for other clips.
 
-    tau: τ in radians by the name of a chain or limb; method: the detector it was tuned for, '' if
-    unknown; rig: mark of the skeleton, and performer: name of the performer, '' for any;
-    confidence: the confidence learned from verdicts, used only if a person asks for it.
+    Parameters
+    ----------
+    tau
+        τ in radians by the name of a chain or limb.
+    method
+        The detector it was tuned for, '' if unknown.
+    rig
+        String that identifies the skeleton.
+    performer
+        Name of the performer, '' for any.
+    confidence
+        The confidence learned from verdicts, used only if a person asks for it.
     """
 
     tau: Mapping[str, float]
@@ -55,10 +66,11 @@ class Profile:
 
 @dataclass(frozen=True)
 class TauReasons:
-    """The evidence for a chain's τ: numbers of accepted and rejected intervals, and its
-    uncertainty.
+    """The evidence for a chain's τ, with its uncertainty and the accepted and rejected
+    intervals.
 
-    low, high: degrees; 90 % of the suggestions from resampled verdicts lie between them.
+    `low` and `high` are in degrees; 90 % of the suggestions from resampled verdicts lie between
+    them.
     """
 
     accepted: int
@@ -78,9 +90,9 @@ def write_profile(
 ) -> None:
     """Write one TOML table per joint, with evidence, for :func:`read_profile`; raises OSError.
 
-    whose: a profile whose rig, performer and confidence are written into every table, since earlier
-    versions ignore unknown keys only inside a table. verdicts: the evidence by chain. The file is
-    written atomically.
+    `whose` is a profile whose rig, performer and confidence are written into every table, since
+    earlier versions ignore unknown keys only inside a table. `verdicts` holds the evidence by
+    chain. The file is written atomically.
     """
     clip, by = legible(source), legible(method)  # without line breaks
     lines = [f"# τ per joint for twistcore --profile, tuned on {clip} with detector {by}."]
@@ -149,7 +161,7 @@ def _profile(document: Mapping[str, Any]) -> Profile:
 
 
 def _tau(degrees: Any, name: str) -> float:
-    """Return τ in radians; raise FormatError unless it is above 0."""
+    """Return τ in radians; raise FormatError if it is not above 0."""
     place = f"tau_deg of {shown_value(name)}"
     if not number(degrees, place, 0.0, 180.0):
         raise unexpected("a number above 0", place, degrees)

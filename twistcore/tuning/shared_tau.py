@@ -14,11 +14,16 @@ SLIGHT = 0.01  # a chain that loses less than a point with the others' τ does n
 
 @dataclass(frozen=True)
 class SharedTau:
-    """The τ, in radians, that suits most chains, and each chain compared with it.
+    """The τ, in radians, that suits most chains, and a comparison of each chain with it.
 
-    best: names of the chains whose own suggestion equals it; served: chains for which it is almost
-    as good as their own; apart: for each other chain, by name, its own τ in radians and a short
-    reason.
+    Parameters
+    ----------
+    best
+        Names of the chains whose own suggestion equals the shared τ.
+    served
+        Chains for which the shared τ is almost as good as their own.
+    apart
+        For each other chain, by name, its own τ in radians and a short reason.
     """
 
     tau: float
@@ -32,8 +37,8 @@ class SharedTau:
         return len(self.best) + len(self.served) + len(self.apart)
 
     def words(self, labels: Mapping[str, str]) -> str:
-        """Return a summary in one or two sentences; labels: displayed names by name of the
-        chain.
+        """Return a summary in one or two sentences. `labels` are the displayed names, by name of
+        the chain.
         """
         degrees = np.degrees(self.tau)
         of, few = self.chains, len(self.served)

@@ -14,7 +14,8 @@ from twistcore.skeleton.rotation import Array
 from twistcore.tuning.drawn_errors import DrawnErrors, rate_band
 from twistcore.work.frozen import dataclass
 
-SMALLEST_ERROR = float(np.radians(2.0))  # of H6: a larger τ would miss errors that should be found
+# Smallest error of H6; a larger τ would miss errors that should be found.
+SMALLEST_ERROR = float(np.radians(2.0))
 ALARM_PRICE = 0.05  # share of the error frames that one false alarm a clip or minute may cost
 LOSS_ALLOWED = 0.001  # additional cost allowed for a larger τ, which is safer against noise
 
@@ -24,11 +25,24 @@ class TauCurve:
     """The cost of every τ of a grid for a chain, as counts, so that the curves of clips can be
     added.
 
-    tau: radians, (n,); repaired: number of error frames repaired by at least 80 %, (n,); errors:
-    number of error frames; alarms: number of intervals applied in the cleaned clips, (n,); minutes:
-    total duration of the clips; noise: radians, one value per clip; drawn: the errors one by one,
-    None if unknown (the FSR then has no band) or if there are none; own: the detector's automatic
-    τ, radians, one per clip, if it differs from the noise.
+    Parameters
+    ----------
+    tau
+        The grid of τ in radians, shape (n,).
+    repaired
+        Number of error frames corrected by at least 80 %, shape (n,).
+    errors
+        Number of error frames.
+    alarms
+        Number of intervals applied in the cleaned clips, shape (n,).
+    minutes
+        Total duration of the clips.
+    noise
+        The noise of each clip, in radians.
+    drawn
+        The errors one by one, None if unknown (the FSR then has no band) or if there are none.
+    own
+        The detector's automatic τ, radians, one per clip, if it differs from the noise.
     """
 
     tau: Array
@@ -50,7 +64,9 @@ class TauCurve:
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the confidence band of the FSR, 0…1, (n,) each; NaN if unknown."""
+        """Return the lower and the upper limit of the FSR's confidence band, 0…1, (n,); NaN if
+        unknown.
+        """
         return self._drawn.band
 
     @property
@@ -61,12 +77,12 @@ class TauCurve:
 
     @property
     def floor(self) -> float:
-        """Return the median of the clips' own noise, radians."""
+        """Return the median of the clips' own noise, in radians."""
         return float(np.median(self.noise)) if self.noise else 0.0
 
     @property
     def automatic(self) -> float:
-        """Return the median of the detector's automatic τ, radians."""
+        """Return the median of the detector's automatic τ, in radians."""
         return float(np.median(self.own)) if self.own else self.floor
 
     def __add__(self, other: TauCurve) -> TauCurve:
@@ -84,10 +100,11 @@ class TauCurve:
         )
 
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
-        """Return the loss of every τ, (n,): the fraction of missed error frames plus priced alarms.
+        """Return the loss of every τ, (n,), which is the fraction of missed error frames plus
+        priced alarms.
 
-        price: the fraction of the error frames that avoiding one false alarm may cost, counted per
-        clip, or per minute of a longer clip; smallest: radians, smaller errors need not be found.
+        `price` is the fraction of the error frames that avoiding one false alarm may cost, counted
+        per clip, or per minute of a longer clip. Errors below `smallest` radians need not be found.
         """
         fsr = self.fsr
         if self.drawn is not None and (wanted := self.drawn.from_size(smallest)).frames.sum():
@@ -99,8 +116,8 @@ class TauCurve:
     def suggested(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> float:
         """Return the τ, in radians, with the lowest :meth:`loss`.
 
-        An alarm costs a person one key press, but nobody sees a missed error. So by default an
-        alarm costs as much as 5 percentage points of FSR, and no τ misses half of the errors to
+        An alarm costs a person one key press, but nobody sees a missed error. By default, an alarm
+        therefore costs as much as 5 percentage points of FSR, and no τ misses half of the errors to
         avoid one alarm. If several τ cost the same, the largest one up to the size of the smallest
         errors to find is chosen, since the injected errors say little about sizes in between. The
         result is never below the clips' own noise.
@@ -141,7 +158,14 @@ class TauCurve:
 class Cost:
     """The cost of a τ; values are NaN if not measured.
 
-    fsr: 0…1; low, high: 95 % confidence interval of the FSR; alarms: number in `minutes` of clip.
+    Parameters
+    ----------
+    fsr
+        The FSR, 0…1.
+    low, high
+        95 % confidence interval of the FSR.
+    alarms
+        Number of false alarms in `minutes` of clip.
     """
 
     fsr: float
@@ -165,9 +189,9 @@ class Cost:
 def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None = None) -> Cost:
     """Return the total cost of several chains, each at its own τ in radians.
 
-    The error frames and alarms of all chains are added. minutes: duration of the clips, which does
-    not grow with the number of chains; if not given, all chains are assumed to be from the same
-    clips.
+    The error frames and alarms of all chains are added. `minutes` is the duration of the clips,
+    which does not grow with the number of chains. By default, all chains are assumed to be from the
+    same clips.
     """
     alarms = errors = repaired = 0.0
     drawn: list[DrawnErrors] = []
@@ -189,7 +213,7 @@ def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None 
 
 @dataclass(frozen=True)
 class Tuned:
-    """A chain's τ with the evidence for it, in degrees and per cent; NaN where not measured."""
+    """A chain's τ with the evidence for it, in degrees and per cent, or NaN where not measured."""
 
     tau: float
     noise: float

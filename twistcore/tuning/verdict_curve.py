@@ -14,8 +14,8 @@ from twistcore.tuning.tau_curve import ALARM_PRICE, LOSS_ALLOWED, SMALLEST_ERROR
 from twistcore.tuning.verdicts_of import JudgedClip
 from twistcore.work.frozen import dataclass
 
-LEVEL = 0.9  # of confidence intervals
-_Z = 1.6449  # of the normal distribution for LEVEL
+LEVEL = 0.9  # level of confidence intervals
+_Z = 1.6449  # quantile of the normal distribution for LEVEL
 ENOUGH_ERRORS = 10  # fewest accepted intervals for a suggestion: recall in steps of 10 %
 ENOUGH_OWN = 5  # fewest verdicts of a chain, which borrows the errors of the others
 BORROWED = 10.0  # number of own errors that the errors of all other chains are worth to a chain
@@ -36,7 +36,7 @@ def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """A suggested τ in radians; low, high: the range of 90 % of the resampled suggestions."""
+    """A suggested τ in radians. 90 % of the resampled suggestions lie between `low` and `high`."""
 
     tau: float
     low: float
@@ -48,11 +48,23 @@ class VerdictCurve:
     """Counts over a grid of τ, with a row for each clip, or for each verdict if there are few
     clips.
 
-    Curves can be added. tau: radians, (n,); errors, natural: numbers of decided intervals of each
-    kind, (rows,); found, alarms: how many of them are detected at each τ, (rows, n); clips: number
-    of clips, or of minutes if larger, times the reviewed chains; reviewed: the τ in radians from
-    which intervals were listed, median of chains and clips; others: recall of the errors of other
-    chains, (n,), and their number, which is 0 for a curve of all chains.
+    Curves can be added.
+
+    Attributes
+    ----------
+    tau
+        The grid of τ in radians, shape (n,).
+    errors, natural
+        Numbers of decided intervals of each kind, shape (rows,).
+    found, alarms
+        Number of errors and natural intervals that are detected at each τ, shape (rows, n).
+    clips
+        Number of clips, or of minutes if larger, times the reviewed chains.
+    reviewed
+        The τ in radians from which intervals were listed, median of chains and clips.
+    others
+        Recall of the errors of other chains, shape (n,), and their number, which is 0 for a curve
+        of all chains.
     """
 
     tau: Array
@@ -95,12 +107,12 @@ class VerdictCurve:
         return _share(found, found + self.alarms.sum(axis=0))
 
     def recall_between(self) -> tuple[Array, Array]:
-        """Return the 90 % confidence interval of the recall, (n,) each."""
+        """Return the limits, (n,), of the 90 % confidence interval of the recall."""
         found = self.found.sum(axis=0)
         return wilson(found, np.broadcast_to(self.errors.sum(), found.shape))
 
     def precision_between(self) -> tuple[Array, Array]:
-        """Return the 90 % confidence interval of the precision, (n,) each."""
+        """Return the limits, (n,), of the 90 % confidence interval of the precision."""
         found = self.found.sum(axis=0)
         return wilson(found, found + self.alarms.sum(axis=0))
 
@@ -109,11 +121,12 @@ class VerdictCurve:
         return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
-        """Return the cost of every τ: the fraction of missed errors plus the priced alarms per
+        """Return the cost of every τ, the fraction of missed errors plus the priced alarms per
         clip.
 
-        If a chain has few errors, those of other chains show how large errors are in these clips.
-        weight: how often each row counts, (draws, rows); the result then has the shape (draws, n).
+        If a chain has few errors, the errors of other chains show how large errors are in these
+        clips. `weight` is how often each row counts, shape (draws, rows); the result then has the
+        shape (draws, n).
         """
         weight = np.ones((1, len(self.errors))) if weight is None else weight
         errors, rows = weight @ self.errors, max(len(self.errors), 1)
@@ -212,7 +225,7 @@ def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
 
 @dataclass(frozen=True)
 class VerdictScore:
-    """Counts of decided intervals: errors, errors detected, natural intervals, and alarms."""
+    """Numbers of decided intervals: errors, detected errors, natural intervals, and alarms."""
 
     errors: int
     found: int
@@ -221,19 +234,25 @@ class VerdictScore:
 
     @property
     def precision(self) -> tuple[float, float, float]:
-        """Return the fraction of detections that are errors, with bounds; NaN, 0, 1 without any."""
+        """Return the fraction of detections that are errors, with bounds; NaN, 0 and 1 without
+        detections.
+        """
         return _between(self.found, self.found + self.alarms)
 
     @property
     def recall(self) -> tuple[float, float, float]:
-        """Return the fraction of errors that are found, with bounds; NaN, 0, 1 without errors."""
+        """Return the fraction of errors that are found, with bounds; NaN, 0 and 1 without
+        errors.
+        """
         return _between(self.found, self.errors)
 
 
 def verdict_score(
     clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | None = None
 ) -> VerdictScore:
-    """Return the score at the given τ, radians by chain, for one chain or all chains in `tau`."""
+    """Return the score at the given τ, in radians by chain, for one chain or all chains in
+    `tau`.
+    """
     place = {name: int(np.abs(np.log(GRID / t)).argmin()) for name, t in tau.items()}
     told = [
         (v.error, bool(v.found[place[v.chain]]))

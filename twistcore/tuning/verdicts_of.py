@@ -1,9 +1,9 @@
-"""People's verdicts on clips as evidence for a τ: one verdict per interval.
+"""People's verdicts on clips as evidence for a τ, with one verdict per interval.
 
 An accepted interval is an error and a rejected one is natural motion. An undecided interval gives
-no evidence, nor does one that was applied automatically or accepted together with all sure ones,
-since nobody examined it. Running the detector at every τ of the grid shows at which τ it finds the
-interval of a verdict.
+no evidence, and neither does an interval that was applied automatically or accepted together with
+all confident ones, since nobody examined it. Running the detector at every τ of the grid shows at
+which τ it finds the interval of a verdict.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
 from twistcore.work.frozen import dataclass
 
-SAME = 0.5  # share of the frames of both from which a find is the accepted error
+SAME = 0.5  # share of the frames of both from which a detection is the accepted error
 _PERFORMER = re.compile(
     r"(?P<number>\d{1,3})_\d+|.*?(?P<word>(?:subject|performer|actor)[-_ ]?\d+)", re.IGNORECASE
 )
@@ -41,10 +41,18 @@ _PERFORMER = re.compile(
 class Verdict:
     """A person's verdict on one interval.
 
-    error: True if the interval was accepted; found: mask of the grid's τ at which the detector
-    finds it, (n,); confidence: the detector's confidence, None for an interval made by hand or if
-    the detector gives none; size: the largest offset, radians; by_hand: True if the detector had
-    not listed it.
+    Attributes
+    ----------
+    error
+        True if the interval was accepted.
+    found
+        Mask of the grid's τ at which the detector finds it, shape (n,).
+    confidence
+        The detector's confidence, None for an interval made by hand or if the detector gives none.
+    size
+        The largest offset, radians.
+    by_hand
+        True if the detector had not listed it.
     """
 
     chain: str
@@ -61,10 +69,20 @@ class Verdict:
 class JudgedClip:
     """The verdicts on a clip, with its rig and performer.
 
-    method: the detector whose intervals were listed; rig: mark of the skeleton; performer: '' if
-    unknown; minutes: the clip's duration, without frames left out of tuning; reviewed: for each
-    reviewed chain, the τ in radians from which intervals were listed; shares: by chain, the
-    fraction of these intervals that were decided, 1 if not given.
+    Attributes
+    ----------
+    method
+        The detector whose intervals were listed.
+    rig
+        String that identifies the skeleton.
+    performer
+        Name of the performer, '' if unknown.
+    minutes
+        The clip's duration, without frames left out of tuning.
+    reviewed
+        For each reviewed chain, the τ in radians from which intervals were listed.
+    shares
+        By chain, the fraction of these intervals that were decided, 1 if not given.
     """
 
     name: str
@@ -78,7 +96,9 @@ class JudgedClip:
 
     @property
     def reviewed_chains(self) -> float:
-        """Return the number of reviewed chains; a partly decided chain counts by its fraction."""
+        """Return the number of reviewed chains, in which a partly decided chain counts by its
+        fraction.
+        """
         return sum(self.shares.get(chain, 1.0) for chain in self.reviewed)
 
     def of_chain(self, chain: str) -> JudgedClip:
@@ -93,7 +113,9 @@ class JudgedClip:
 
 
 def performer_of(name: str) -> str:
-    """Return the performer from a clip's file name: '05' for 05_03.bvh; '' if unknown."""
+    """Return the performer from a clip's file name, such as '05' for 05_03.bvh, or '' if
+    unknown.
+    """
     said = _PERFORMER.match(PurePath(name).stem)
     return (said["number"] or said["word"]) if said else ""
 
@@ -103,8 +125,8 @@ def judged_clip(
 ) -> JudgedClip:
     """Return the verdicts of a review as evidence for the τ of its detector.
 
-    performer: by default taken from the file's name. Frames left out of tuning do not count here
-    either.
+    `performer` is taken from the file's name by default. Frames left out of tuning do not count
+    here either.
     """
     decided = _decided(state)
     detector = analysis.by(state.method)
@@ -141,7 +163,8 @@ def verdicts_in(state: ReviewState) -> Verdicts:
     said = [j for j in state.intervals if is_verdict(j)]
     return Verdicts(
         errors=tuple(
-            replace(j.interval, explain=None)  # or its evidence would be computed to be sent
+            # Without this, its evidence would be computed before sending.
+            replace(j.interval, explain=None)
             for j in said
             if j.decision == Decision.ACCEPTED
         ),
@@ -174,8 +197,8 @@ def _reviewed(
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return the τ down to which each chain was reviewed, and the fraction of decided intervals.
 
-    A chain with undecided intervals was reviewed down to the weakest decided one: merely lowering τ
-    is no review. A chain without intervals counts as reviewed when all others are finished.
+    A chain with undecided intervals was reviewed down to the weakest decided one, since lowering τ
+    alone is no review. A chain without intervals counts as reviewed when all others are finished.
     """
     asked = [j for j in state.intervals if _counts(state, j.interval) and not is_verdict(j)]
     reviewed: dict[str, float] = {}
@@ -229,7 +252,7 @@ def found_by_tau(
     """Return at which τ the detector finds each judged interval of a chain, (judged, n).
 
     A detection belongs to the interval with which it shares most frames. An error is found if the
-    two share half of their frames; natural motion raises an alarm if any part of it is detected.
+    two share half of their frames. Natural motion raises an alarm if any part of it is detected.
     """
     out = np.zeros((len(judged), len(GRID)), dtype=bool)
     start = np.array([i.start for i in judged])
@@ -268,7 +291,9 @@ def check_version(clip: Clip, session: Session) -> None:
 
 
 def check_method_and_chains(clip: Clip, session: Session) -> None:
-    """Raise TwistError unless the session's detector and the chains of its intervals exist."""
+    """Raise TwistError unless the session's detector and the chains of the session's intervals
+    exist.
+    """
     state = session.state
     if state.method not in DETECTORS:
         known = " or ".join(sorted(DETECTORS))

@@ -1,1 +1,1 @@
-"""Long work: worker processes, progress and memory limits."""
+"""Worker processes, progress and memory limits for long work."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 SPARE = 1_500_000_000  # bytes for Python and its libraries
-OF_FILE = 12  # times the file's size for reading and analysing it
+OF_FILE = 12  # ratio of the memory for reading and analysing a file to its size
 
 _OWN = Path("/proc/self")
 

@@ -45,16 +45,16 @@ class ProcessEndedError(Exception):
 class ProcessTimeError(Exception):
     """Raised if a process exceeded its time limit and was ended.
 
-    args: the seconds of processor time; or the seconds waited, and True.
+    `args` are the seconds of processor time, or the seconds waited and True.
     """
 
 
 class Apart:
-    """A separate process that carries out one call after another; after a crash a new one is
-    started.
+    """A separate process that carries out one call after another, and is replaced after a crash.
 
-    It has one BLAS thread, since the cores are busy with other files. It ignores Ctrl+C, which
-    reaches every process of a terminal, while only the parent decides. It ends with the parent.
+    The process has one BLAS thread, since the cores are busy with other files. The process ignores
+    Ctrl+C, which reaches every process of a terminal, because only the parent decides. The process
+    ends with its parent.
     """
 
     def __init__(self) -> None:
@@ -65,8 +65,8 @@ class Apart:
     def call(self, work: Callable[[Name], Result], name: Name, seconds: float | None) -> Result:
         """Return `work(name)`, with both pickled; raises the exception that `work` raised.
 
-        seconds: limit of processor time, after which the process is ended; None for no limit.
-        Raises ProcessEndedError and ProcessTimeError.
+        `seconds` is the limit of processor time, after which the process is ended, or None for no
+        limit. Raises ProcessEndedError and ProcessTimeError.
         """
         order = _packed((work, name, seconds))
         process = self._running()
@@ -153,10 +153,10 @@ def each(
     """Yield each name with `work(name)` or the exception it raised, in order of completion.
 
     One worker runs in this process unless `apart` is True. More workers run in processes of their
-    own, with `work`, its arguments and its results pickled. seconds: processor time allowed for a
-    name in another process. A name whose process died is tried once more (:meth:`Apart.tried`).
-    Names are taken as needed, at most twice as many as there are workers ahead of the reader. The
-    processes end with the iterator, at once if it is closed early.
+    own, with `work`, its arguments and its results pickled. `seconds` is the processor time allowed
+    for a name in another process. A name whose process died is tried once more
+    (:meth:`Apart.tried`). Names are taken as needed, and the workers are ahead of the reader by at
+    most two names each. The processes end with the iterator, at once if it is closed early.
     """
     if isinstance(names, Sequence):
         workers = min(workers, len(names))

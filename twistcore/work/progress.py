@@ -1,4 +1,6 @@
-"""Progress of long work, reported now and then to a function, which may cancel the work."""
+"""Progress of long work, which is reported from time to time to a function that may cancel the
+work.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,7 @@ Tell = Callable[[float], None]  # called with the share done, 0…1; an exceptio
 class Cancelled(BaseException):
     """Raised by a :data:`Tell` function to cancel the work that called it.
 
-    Not an Exception, so that no error handler on the way catches it.
+    The class is not an Exception, so that no error handler catches it.
     """
 
 
@@ -35,8 +37,8 @@ def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
     """Yield a function to call with the name of each finished clip, shown as a bar on standard
     error.
 
-    If standard error is not a terminal, a line is printed at every twentieth of the clips. done:
-    number of clips that were finished before.
+    If standard error is not a terminal, a line is printed at every twentieth of the clips. `done`
+    is the number of clips that were finished before.
     """
     if sys.stderr.isatty():
         from tqdm import tqdm  # takes 20 ms to load, which most commands can save

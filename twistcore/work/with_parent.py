@@ -1,4 +1,4 @@
-"""Processes that end together with their parent, even if it was killed with kill -9."""
+"""Processes that end with their parent, even if the parent was killed with kill -9."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def end_with_parent(parent: int) -> None:
     """End this process, even in the middle of its work, once `parent` is no longer its parent.
 
     This happens within a second, unless a single call outside Python takes longer. On Windows
-    nothing is done, since Windows never gives a process a new parent: there the process ends when
+    nothing is done, since Windows never gives a process a new parent. There, the process ends when
     it next looks for work.
     """
     if os.name == "posix":

@@ -1,4 +1,4 @@
-"""An altered frame: a person's changes to it, and the resulting motion of one frame."""
+"""An altered frame, with a person's changes to it and the resulting motion of one frame."""
 
 from __future__ import annotations
 
@@ -65,10 +65,11 @@ def altered(
 ) -> Motion:
     """Return one frame of the motion with the alterations, as a Motion of length 1.
 
-    Bend, swing and nudge are applied first, because they do not change the twist's own quaternion;
-    then the twist. With `counter` every child of P turns back, as in a twist error (Eq. 14). Last,
-    the fraction `applied` of `offset`, in radians, is removed. stage: how much of P's rotation is
-    included, with the children carried: 0 none, 1 the whole swing, 2 also the whole twist.
+    Bend, swing and nudge are applied before the twist, because they do not change the twist's own
+    quaternion. With `counter`, every child of P turns back, as in a twist error (Eq. 14). Finally,
+    the fraction `applied` of `offset`, in radians, is removed. `stage` is the part of P's rotation
+    that is included, with the children carried along: 0 for none, 1 for the whole swing, 2 for the
+    whole twist as well.
     """
     one = motion.sliced(frame, frame + 1)
     here = replace(chain, axis=at_frame(chain.axis, frame), arm=at_frame(chain.arm, frame))
@@ -89,7 +90,10 @@ def altered(
 
 
 def staged(q: Array, axis: Array, stage: float) -> Array:
-    """Return part of a rotation, (4,): nothing at stage 0, the swing at 1, also the twist at 2."""
+    """Return the part of a rotation that belongs to a stage, (4,).
+
+    This is the identity at stage 0, the swing at stage 1, and the whole rotation at stage 2.
+    """
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
     part = quaternion_from_axis_angle(normal, float(np.clip(stage, 0.0, 1.0)) * angle)

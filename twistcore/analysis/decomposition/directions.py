@@ -15,7 +15,9 @@ def at_frame(vector: Array, frame: int) -> Array:
 
 
 def angle_between(u: Array, v: Array) -> float:
-    """Return the angle between two unit vectors; unlike the arc cosine it is exact near 0 and π."""
+    """Return the angle between two unit vectors, which is exact near 0 and π, unlike the arc
+    cosine.
+    """
     return float(np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v))
 
 
@@ -25,7 +27,7 @@ def direction(v: Array) -> Array:
 
 
 def perpendicular(axis: Array) -> Array:
-    """Return a unit vector perpendicular to the given one; always the same for the same vector."""
+    """Return a unit vector perpendicular to the given one, always the same for the same vector."""
     return normalise(cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
 
 

@@ -1,4 +1,4 @@
-"""The correction of one frame of one chain: err(t), offset(t) and Eq. 14-15 of [Choi26 §3.3]."""
+"""The correction of one frame of one chain, by err(t), offset(t) and Eq. 14-15 of [Choi26 §3.3]."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from twistcore.skeleton.rotation import Array, geodesic_angle, multiply, wrap
 
 @dataclass(frozen=True, eq=False)
 class FrameCorrection:
-    """A frame before the correction, and the correction; quaternions (4,), angles in radians.
+    """A frame before and after the correction, with quaternions (4,) and angles in radians.
 
     - before, tau: the quantities from which the error is detected, and the threshold
     - err: err(t), 0 without an event
@@ -65,10 +65,10 @@ def correct_frame(
     offset_before: float,
     own: float | None = None,
 ) -> FrameCorrection:
-    """Detect an error with τ in a captured or altered frame, and apply the what-if's correction.
+    """Detect an error with τ in a captured or altered frame, and correct it as the what-if does.
 
-    offset_before: offset(t−1), radians; own: the offset of a known interval to remove, or None to
-    remove offset(t).
+    `offset_before` is offset(t−1) in radians. `own` is the offset of a known interval to remove, or
+    None to remove offset(t).
     """
     untouched = replace(what_if, applied=0.0)
     before = decompose(motion, chain, frame, untouched if untouched.changes else None)

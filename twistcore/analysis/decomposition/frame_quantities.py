@@ -1,4 +1,4 @@
-"""One frame of one chain, quantity by quantity: Eq. 1-13 of [Choi26 §3], for learners.
+"""All quantities of one frame of one chain, by Eq. 1-13 of [Choi26 §3], for learners.
 
 :func:`twistcore.skeleton.signals.twist_signals` returns the same angles for a whole clip at a time.
 This module keeps every intermediate vector and quaternion.
@@ -30,7 +30,8 @@ UNDEFINED = 1e-6  # reliability up to which an angle is nothing but rounding
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """The quantities of Eq. 1-13 at one frame; vectors (3,), quaternions (4,), angles in radians.
+    """The quantities of Eq. 1-13 at one frame, with vectors (3,), quaternions (4,) and angles in
+    radians.
 
     - a: the bone in P's coordinates
     - q: P's rotation, with the sign for which q = swing ⊗ twist
@@ -95,7 +96,7 @@ class Decomposition:
 
     @property
     def dtheta_c_is_defined(self) -> bool:
-        """True if v⊥ has a direction in this frame and the previous one: the limb is not
+        """True if v⊥ has a direction in this and the previous frame, that is, if the limb is not
         straight.
         """
         before = float(np.linalg.norm(self.across_before))
@@ -118,8 +119,8 @@ def decompose(
 ) -> Decomposition:
     """Return the quantities of a chain at a frame, altered or as captured, and the previous frame.
 
-    offset, stage: see :func:`altered`. Frame 0 is compared with itself as captured, so that its
-    increments are 0.
+    For `offset` and `stage`, see :func:`altered`. Frame 0 is compared with itself as captured, so
+    that its increments are 0.
     """
     before = max(frame - 1, 0)
     captured = what_if is None and stage is None

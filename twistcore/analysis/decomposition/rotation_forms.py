@@ -1,4 +1,4 @@
-"""Other forms of the same rotation: factors in reverse order, −q, and the file's Euler angles."""
+"""Other forms of the same rotation, such as factors in reverse order, −q, and Euler angles."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LOCK = float(np.radians(5.0))  # between first and last axis: the two channels d
 
 
 def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
-    """Return the factors of q = twist ⊗ swing', (4,) each: the same twist, another swing.
+    """Return both factors, (4,), of q = twist ⊗ swing', with the same twist but another swing.
 
     The angle of the swing is the same; its normal is the normal of the first swing turned back by
     the twist.
@@ -33,9 +33,15 @@ def unwrapped_twist(q: ArrayLike, axis: Array) -> float:
 class EulerChannels:
     """A rotation as the Euler angles of a BVH file.
 
-    order: the axes in the file's order, such as 'ZYX'; angles: radians, (3,); between: the angle
-    from the first axis to the last axis as turned by the middle angle, [0, π/2]; at 0 both turn
-    about the same line (gimbal lock).
+    Parameters
+    ----------
+    order
+        The axes in the file's order, such as 'ZYX'.
+    angles
+        In radians, shape (3,).
+    between
+        The angle from the first axis to the last axis as turned by the middle angle, [0, π/2]. At 0
+        both turn about the same line (gimbal lock).
     """
 
     order: str

@@ -1,4 +1,4 @@
-"""Quality measures of a whole figure: jitter, foot slide and deviation. They need no ground truth.
+"""Jitter, foot slide and deviation, the quality measures of a whole figure without ground truth.
 
 Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26 §4.3].
 """
@@ -23,9 +23,15 @@ CONTACT_MM = 30.0
 class FigureQuality:
     """Quality measures of a figure; a high value is not in itself an error.
 
-    deviation: the mean distance from the input with both roots aligned, mm, or None for the input
-    itself; jitter: the mean size of the third difference, mm per frame³; foot_slide: the percentage
-    of frame pairs in which a foot slides, with contact estimated from the motion itself.
+    Parameters
+    ----------
+    deviation
+        The mean distance from the input with both roots aligned, mm, or None for the input itself.
+    jitter
+        The mean size of the third difference, mm per frame³.
+    foot_slide
+        The percentage of frame pairs in which a foot slides, with contact estimated from the motion
+        itself.
     """
 
     deviation: float | None
@@ -34,7 +40,10 @@ class FigureQuality:
 
 
 def quality(places: Array, given: Array | None = None) -> FigureQuality:
-    """Return the quality of positions (frames, 24, 3) in mm; given: the input for comparison."""
+    """Return the quality of positions (frames, 24, 3) in mm.
+
+    `given` is the input for comparison.
+    """
     third = np.diff(places, n=3, axis=0)
     return FigureQuality(
         None if given is None else mean_distance(root_aligned(places), root_aligned(given)),
@@ -69,8 +78,8 @@ def figure_quality(motion: Motion) -> FigureQuality | None:
 def in_contact(places: Array) -> NDArray[np.bool_]:
     """Return a mask of the frames in which each foot is on the ground, (frames, 2).
 
-    Its ankle and its toe must be lower than their low height + 3 cm. The low height is the 2nd
-    percentile over the clip, separately for each foot's ankle and toe.
+    A foot is on the ground while its ankle and its toe are less than 3 cm above their low height.
+    The low height is the 2nd percentile over the clip, separately for each foot's ankle and toe.
     """
     out = np.ones((len(places), 2), dtype=np.bool_)
     for foot in range(2):

@@ -1,7 +1,7 @@
-"""Quality measures of every joint: jitter, speed, jumps of numbers, and foot slide.
+"""Jitter, speed, jumps of numbers and foot slide, the quality measures of every joint.
 
-They need no ground truth, and a high value is not in itself an error. The measures of the whole
-figure are in `figure`.
+The measures need no ground truth, and a high value is not in itself an error. The measures of the
+whole figure are in `figure`.
 """
 
 from __future__ import annotations
@@ -86,9 +86,9 @@ class JointQuality:
 def joint_quality(clip: Clip, positions: Array, up: int = 1) -> JointQuality:
     """Return the quality measures of a clip's joints.
 
-    positions: global, (frames, joints, 3), in the file's unit; up: the axis that points up. Lengths
-    are in metres if the unit is known or the skeleton looks like one of CMU's; if not, they are
-    relative to a figure of 1.75 m.
+    `positions` are global positions with shape (frames, joints, 3), in the file's unit. `up` is the
+    axis that points up. Lengths are in metres if the unit is known or the skeleton looks like one
+    of CMU's; if not, they are relative to a figure of 1.75 m.
     """
     motion = clip.motion
     frames, joints = positions.shape[:2]
@@ -129,7 +129,7 @@ def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
 def _slide(places: Array, dt: float, up: int) -> Array:
     """Return the horizontal speed of a joint since the previous frame, m/s, (frames,).
 
-    It is NaN while the joint is in the air.
+    The speed is NaN while the joint is in the air.
     """
     height = places[:, up]
     low = height < np.percentile(height, 2.0) + 0.001 * CONTACT_MM

@@ -1,4 +1,4 @@
-"""The reason why there is no interval at a frame: the detectors' own numbers, in one sentence.
+"""Explain why there is no interval at a frame, in one sentence with the detectors' own numbers.
 
 A peak of the strength above τ that is in no interval always has a reason, and no reason contradicts
 the curve: 'below τ' is given only below τ.

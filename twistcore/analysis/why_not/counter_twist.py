@@ -21,7 +21,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import wrap
 
-ONE_JOINT = 0.25  # of the larger turn: with less, the other joint does not respond
+ONE_JOINT = 0.25  # share of the larger turn below which the other joint does not respond
 UNDONE = 4.0  # σ by which an increment differs from its residual if an image was removed
 _NEAR = 4  # frames on either side that show how a joint turns anyway
 _EACH = 0.5 * PRIOR  # nats that each of two edges must bring
@@ -29,7 +29,9 @@ _EACH = 0.5 * PRIOR  # nats that each of two edges must bring
 
 @dataclass(frozen=True)
 class _Edge:
-    """An edge of a chain's table: frames [start, stop), and the turns of both joints in radians."""
+    """An edge of a chain's table, with its frames [start, stop) and the turns of both joints in
+    radians.
+    """
 
     table: PairTable
     index: int
@@ -50,8 +52,7 @@ def no_counter_twist(
 ) -> Reason:
     """Return why no interval has an edge at a frame.
 
-    edges_in: function that finds edges of other chains and limbs; chains: all chains that were
-    analysed.
+    `edges_in` finds edges of other chains and limbs. `chains` are all chains that were analysed.
     """
     t, own = place.frame, analysis.chains[place.chain.name]
     if analysis.cut[t]:
@@ -192,7 +193,9 @@ def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
 
 
 def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge | None:
-    """Return the edge above τ that the curve shows at the frame, else the clearest one there."""
+    """Return the edge above τ that the curve shows at the frame or, if there is none, the clearest
+    edge.
+    """
     e, t = table.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop) & (np.abs(e.jump) >= place.tau))
     if not len(at):

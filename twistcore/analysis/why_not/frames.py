@@ -23,15 +23,15 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.signals import TwistSignals
 
-_ENOUGH = 0.5  # of a strength: a soft error must change by this share to account for it
+_ENOUGH = 0.5  # share of a strength by which a soft error must change to account for it
 
 
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
     """Return why no interval has an edge at a frame of a chain or limb.
 
-    found: the existing intervals with their τ, such as a detection or a review; first: the number
-    by which the sentence refers to the clip's first frame. Raises TwistError for a name that the
-    clip does not have.
+    `found` holds the existing intervals with their τ, such as a detection or a review. `first` is
+    the number by which the sentence refers to the clip's first frame. Raises TwistError for a name
+    that the clip does not have.
     """
     clip = found.analysis
     chain, tau = clip.chain(name), found.tau[name]
@@ -63,7 +63,7 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
 
 
 def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
-    """Return why m(t) of the paper's detector is not an event; any event opens an interval."""
+    """Return why m(t) of the paper's detector is not an event; all events open intervals."""
     p, c = float(signals.dtheta_p[place.frame]), float(signals.dtheta_c[place.frame])
     parent, child = place.joints
     numbers = {"dtheta_p_deg": math.degrees(p), "dtheta_c_deg": math.degrees(c)}
@@ -82,7 +82,9 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
 
 
 def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
-    """Return why a helper has no edge at a frame; own: the turns of the helper alone, radians."""
+    """Return why a helper has no edge at a frame. `own` is the angle by which the helper alone
+    turns in each frame, in radians.
+    """
     helper, driver = place.joints
     if place.strength < place.tau:
         return place.reason(Why.BELOW, f"{helper} does not jump about its bone")
@@ -117,7 +119,9 @@ def _in_notation(
 
 
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
-    """Return the reasons for :func:`unexplained_peaks`; first: as in :func:`why_not`."""
+    """Return the reasons for :func:`unexplained_peaks`. `first` has the same meaning as in
+    :func:`why_not`.
+    """
     return [why_not(found, name, t, first=first) for t in unexplained_peaks(found, name)]
 
 
@@ -191,7 +195,7 @@ def _edges_near(
 
 
 def _change(interval: Interval, start: int, stop: int) -> float:
-    """Return the change of an offset over frames [start, stop) and the next ones, radians."""
+    """Return the change of an offset over frames [start, stop) and the next ones, in radians."""
     low, high = (min(max(t - interval.start, 0), interval.frames) for t in (start - 2, stop + 1))
     return float(np.ptp(interval.offset[low:high])) if low < high else 0.0
 

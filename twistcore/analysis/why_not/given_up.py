@@ -37,8 +37,14 @@ class SoftErrors:
     ) -> Reason:
         """Return the reason that something else explains more than the dropped interval.
 
-        given: the dropped interval, or None for any interval; numbers: the numbers of the reason;
-        what: the grammatical subject, which would be an edge of the interval.
+        Parameters
+        ----------
+        given
+            The dropped interval, or None for any interval.
+        numbers
+            The numbers of the reason.
+        what
+            The grammatical subject, which would be an edge of the interval.
         """
         place, found = self.place, list(self._soft_errors())
         low, high = (given.start, given.stop) if given else (place.frame, place.frame)

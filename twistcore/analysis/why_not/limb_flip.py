@@ -18,7 +18,7 @@ from twistcore.skeleton.rotation import wrap
 def no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
     """Return why no flip has an edge at a frame.
 
-    edges_in: function that finds edges of other chains and limbs.
+    `edges_in` finds edges of other chains and limbs.
     """
     t = place.frame
     numbers: dict[str, Any] = {

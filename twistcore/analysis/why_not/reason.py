@@ -1,4 +1,4 @@
-"""The reason for a frame without an interval: one word, one sentence, and the numbers in it."""
+"""The reason for a frame without an interval, as one word and as one sentence with its numbers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from twistcore.skeleton.notation import DistinctFrames
 class Why(StrEnum):
     """The word for the reason why a frame is not an edge of an interval, as used in files."""
 
-    INTERVAL = "interval"  # it is in one, or at its edge
+    INTERVAL = "interval"  # the frame is in an interval or at its edge
     MOVED = "moved"  # the detector has one here, which was moved in the review
     BELOW = "below tau"
     CUT = "cut"  # all joints jump at once: a T-pose, a cut
@@ -27,7 +27,7 @@ class Why(StrEnum):
     UNEQUAL = "unequal"  # both turn, but do not cancel
     MOTION = "motion"  # predicted by motion, within its usual departures
     NO_PARTNER = "no partner"
-    OTHER = "other interval"  # its partner belongs to an interval that explains more
+    OTHER = "other interval"  # the jump's partner belongs to an interval that explains more
 
 
 _FRAMES = ("start", "stop", "partner")  # numbers that are frames
@@ -44,9 +44,16 @@ EdgesIn = Callable[[int, int], Sequence[tuple[Interval, Chain]]]
 class Reason:
     """The reason why no interval has an edge at a frame of a chain or limb.
 
-    strength, tau: radians; strength is the value of the curve at the frame; text: the sentence;
-    numbers: the numbers in it by name as in JSON, angles in degrees; suspicious: True above τ if a
-    person should look at the frame.
+    Parameters
+    ----------
+    strength, tau
+        The value of the curve at the frame, and the threshold, in radians.
+    text
+        The sentence.
+    numbers
+        The numbers in the sentence, by name as in JSON, with angles in degrees.
+    suspicious
+        True above τ if a person should look at the frame.
     """
 
     chain: str
@@ -76,8 +83,14 @@ class Reason:
 class AskedFrame:
     """A frame for which the reason is requested.
 
-    joints: the names of the chain's parent and child; first: the number of the clip's first frame
-    in sentences; kept: the frames that were examined, if these are not all frames of the clip.
+    Attributes
+    ----------
+    joints
+        The names of the chain's parent and child.
+    first
+        The number of the clip's first frame in sentences.
+    kept
+        The frames that were examined, if these are not all frames of the clip.
     """
 
     chain: Chain
@@ -118,17 +131,19 @@ class AskedFrame:
         )
 
     def called(self, frame: int) -> str:
-        """Return the number of a frame as people see it: 'frame 12'."""
+        """Return the number of a frame as shown to users, such as 'frame 12'."""
         return f"frame {self.in_clip(frame) + self.first}"
 
     def span(self, start: int, stop: int) -> str:
-        """Return frames [start, stop) as tables show them: 'frames 323–329' ends before 329."""
+        """Return frames [start, stop) as tables show them, such as 'frames 323–329' (329
+        excluded).
+        """
         if stop - start == 1:
             return self.called(start)
         return f"frames {self.in_clip(start) + self.first}–{self.in_clip(stop) + self.first}"
 
     def named(self, interval: Interval) -> str:
-        """Describe an interval; if it has no offset, by its kind and joint."""
+        """Describe an interval by its offset or, if it has none, by its kind and joint."""
         span, size = self.span(interval.start, interval.stop), signed_degrees(interval.shown)
         if named := interval.kind.info.named:
             return named.format(span=span, size=size, joint=interval.joint)

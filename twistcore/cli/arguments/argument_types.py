@@ -1,4 +1,4 @@
-"""Types of arguments: each value is checked, and a wrong one is refused in one line."""
+"""Types of arguments, which check each value and refuse a wrong one in one line."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from twistcore.detection.kind import Kind
 from twistcore.files.atomic import STANDARD_OUTPUT
 from twistcore.formats.suffixes import CLIP_SUFFIXES, not_written
 
-KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # of errors, as --kinds spells them
+KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # kinds of errors, as --kinds spells them
 STANDARD_INPUT = Path("/dev/stdin")  # by this name also on systems that have no such file
 
 _LEAST_MIB = 256  # with less, numpy cannot be loaded or a short clip cannot be analysed
-_MOST = 1_000_000  # of counted things: a larger number is a typing error
+_MOST = 1_000_000  # largest count; a larger number is a typing error
 _MOST_WORKERS = 1024
 _LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # frames a second that a file may have
 
@@ -25,7 +25,7 @@ _LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # frames a second that a file may have
 class Parser(argparse.ArgumentParser):
     """Parser whose errors are a single line that says where to find help, without the usage.
 
-    late: function that adds texts that load slowly, called when the help is printed.
+    `late` is called when the help is printed, and adds the texts that load slowly.
     """
 
     late: Callable[[argparse.ArgumentParser], None] | None = None
@@ -71,7 +71,9 @@ class Parser(argparse.ArgumentParser):
 
 
 def _similar(word: str, known: Sequence[str]) -> str:
-    """Return '; did you mean detect?' if `known` has words similar to `word`, or ''."""
+    """Return text such as '; did you mean detect?' if `known` has words similar to `word`, or
+    ''.
+    """
     from difflib import get_close_matches  # slow to load, and seldom needed
 
     near = get_close_matches(word.lower(), known, cutoff=0.65)
@@ -79,7 +81,9 @@ def _similar(word: str, known: Sequence[str]) -> str:
 
 
 def target(text: str) -> Path:
-    """Return the file to write; '-' means standard output, and './-' a file of that name."""
+    """Return the file to write, where '-' means standard output, and './-' means a file called
+    '-'.
+    """
     return STANDARD_OUTPUT if text == "-" else Path(text)
 
 
@@ -95,7 +99,9 @@ def clip_target(text: str) -> Path:
 
 
 def readable(text: str) -> Path:
-    """Return the clip to read; '-' means standard input, and './-' a file of that name."""
+    """Return the clip to read, where '-' means standard input, and './-' means a file called
+    '-'.
+    """
     return STANDARD_INPUT if text == "-" else Path(text)
 
 
@@ -212,7 +218,7 @@ def count(text: str) -> int:
 
 
 def limit(text: str) -> int:
-    """Return the largest number that is allowed, a whole number that is at least 0."""
+    """Return a limit, which is a whole number that is at least 0."""
     return _whole(text, 0, _MOST)
 
 

@@ -1,4 +1,4 @@
-"""The help of every command: a summary, a description, and examples that the tests run."""
+"""The help of every command, with a summary, a description, and examples that the tests run."""
 
 from __future__ import annotations
 
@@ -28,8 +28,14 @@ class HelpFormatter(argparse.HelpFormatter):
 class CommandHelp:
     """The texts of one command's help.
 
-    summary: line for the list of commands, without a full stop; about: sentences after the summary;
-    note: sentences after the options, such as exit codes.
+    Attributes
+    ----------
+    summary
+        Line for the list of commands, without a full stop.
+    about
+        Sentences after the summary.
+    note
+        Sentences after the options, such as exit codes.
     """
 
     summary: str

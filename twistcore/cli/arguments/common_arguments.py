@@ -36,7 +36,7 @@ def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
 
 
 def add_commands(parser: argparse.ArgumentParser) -> argparse._SubParsersAction[Parser]:
-    """Let a parser have subcommands; without one, the help is printed."""
+    """Add subcommands to a parser, which prints the help if none is given."""
 
     def print_help(_: argparse.Namespace) -> int:
         parser.print_help()
@@ -47,7 +47,7 @@ def add_commands(parser: argparse.ArgumentParser) -> argparse._SubParsersAction[
 
 
 def add_clip(parser: argparse.ArgumentParser, what: str = "the clip to read") -> None:
-    """Add the argument for one clip from which the command makes something."""
+    """Add the argument for the clip that a command processes."""
     parser.add_argument("clip", type=Path, metavar="CLIP", help=what)
 
 

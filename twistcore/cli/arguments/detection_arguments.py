@@ -71,7 +71,7 @@ def add_detector_file(parser: argparse._ActionsContainer) -> None:
 def add_detection(
     parser: argparse._ActionsContainer, tau_type: Callable[[str], float | None] = tau
 ) -> None:
-    """Add the options of detection; tau_type: function that reads the value of --tau."""
+    """Add the options of detection. `tau_type` reads the value of --tau."""
     add_method(parser)
     parser.add_argument(
         "--tau",

@@ -20,8 +20,9 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-SHARE, FEWEST = 0.3, 5  # of the joints that move, and joints, that step at once
-_TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1  # times as much as around it; degrees off the motion's pace
+SHARE, FEWEST = 0.3, 5  # share of the moving joints, and number of joints, that step at once
+# Ratio to the motion around a step; degrees off the motion's pace.
+_TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1
 _SLOW, _LEAST_SLOW = 45.0, 5.0  # frames a second below which this is expected, degrees
 _AROUND = 0.08  # seconds of a block whose median is the usual value
 _MOVES = 0.02  # degrees a frame
@@ -29,7 +30,8 @@ _SHOWS = 2.0  # degrees: steps with a smaller median are hardly visible
 _NEARBY = 10  # frames on either side of a step
 _EDGE = 4  # frames at the ends, and after a first pose
 
-PLACE, PLACE_SLOW = 0.02, 0.05  # of the height, off the path between the neighbours
+# Distance from the path between the neighbours, as a share of the height.
+PLACE, PLACE_SLOW = 0.02, 0.05
 _PLACE_TIMES, _PLACE_FLOOR, _REACH = 8.0, 5e-4, 10
 
 
@@ -37,8 +39,12 @@ _PLACE_TIMES, _PLACE_FLOOR, _REACH = 8.0, 5e-4, 10
 class BodyStep:
     """A step of many joints into one frame, or into a few successive frames.
 
-    share: the fraction of the moving joints that step, at most, in one of the frames; degrees: the
-    median angle of these joints, at most, in one of the frames.
+    Attributes
+    ----------
+    share
+        The fraction of the moving joints that step, at most, in one of the frames.
+    degrees
+        The median angle of these joints, at most, in one of the frames.
     """
 
     start: int
@@ -52,7 +58,7 @@ class BodyStep:
 class PlaceStep:
     """A jump in a joint's position in frames [start, stop).
 
-    way: how far the position departs from its path, as a fraction of the skeleton's height.
+    `way` is the distance of the position from its path, as a fraction of the skeleton's height.
     """
 
     joint: int
@@ -95,8 +101,8 @@ def _of_person(
 ) -> Iterator[BodyStep]:
     """Yield the steps of one person's body.
 
-    step: the turns of the person's joints, degrees, (frames, joints); first, last: the frames that
-    count, [first, last).
+    `step` is the angle by which each joint of the person turns, in degrees, shape (frames, joints).
+    The frames in [first, last) count.
     """
     off = np.zeros_like(step)
     off[1:-1] = np.abs(step[1:-1] - 0.5 * (step[:-2] + step[2:]))
@@ -161,8 +167,9 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
 def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
     """Return the jumps in position of roots and of all joints with position channels, by start.
 
-    motion: the motion without held frames; counted: mask of the frames that may have a jump,
-    (frames,). A position that is off its path for a frame or two and comes back is one jump.
+    `motion` is the motion without held frames. `counted` is the mask of the frames that may have a
+    jump, shape (frames,). A position that is off its path for a frame or two and comes back is one
+    jump.
     """
     frames = motion.frames
     if frames < 4 * _REACH or not motion.positioned:

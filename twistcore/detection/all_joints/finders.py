@@ -39,8 +39,8 @@ Mask = NDArray[np.bool_]
 
 _NUMBERS = 1 << 17  # frames times joints in a block
 _BESIDE = 3  # frames next to the edge of a known error
-_LEFT = 0.5  # of a step: if less remains, the correction of another error removes it
-_MORE = 4.0  # times as far as the whole body steps: listed separately
+_LEFT = 0.5  # share of a step; if less remains, the correction of another error removes the step
+_MORE = 4.0  # ratio to the step of the whole body from which a step is listed separately
 _LAST_BONES = ("ForeArm", "Leg")
 
 
@@ -135,7 +135,7 @@ def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
 
 
 def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], list[JointStep]]:
-    """Return spikes and jumps; the clip is processed in blocks of frames to save memory."""
+    """Return spikes and jumps, processing the clip in blocks of frames to save memory."""
     cut, parents = find_cuts(motion), motion.skeleton.parents
     calm = ~cut
     for k in range(1, limits.longest + 1):  # no cut within a spike
@@ -158,9 +158,15 @@ def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], lis
 class _Others:
     """The other errors of a clip, which may explain a step of a joint.
 
-    errors: the errors that can be corrected, by each joint that they turn; of_joints: masks of the
-    frames with lone jumps or noise, by joint; of_body: the size of a person's body steps in
-    degrees, 0 in all other frames, (frames,), by each joint of a person who steps.
+    Attributes
+    ----------
+    errors
+        The errors that can be corrected, by each joint that they turn.
+    of_joints
+        Masks of the frames with lone jumps or noise, by joint.
+    of_body
+        The size of a person's body steps in degrees, 0 in all other frames, shape (frames,), by
+        each joint of a person who steps.
     """
 
     search: KindSearch
@@ -225,7 +231,7 @@ class _Others:
         ]
 
     def _turned(self, error: Interval) -> tuple[int, ...]:
-        """Return the joints that an error turns; of the children of a bone, only C."""
+        """Return the joints that an error turns, with C as the only child of a bone."""
         chain = next(c for c in self.search.named if c.name == error.chain)
         joints = chain.changed_joints(self.search.motion.skeleton, carried=error.carried)
         # Other children need not have turned back.
@@ -288,7 +294,9 @@ def _interval(
 
 
 def _as_written(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> JointStep:
-    """Return a step in the clip's own frames; a jump is one frame, as a lone jump is."""
+    """Return a step with the frame numbers of the clip; a jump lasts one frame, like a lone
+    jump.
+    """
     start, stop = _written(step.start, step.stop, held)
     if jump and held is not None:
         stop = held.end(step.stop - 1) + 1
@@ -296,7 +304,7 @@ def _as_written(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> 
 
 
 def _written(start: int, stop: int, held: DistinctFrames | None) -> tuple[int, int]:
-    """Convert frames [start, stop) from the frames without held ones to those of the clip."""
+    """Convert frames [start, stop) from a clip without held frames to the whole clip."""
     return (start, stop) if held is None else (held.begin(start), held.end(stop))
 
 
@@ -307,7 +315,8 @@ def _owners(search: KindSearch) -> dict[int, Chain]:
 
 
 def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain with which each joint is listed: its own, or the nearest one of its person.
+    """Return the chain with which each joint is listed: its own chain or the nearest of its
+    person.
 
     A joint that is not connected to any chain is left out.
     """
@@ -354,7 +363,7 @@ def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
 def reach(skeleton: Skeleton, joint: int) -> float:
     """Return the distance from a joint to the farthest joint or end below it.
 
-    It is measured in the rest pose, as a fraction of the skeleton's height.
+    The distance is measured in the rest pose, as a fraction of the skeleton's height.
     """
     place = {joint: np.zeros(3)}
     for below in range(joint + 1, len(skeleton)):  # a parent comes before its children

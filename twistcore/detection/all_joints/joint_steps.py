@@ -2,8 +2,8 @@
 
 A *spike* leaves the joint's path for one or a few frames and comes back: each of its frames departs
 from the path between the frame before and the frame after. A *jump* is a single step between calm
-frames. Both are compared with the motion of the same joint over as many frames nearby, so that a
-fast movement is not taken for one of them.
+frames. Spikes and jumps are compared with the motion of the same joint over the same number of
+frames nearby, so that a fast movement is not mistaken for either.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ SPIKE, SPIKE_SLOW, SPIKE_SMALL = 10.0, 20.0, 35.0
 JUMP, JUMP_SLOW, JUMP_SMALL = 30.0, 45.0, 60.0
 # Of the spike: the frames before and after it may be so far apart. For a jump it is 2.
 _BACK, _NEARLY = 0.4, 1.0
-_TIMES, _CLEARLY = 8.0, 20.0  # times as far off as usual nearby; if it hardly comes back
+# Ratio to the usual departure nearby; the latter if the joint hardly comes back.
+_TIMES, _CLEARLY = 8.0, 20.0
 _FLOOR = 0.3  # degrees: every joint moves by that much
-_CALM = 3.0  # times the largest step around a jump
+_CALM = 3.0  # ratio to the largest step around a jump
 _REACH, _NEAR = 10, 3  # frames around a spike, and around a jump
-# that share of it remains in the frames of joints above: the joint compensates none of them
+# share of a step that remains relative to the joints above, none of which it compensates
 _ALONE, _ABOVE = 0.5, 3
 _EDGE = 3  # frames at each end of a clip that are not compared
 _TOGETHER = 2048  # candidates in a block
@@ -40,8 +41,12 @@ _TOGETHER = 2048  # candidates in a block
 class JointStep:
     """A spike or a jump of a joint in frames [start, stop).
 
-    degrees: how far the joint is off its path, or how far it steps; usual: the same for its motion
-    nearby, in degrees.
+    Attributes
+    ----------
+    degrees
+        How far the joint is off its path, or how far it steps.
+    usual
+        The same for its motion nearby, in degrees.
     """
 
     joint: int
@@ -55,8 +60,14 @@ class JointStep:
 class StepLimits:
     """The smallest spikes and jumps that count.
 
-    spike, jump: degrees, (joints,); longest: the longest spike, in frames; floor: the noise in
-    degrees of the angles as they are written.
+    Attributes
+    ----------
+    spike, jump
+        In degrees, shape (joints,).
+    longest
+        The longest spike, in frames.
+    floor
+        The noise in degrees of the angles as they are written.
     """
 
     spike: Array
@@ -68,8 +79,14 @@ class StepLimits:
     def of(joints: int, fps: float, small: set[int], angle_step: float = 0.0) -> StepLimits:
         """Return the limits for a clip.
 
-        joints: the number of joints; small: the toes and fingers; angle_step: the rounding step of
-        the angles in the file, degrees.
+        Parameters
+        ----------
+        joints
+            The number of joints.
+        small
+            The toes and fingers.
+        angle_step
+            The rounding step of the angles in the file, degrees.
         """
         slow = fps < _SLOW
         spike = np.full(joints, SPIKE_SLOW if slow else SPIKE)
@@ -81,15 +98,17 @@ class StepLimits:
 
 
 def margin(limits: StepLimits) -> int:
-    """Return how many frames around a block its first and last steps are compared with."""
+    """Return the number of frames around a block with which its first and last steps are
+    compared.
+    """
     return _REACH + limits.longest + 2
 
 
 def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
     """Return the spikes of all joints, by start.
 
-    rotations: (frames, joints, 4); counted: mask of the frames in which a spike may begin,
-    (frames,).
+    `rotations` has the shape (frames, joints, 4). `counted` is the mask of the frames in which a
+    spike may begin, shape (frames,).
     """
     found: list[JointStep] = []
     moves = _steps_over(rotations, 0.5 * limits.spike)
@@ -108,10 +127,16 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
 
 
 def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
-    """Return the size of a spike or jump, in degrees, with the given rotations instead.
+    """Return the size that a spike or jump has with other rotations, in degrees.
 
-    rotations: (frames, joints, 4); step: the spike or jump, in frames of these rotations; jump:
-    True if it is a jump.
+    Parameters
+    ----------
+    rotations
+        Shape (frames, joints, 4).
+    step
+        The spike or jump, in frames of these rotations.
+    jump
+        True if it is a jump.
     """
     own = rotations[:, step.joint]
     at = np.array([step.start])
@@ -123,7 +148,9 @@ def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> flo
 def _spikes_at(
     q: Array, parents: Index, start: Index, joint: Index, n: int, limits: StepLimits
 ) -> list[JointStep]:
-    """Return the candidates that are spikes over n frames; start, joint: one each per candidate."""
+    """Return the candidates that are spikes over n frames. `start` and `joint` have one value for
+    each candidate.
+    """
 
     def own(t: Index) -> Array:
         return q[t, joint]
@@ -180,8 +207,8 @@ def _jumps_at(
 def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: int) -> Array:
     """Return rotations of joints relative to an ancestor, (n, 4).
 
-    levels: the number of levels from each joint's parent up; beyond the root, rotations are in
-    world space.
+    `levels` is the number of levels above each joint, beginning with its parent. Beyond the root,
+    rotations are in world space.
     """
     turned, above = q[t, joint], parents[joint]
     for _ in range(levels):
@@ -192,7 +219,9 @@ def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: in
 
 
 def _steps_over(rotations: Array, least: Array) -> Mask:
-    """Return where joints turn by more than `least` degrees into a frame, (frames, joints)."""
+    """Return a mask of turns of joints by more than `least` degrees into a frame, (frames,
+    joints).
+    """
     over = np.zeros(rotations.shape[:2], dtype=bool)
     cosine = np.einsum("tji,tji->tj", rotations[1:], rotations[:-1])
     over[1:] = np.abs(cosine) < np.cos(np.radians(0.5 * least))
@@ -202,7 +231,7 @@ def _steps_over(rotations: Array, least: Array) -> Mask:
 def _departure(of: Callable[[Index], Array], start: Index, n: int) -> Array:
     """Return the smallest angle of n frames from the path between their neighbours, in degrees.
 
-    of: function that returns the rotations at given frames.
+    `of` returns the rotations at given frames.
     """
     before, behind = of(start - 1), of(start + n)
     every = [_angle(of(start + k), _between(before, behind, (k + 1) / (n + 1))) for k in range(n)]
@@ -227,7 +256,7 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
 def _between(a: Array, b: Array, share: float) -> Array:
     """Return a rotation between a and b, (…, 4), which must be close to each other.
 
-    share: the fraction of the way from a to b, 0…1.
+    `share` is the fraction of the way from a to b, 0…1.
     """
     same = np.einsum("...i,...i->...", a, b)[..., None] >= 0.0
     sum_ = (1.0 - share) * a + share * np.where(same, b, -b)
@@ -235,13 +264,13 @@ def _between(a: Array, b: Array, share: float) -> Array:
 
 
 def _angle(a: Array, b: Array) -> Array:
-    """Return the angle between two rotations, in degrees: (…, 4) → (…)."""
+    """Return the angle in degrees between two rotations, (…, 4) → (…)."""
     cosine = np.abs(np.einsum("...i,...i->...", a, b))
     return np.asarray(np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0))))
 
 
 def _without_overlaps(found: list[JointStep]) -> list[JointStep]:
-    """Return the spikes, by start, except spikes that overlap a larger one of the same joint."""
+    """Return the spikes, by start, without spikes that overlap a larger spike of the same joint."""
     kept: dict[int, list[JointStep]] = {}
     for one in sorted(found, key=lambda s: -s.degrees):
         own = kept.setdefault(one.joint, [])

@@ -1,1 +1,1 @@
-"""The default detector: how a parent and its child twist against each other, frame by frame."""
+"""The default detector, which measures how a parent and its child twist against each other."""

@@ -48,9 +48,9 @@ TAU_IN_SIGMA = 6.0  # an automatic τ: higher where σ of natural motion itself 
 
 @dataclass(frozen=True, eq=False)
 class FixedInterval:
-    """An interval that does not depend on τ; it is listed if its strength is at least τ.
+    """An interval that does not depend on τ, and is listed if its strength is at least τ.
 
-    peak: the frame at which its strength appears in the curve.
+    `peak` is the frame at which its strength appears in the curve.
     """
 
     interval: Interval
@@ -62,10 +62,18 @@ class FixedInterval:
 class ChainAnalysis:
     """The analysis of one chain before a threshold is chosen.
 
-    standing: intervals that do not depend on τ: errors of straight limbs, whose jumps are in no
-    table, and soft errors; instead: frames [low, high) in which soft errors replace the intervals
-    between jumps; left: frames [low, high) of the chain's limb that the search for soft errors did
-    not reach within its budget; rounded: True if the clip's angles are written in coarse steps.
+    Attributes
+    ----------
+    standing
+        Intervals that do not depend on τ: errors of straight limbs, whose jumps are in no table,
+        and soft errors.
+    instead
+        Frames [low, high) in which soft errors replace the intervals between jumps.
+    left
+        Frames [low, high) of the chain's limb that the search for soft errors did not reach within
+        its budget.
+    rounded
+        True if the clip's angles are written in coarse steps.
     """
 
     name: str
@@ -92,7 +100,9 @@ class ChainAnalysis:
         return automatic_tau(self.limb, self.row)
 
     def strength(self) -> Array:
-        """Return |d| at events, |jump| at an edge's peak, and 0 elsewhere; radians, (frames,)."""
+        """Return |d| at events, |jump| at an edge's peak, and 0 elsewhere, in radians,
+        (frames,).
+        """
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
         for s in self.standing:
@@ -100,7 +110,7 @@ class ChainAnalysis:
         return curve
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of the chain at threshold τ, radians, by start."""
+        """Return the intervals of the chain at threshold τ, in radians, by start."""
         found = [i for i in self.between_edges(tau) if not self.gives_way(i)]
         past = [s.interval for s in self.standing if s.strength >= tau]
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
@@ -114,7 +124,7 @@ class ChainAnalysis:
     ) -> ChainAnalysis:
         """Return the analysis with soft errors added.
 
-        instead: frames [low, high) in which they replace all other intervals.
+        `instead` are the frames [low, high) in which they replace all other intervals.
         """
         kept = (
             s for s in self.standing if not any(_meet(s.interval, frames) for frames in instead)
@@ -122,7 +132,7 @@ class ChainAnalysis:
         return replace(self, standing=(*kept, *soft), instead=tuple(instead))
 
     def between_edges(self, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals between jumps at threshold τ, radians, by start."""
+        """Return the intervals between jumps at threshold τ, in radians, by start."""
         found: list[Interval] = []
         for table in self.tables:
             # Only the edges that τ lets pass matter, and as jumps are sorted, their number
@@ -137,7 +147,7 @@ class ChainAnalysis:
         return tuple(found)
 
     def _solve(self, table: PairTable, tau: float) -> list[Interval]:
-        """Return the intervals of one segment at threshold τ, radians, by start."""
+        """Return the intervals of one segment at threshold τ, in radians, by start."""
         pairs = best_pairs(table, tau, self.fps)
         applied = len(pairs)
         pairs += unpaired(table, pairs, tau)
@@ -181,9 +191,14 @@ class ChainAnalysis:
 class ConsistencyAnalysis:
     """The analysis of all chains before a threshold is chosen.
 
-    cut: mask of the steps that are not motion, including the step into frame 0, (frames,);
-    own_twist: the increments from `pieces.own_twist` for the first of two pieces of one bone, by
-    chain; witnesses: the signals by which the intervals of a chain are judged.
+    Attributes
+    ----------
+    cut
+        Mask of the steps that are not motion, including the step into frame 0, shape (frames,).
+    own_twist
+        The increments from `pieces.own_twist` for the first of two pieces of one bone, by chain.
+    witnesses
+        The signals by which the intervals of a chain are judged.
     """
 
     chains: Mapping[str, ChainAnalysis]
@@ -218,10 +233,11 @@ class ConsistencyAnalysis:
         return map(self.with_evidence, found)
 
     def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
-        """Return the interval, its confidence limited by the evidence, and whether it is motion.
+        """Return the interval with its confidence limited by the evidence, and True if it is
+        motion.
 
-        For a straight limb there is hardly any evidence except the course of the error, so that is
-        enough as long as both bones turn at its ends and there is no noise.
+        The only evidence for a straight limb is usually the course of the error. The course is
+        enough if both bones turn at its ends and there is no noise.
         """
         if interval.chain not in self.witnesses:
             return interval, False
@@ -257,7 +273,7 @@ class ConsistencyAnalysis:
 def judged(
     interval: Interval, terms: Terms, segment: str, *, straight: bool = False
 ) -> tuple[Interval, bool]:
-    """Return the interval with its confidence limited by the evidence, and whether it is motion."""
+    """Return the interval with its confidence limited by the evidence, and True if it is motion."""
     found = judgement_of(terms, segment, straight=straight)
     least = tempered(min(interval.confidence or 0.0, found.probability))
     explain = partial(_with_judgement, interval.explain, found)
@@ -266,7 +282,7 @@ def judged(
 
 
 def tempered(probability: float) -> float:
-    """Return a probability; if it is below 0.5 its log odds are halved, because doubts overlap.
+    """Return a probability with its log odds halved if it is below 0.5, because doubts overlap.
 
     Of the intervals of real captures with a probability of 0.07, two blind judges took a third for
     errors (docs/atlas.md).
@@ -300,7 +316,9 @@ def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
 
 
 def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
-    """True if both joints turn at an edge, in either direction: signs mean nothing near ±180°."""
+    """True if both joints turn at an edge; directions are ignored, since signs mean nothing near
+    ±180°.
+    """
     at = row, slice(edges.start[k], edges.stop[k])
     x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))
     return min(x, y) >= SHOWN_IN_BOTH * max(x, y)
@@ -322,7 +340,7 @@ def _explained(
 
 
 def _edge_explained(limb: CounterRotation, row: int, edges: Edges, k: int) -> dict[str, Any]:
-    """Return the evidence for an edge by name: sums over its frames, with angles in degrees."""
+    """Return the evidence for an edge by name, as sums over its frames, with angles in degrees."""
     start, stop, jump = int(edges.start[k]), int(edges.stop[k]), float(edges.jump[k])
     at = row, slice(start, stop)
     sums = {

@@ -48,7 +48,7 @@ LONG = 20_000  # frames
 def analyse_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
 ) -> ConsistencyAnalysis | NotatedAnalysis:
-    """Analyse chains, except for the part that depends on τ; tell: callback for the progress."""
+    """Analyse chains, except for the part that depends on τ. `tell` is called with the progress."""
     if (held := without_held(motion)) is not None:
         own = [c.at(held.first) for c in chains]
         return NotatedAnalysis(held, _analysed(held.motion, own, tell or nobody))
@@ -77,7 +77,9 @@ def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) ->
 def _analysed(
     motion: Motion, chains: Sequence[Chain], tell: Tell, keys: Keys | None = None
 ) -> ConsistencyAnalysis:
-    """Analyse all chains of a motion; keys: linear keys, to search only for jumps between them."""
+    """Analyse all chains of a motion. `keys` are the linear keys; if given, only jumps between them
+    are searched for.
+    """
     cut = find_cuts(motion)
     segments = segments_between(cut, motion.fps)
     cut[:1] = True
@@ -122,8 +124,16 @@ def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]])
 class _Softened:
     """Chains of lines of equal length, and their soft errors.
 
-    plain: the chains without soft errors, by row; count: the number of limbs; errors: each soft
-    error with its interval; replaced: the intervals between jumps that soft errors explain.
+    Attributes
+    ----------
+    plain
+        The chains without soft errors, by row.
+    count
+        The number of limbs.
+    errors
+        Each soft error with its interval.
+    replaced
+        The intervals between jumps that soft errors explain.
     """
 
     plain: Sequence[ChainAnalysis]
@@ -134,7 +144,7 @@ class _Softened:
     def chains(self, given_up: Mapping[int, bool] = MappingProxyType({})) -> list[ChainAnalysis]:
         """Return the chains with soft errors.
 
-        given_up: the errors that replace no interval, by index; the value is True if the error
+        `given_up` are the errors that replace no interval, by index. The value is True if the error
         itself is left out, too.
         """
         if not self.errors and not self.replaced:
@@ -158,9 +168,9 @@ class _Softened:
     def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
         """Return the soft errors that replace no interval, by index, for :meth:`chains`.
 
-        The value is False for an error that is motion by the evidence; it is left to
-        :meth:`ConsistencyAnalysis.taken_for_motion`. The value is True for an error that is less
-        certain than the intervals between jumps that it overlaps; it is left out.
+        The value is True for an error that is left out, because it is less certain than the
+        intervals between jumps that it overlaps. It is False for an error that is motion according
+        to the evidence, and that :meth:`ConsistencyAnalysis.taken_for_motion` returns.
         """
         out = {}
         for k, (error, own) in enumerate(self.errors):
@@ -183,7 +193,7 @@ class _Softened:
 def _meets(count: int, known: Known, error: SoftError) -> bool:
     """True if an interval and a soft error overlap in one chain or in neighbouring chains.
 
-    count: the number of limbs.
+    `count` is the number of limbs.
     """
     near = abs(known.row - error.row) in (0, count)
     return near and known.start < error.stop and error.start < known.stop
@@ -198,9 +208,10 @@ def _line_analyses(
     budget: float,
     tell: Tell,
 ) -> _Softened:
-    """Analyse lines of equal length: first jumps, then straight limbs, then soft errors.
+    """Analyse lines of equal length, first for jumps, then for straight limbs, then for soft
+    errors.
 
-    budget: the work allowed for the search for soft errors.
+    `budget` is the work allowed for the search for soft errors.
     """
     fps, limbs = motion.fps, _limbs(lines, motion, keys)
     strung = [c for same in zip(*lines, strict=True) for c in same]
@@ -306,7 +317,9 @@ def _fixed_soft(chain: str, error: SoftError) -> FixedInterval:
 def find_jumps(
     limbs: Limbs, fps: float, cut: Mask, segments: Sequence[tuple[int, int]], tell: Tell
 ) -> list[Jumps]:
-    """Return the jumps of all chains of limbs, by row; segments: from :func:`segments_between`."""
+    """Return the jumps of all chains of limbs, by row. `segments` come from
+    :func:`segments_between`.
+    """
     counter = _counter_rotation(limbs, fps, cut, tell)
     out = []
     for row in range(len(counter.x)):
@@ -338,7 +351,7 @@ def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> Counte
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
-    """Return lines of chains; within a line the child of each chain is the parent of the next."""
+    """Return lines of chains in which the child of each chain is the parent of the next."""
     left = list(chains)
     lines: list[list[Chain]] = []
     while left:
@@ -360,7 +373,10 @@ def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
 
 
 def _limbs(lines: list[list[Chain]], motion: Motion, keys: Keys | None = None) -> Limbs:
-    """Return the rotations and axes of lines of equal length; keys: the linear keys, or None."""
+    """Return the rotations and axes of lines of equal length.
+
+    `keys` are the linear keys, or None.
+    """
     parents = [[line[0].parent for line in lines]]
     children = [[c.child for c in same] for same in zip(*lines, strict=True)]
     joints = motion.rotations.transpose(1, 0, 2)[np.array(parents + children)]

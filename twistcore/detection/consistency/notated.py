@@ -27,8 +27,14 @@ CLEAR = 0.5  # confidence
 class NotatedAnalysis:
     """The analysis of a clip in which only some frames are examined.
 
-    kept: these frames; coarse: the analysis of these frames; fine: the analysis of jumps in all
-    frames, None if the clip has held frames.
+    Attributes
+    ----------
+    kept
+        The examined frames.
+    coarse
+        The analysis of the examined frames.
+    fine
+        The analysis of jumps in all frames, None if the clip has held frames.
     """
 
     kept: DistinctFrames
@@ -37,24 +43,22 @@ class NotatedAnalysis:
     _known: dict[Interval, Interval] = field(default_factory=dict)  # as τ moves most intervals stay
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ in radians, the larger of both analyses, at least what
-        keys show.
+        """Return the automatic τ, in radians, which is the largest of both analyses and the
+        keys.
         """
         both = (a.automatic_tau(chain) for a in (self.coarse, self.fine) if a is not None)
         return max(self.kept.smallest, *both)
 
     def strength(self, chain: str) -> Array:
-        """Return the strength m_c(t) of a chain, radians, (frames,); the larger of both
-        analyses.
+        """Return the strength m_c(t) of a chain, the larger of both analyses, in radians,
+        (frames,).
         """
         curve = np.zeros(self.kept.frames)
         curve[self.kept.first] = self.coarse.strength(chain)
         return curve if self.fine is None else np.maximum(curve, self.fine.strength(chain))
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, by start; clear jumps have priority over
-        keys.
-        """
+        """Return the intervals of a chain at τ radians, by start; clear jumps precede keys."""
         found = [self._in_clip(i) for i in self.coarse.intervals(chain, tau)]
         if self.fine is not None:
             sharp = self.fine.intervals(chain, tau)
@@ -88,9 +92,10 @@ class NotatedAnalysis:
         return self._known[interval]
 
     def _only_shown(self, interval: Interval) -> bool:
-        """True if the interval has too few linear keys to be corrected without a person's decision.
+        """True if the interval has too few linear keys to be corrected without a person's
+        decision.
 
-        That is also the case if its evidence is a single transition of a straight limb.
+        The result is also True if the evidence is a single transition of a straight limb.
         """
         if not self.kept.even:
             return False
@@ -98,7 +103,7 @@ class NotatedAnalysis:
 
 
 def is_clear(interval: Interval) -> bool:
-    """True if an interval is certain enough to take priority over other ones in the same frames."""
+    """True if an interval is certain enough to take priority over others in the same frames."""
     return not interval.open and (interval.confidence or 0.0) >= CLEAR
 
 

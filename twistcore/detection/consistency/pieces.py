@@ -1,9 +1,10 @@
-"""Errors between the pieces of one bone: they must appear in P's own twist, not only in its swing.
+"""Errors between the pieces of one bone, which must appear in P's own twist, not only in its
+swing.
 
-In rigs that give all roll to the last piece, the first piece only swings. Where its swing curves it
-still turns about its bone from frame to frame, and the next piece turns back by the same angle.
-This is how such rigs write natural motion. θp of the first piece does not change then, but an error
-δ changes it by exactly δ.
+In rigs that give all roll to the last piece, the first piece only swings. Where the path of its
+swing is curved, it still turns about its bone from frame to frame, and the next piece turns back by
+the same angle. This is how such rigs write natural motion. θp of the first piece does not change
+then, but an error δ changes it by exactly δ.
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, twist_angle, wrap
 
-_SHOWN = 0.5  # of an interval's steps: the share that P's own twist must show
+_SHOWN = 0.5  # share of an interval's steps that P's own twist must show
 _NEAR = 3  # frames on either side: their median is the twist's natural pace
 
 
 def own_twist(motion: Motion, chain: Chain) -> Array:
-    """Return the increments of θp minus the median of nearby frames, radians, (frames,)."""
+    """Return the increments of θp minus the median of nearby frames, in radians, (frames,)."""
     angle = twist_angle(motion.rotations[:, chain.parent], chain.axis)
     steps = wrap(np.diff(angle, prepend=angle[:1]))
     padded = np.pad(steps, _NEAR, mode="edge")
@@ -32,7 +33,7 @@ def own_twist(motion: Motion, chain: Chain) -> Array:
 def shows(twist: Array, interval: Interval) -> bool:
     """True if P's own twist contains at least half of an interval's steps.
 
-    twist: the increments from :func:`own_twist`.
+    `twist` are the increments from :func:`own_twist`.
     """
     level = np.zeros(len(twist) + 1)
     level[interval.start : interval.stop] = interval.offset

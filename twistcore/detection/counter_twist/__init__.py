@@ -1,1 +1,1 @@
-"""Counter-rotation of a parent and its child: where it starts, where it ends, and its angle."""
+"""Counter-rotation of a parent and its child, with its start, its end and its angle."""

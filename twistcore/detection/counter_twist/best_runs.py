@@ -40,7 +40,7 @@ def _disjoint(frame: Index, first: Index, last: Index, gain: Array) -> list[int]
     ends = places[np.maximum.accumulate(beyond_) == places].tolist()
     index, gains, beyond = order.tolist(), gain[order].tolist(), beyond_.tolist()
     chosen: list[int] = []
-    value = [0.0] * (len(order) + 1)  # of a group's runs from here on; 0 after it
+    value = [0.0] * (len(order) + 1)  # value of a group's runs from here on, with 0 at the end
     taken = [False] * len(order)
     begin = 0
     for end in ends:

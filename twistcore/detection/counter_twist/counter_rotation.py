@@ -43,11 +43,24 @@ STEADY_GAP = 4.0  # frames; residuals across wider gaps do not show the local σ
 class CounterRotation:
     """The part of limbs' increments that natural motion does not explain.
 
-    x, y: the captured increments; rx, ry: their residuals, without the effects of errors in
-    neighbouring chains; sigma_x, sigma_y: the scales of the residuals; d: the counter-rotation that
-    both residuals show (inverse-variance weighted, circular); sigma: its scale; event: True where d
-    is significant and both signals agree; lone: True where one signal jumps far, whether or not the
-    other agrees. All are (chains, frames), in radians.
+    All arrays have the shape (chains, frames) and are in radians.
+
+    Attributes
+    ----------
+    x, y
+        The captured increments.
+    rx, ry
+        Their residuals, without the effects of errors in neighbouring chains.
+    sigma_x, sigma_y
+        The scales of the residuals.
+    d
+        The counter-rotation that both residuals show (inverse-variance weighted, circular).
+    sigma
+        The scale of d.
+    event
+        True where d is significant and both signals agree.
+    lone
+        True where one signal jumps far, whether or not the other agrees.
     """
 
     x: Array
@@ -67,8 +80,8 @@ def counter_rotation(
 ) -> CounterRotation:
     """Return the counter-rotation of all chains of limbs.
 
-    cut: mask of increments that cross a cut and are never used, (frames,); tell: callback for the
-    progress, called before every round.
+    `cut` is the mask of increments that cross a cut, shape (frames,); these are never used. `tell`
+    is called before every round.
     """
     tell = tell or nobody
     captured = limbs.increments()
@@ -102,7 +115,9 @@ def counter_rotation(
 
 
 class _Rounds:
-    """Rounds of prediction, scale and joint solution, each from the last round's good frames."""
+    """Rounds of prediction, scaling and joint solution, each based on the good frames of the last
+    one.
+    """
 
     def __init__(self, captured: Array, limbs: Limbs, cut: Mask, half: int) -> None:
         self._captured, self._limbs, self._half = captured, limbs, half
@@ -155,7 +170,9 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
-        """Return residuals and scales; from the second round on without neighbours' errors."""
+        """Return residuals and scales, from the second round on without the effects of neighbours'
+        errors.
+        """
         residual = wrap(self._captured - predicted)
         if turn >= 1 and len(self._limbs) > 1:
             self._undo_images(residual, predicted, sigma)
@@ -235,7 +252,7 @@ def _jumps(
 
 
 def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
-    """Return d, the disagreement wrap(rx + ry), and the scales of both, from residuals (2, …).
+    """Return d and the disagreement wrap(rx + ry), with their scales, for residuals (2, …).
 
     d is the inverse-variance weighted mean of rx and −ry on the circle. Near ±180° both residuals
     may have the same sign, and their mean must not become 0.
@@ -248,7 +265,7 @@ def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _coarsely_good(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
-    """Return a first mask of the frames without a sign of a jump; in doubt a frame is left out."""
+    """Return a first mask of the frames without a sign of a jump, without any doubtful frames."""
     good = live.copy()
     residual = root = signals
     known = 0

@@ -34,15 +34,15 @@ ANOTHER_ACTIVE = 18.0
 # with the usual residual. If that is small, as at a hinge, a jump is even rarer: log(HINGE / σ)
 # more. Measured on CMU: elbows of σ 0.005° were left 0.4° and 1.9° off for 14 nats.
 HINGE = float(np.radians(0.3))
-_SWEEPS = 4  # of Gauss-Seidel; three chains converge to < 0.01° in three
+_SWEEPS = 4  # sweeps of Gauss-Seidel; three chains converge to < 0.01° in three sweeps
 _BLOCK = 1 << 16  # chains times frames in a block, so that memory does not grow with the clip
 
 
 def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> Array:
     """Return the increments x and y at frames t without the effects of neighbours' errors.
 
-    signals, predicted, sigma: radians, (2, n, len(t)), as is the result; sigma must not be below
-    `prediction.FLOOR`.
+    `signals`, `predicted`, `sigma` and the result are in radians and have the shape (2, n, len(t)).
+    `sigma` must not be below `prediction.FLOOR`.
     """
     clean = np.empty_like(signals)
     size = max(1, _BLOCK // len(limbs))
@@ -55,10 +55,17 @@ def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sig
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """Frames t of limbs by joint: x of the chain below each joint and y of the chain above it.
+    """The frames t of limbs, by joint: x of the chain below each joint, and y of the chain above
+    it.
 
-    captured, predicted, sigma: radians, (2, n + 1, len(t)); rarer: the cost of a lone jump in
-    addition to the caps. Joints at the ends have only one chain; the residual of the other is 0.
+    A joint at an end has only one chain, and the residual of the missing chain is 0.
+
+    Attributes
+    ----------
+    captured, predicted, sigma
+        In radians, shape (2, n + 1, len(t)).
+    rarer
+        The cost of a lone jump in addition to the caps.
     """
 
     limbs: Limbs
@@ -80,7 +87,7 @@ def _line(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array
 def _by_joint(values: Array, beyond: float) -> Array:
     """Convert x and y by chain, (2, n, frames), to values by joint, (2, n + 1, frames).
 
-    beyond: the value for the missing chains at the ends.
+    `beyond` is the value for the missing chains at the ends.
     """
     out = np.empty((2, values.shape[1] + 1, values.shape[2]))
     out[0, :-1], out[1, 1:] = values
@@ -89,7 +96,7 @@ def _by_joint(values: Array, beyond: float) -> Array:
 
 
 def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
-    """Return the cost of the residuals at each joint: all (2, joints, …) → (joints, …)."""
+    """Return the cost of the residuals at each joint, (2, joints, …) → (joints, …)."""
     cost_x, cost_y = residual_cost(wrap(residual) / sigma, CAP + rarer)
     together = cost_x + cost_y
     lone: Array = JOINT_JUMP + np.minimum(rarer[0], rarer[1])
@@ -135,8 +142,8 @@ def _explained(line: _Line) -> Array:
 def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array, Array]:
     """Solve runs of `length` chains; return the increments of their joints and the remaining cost.
 
-    first, frame: each run's first chain and its frame, (runs,). Increments: (2, length + 1, runs);
-    cost: (runs,).
+    `first` and `frame` are the first chain and the frame of each run, shape (runs,). The increments
+    have the shape (2, length + 1, runs), and the cost has the shape (runs,).
     """
     at = (first + np.arange(length + 1)[:, None]) * len(line.t) + frame
     arrays = line.captured, line.predicted, line.sigma, line.rarer
@@ -154,8 +161,12 @@ def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array
 class _Runs:
     """Runs of chains with an error, each at one frame.
 
-    captured, predicted, sigma, rarer: by joint, (2, length + 1, runs); down, up: functions for the
-    effects of an error on the chains below and above.
+    Attributes
+    ----------
+    captured, predicted, sigma, rarer
+        By joint, shape (2, length + 1, runs).
+    down, up
+        Functions for the effects of an error on the chains below and above.
     """
 
     down: Image
@@ -168,7 +179,7 @@ class _Runs:
     def solved(self, tip_first: bool) -> tuple[Array, Array]:
         """Return the increments without the errors' effects, and the residuals' cost, (runs,).
 
-        tip_first: True to begin the iteration at the tip of the limb.
+        Set `tip_first` to True to begin the iteration at the tip of the limb.
         """
         d = self._errors(tip_first)
         trial = self.captured.copy()

@@ -1,4 +1,6 @@
-"""Edges: frames or short runs of frames in which an error begins or ends [Method, step 5]."""
+"""Edges, which are frames or short runs of frames in which an error begins or ends [Method, step
+5].
+"""
 
 from __future__ import annotations
 
@@ -21,12 +23,25 @@ FOLLOWED = 6.0  # gain from which the frames of a run count as steps of the erro
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """The possible edges of a chain, by start; a run of frames may be read in several ways.
+    """The possible edges of a chain, by start; a run of frames may have several interpretations.
 
-    start, stop: the edge's frames [start, stop); peak: the frame with the largest change; jump: its
-    angle in radians; sigma: the scale of the jump; gain: the log-likelihood ratio of an error over
-    natural motion, in nats; primary: True for the best interpretation of its frames, which is the
-    one counted among the inner steps of an interval. All are (n,).
+    All arrays have the shape (n,).
+
+    Attributes
+    ----------
+    start, stop
+        The edge's frames [start, stop).
+    peak
+        The frame with the largest change.
+    jump
+        The angle of that change, in radians.
+    sigma
+        The scale of the jump.
+    gain
+        The log-likelihood ratio of an error over natural motion, in nats.
+    primary
+        True for the best interpretation of its frames, which is the one counted among the inner
+        steps of an interval.
     """
 
     start: Index
@@ -87,7 +102,7 @@ def _runs(at: Index, kind: Mask, d: Array) -> Index:
 
 
 def _peaks(size: Array, bounds: Index) -> Index:
-    """Return, for each run, the frame with the largest size; the first if several are equal."""
+    """Return the frame with the largest size in each run, or the first if several are equal."""
     peak = bounds[:, 0].copy()
     for k in range(1, LONGEST):
         at = np.minimum(bounds[:, 0] + k, bounds[:, 1] - 1)
@@ -98,7 +113,7 @@ def _peaks(size: Array, bounds: Index) -> Index:
 def _readings(
     counter: CounterRotation, chain: int, bounds: Index
 ) -> tuple[Index, Array, Array, Array, Mask]:
-    """Return the possible interpretations of runs: run, jump, σ, gain, and whether it is the first.
+    """Return the possible interpretations of runs as run, jump, σ, gain, and True for the first.
 
     A run is interpreted as the weighted mean of both signals or, if these differ, as each of them,
     the quieter one first.

@@ -1,4 +1,6 @@
-"""Offsets of paired edges: the running sum of an interval's jumps, closed [Method, steps 5-6]."""
+"""The offset of each pair of edges, which is the closed running sum of the jumps [Method, steps
+5-6].
+"""
 
 from __future__ import annotations
 
@@ -25,9 +27,14 @@ CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
 class Course:
     """The error of an interval from frame `start` on.
 
-    offset: the twist error of P in each frame, radians, (frames,); residual: the angle left open at
-    the closing edge, radians; followed: the fraction of the error that C turns back, 1 unless both
-    edges show that it is less.
+    Attributes
+    ----------
+    offset
+        The twist error of P in each frame, radians, shape (frames,).
+    residual
+        The angle left open at the closing edge, radians.
+    followed
+        The fraction of the error that C turns back, 1 unless both edges show that it is less.
     """
 
     start: int
@@ -41,8 +48,9 @@ def offsets_of(
 ) -> list[Course]:
     """Return the error of each interval in every frame.
 
-    The error is the running sum of its steps; the angle left open at the end is distributed by
-    variance. If C turns back only part of the error, P's own jumps give its size.
+    The error is the running sum of the interval's steps. The angle that remains at the end is
+    distributed over the steps in proportion to their variance. If C turns back only part of the
+    error, P's own jumps give its size.
     """
     d, variance = counter.d[chain], counter.sigma[chain] ** 2
     closed = [p for p in pairs if p.opening >= 0 and p.closing >= 0]

@@ -1,12 +1,13 @@
-"""Edges paired into intervals: the cheapest explanation of a chain's edges [Method, steps 5-6].
+"""Pair the edges of a chain into intervals that explain them at the lowest cost [Method, steps
+5-6].
 
 All values are gains in nats (log-likelihood ratios against natural motion). An interval gains from
-its two edges, from the steps inside that it explains, and from closing. The gain of closing is how
-much more likely a sum of 0 (modulo a full turn) is, given the scales of the steps, than if the two
-jumps were unrelated. An interval costs a prior, and more the longer it is. The set of disjoint
-intervals with the highest total gain is found by dynamic programming over the edges, in the order
-of their ends. The gain of an interval does not depend on τ, so it is computed once; a new τ only
-selects the edges at which intervals may begin or end.
+its two edges, from the steps inside that it explains, and from closing. The gain from closing
+measures how much more likely a sum of 0 (modulo a full turn) is, given the scales of the steps,
+than if the two jumps were unrelated. The prior cost of an interval grows with its length. The set
+of disjoint intervals with the highest total gain is found by dynamic programming over the edges, in
+the order of their ends. The gain of an interval does not depend on τ, so it is computed once; a new
+τ only selects the edges at which intervals may begin or end.
 """
 
 from __future__ import annotations
@@ -24,8 +25,9 @@ from twistcore.detection.robust_cost import residual_cost
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-PRIOR = 20.0  # of an interval: two natural jumps that close by chance gain less in 2.9 rich minutes
-BORDER_PRIOR = 12.0  # of an interval cut by a border: one edge, nothing closes
+# Prior of an interval: two natural jumps that close by chance gain less in 2.9 rich minutes.
+PRIOR = 20.0
+BORDER_PRIOR = 12.0  # prior of an interval cut by a border, in which one edge cannot close
 # Cost LENGTH·log(1 + frames / LENGTH_FRAMES): more may happen by chance in longer intervals.
 LENGTH, LENGTH_FRAMES = 4.0, 30.0
 SMALL_STEP, SMALL_SHARE = float(np.radians(8.0)), 0.4  # jitter inside, relative to the closing jump
@@ -35,25 +37,33 @@ ALWAYS_SMALL = float(np.radians(4.25))
 SMALL_COST, STEP_COST = 8.0, 30.0  # a real step inside is expensive, or neighbours would merge
 COUNTED = float(np.radians(1.5))  # smaller steps inside are free: they cannot begin an interval
 FOLLOW_COST, FOLLOW_ALL_COST = 2.0, 4.0
-TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005  # of closing, in addition to the scales
+# Tolerance of closing, in addition to the scales.
+TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005
 CLOSING_CAP = 25.0
 # The shorter side of an unpaired jump is applied up to this length, in frames if that is more than
 # the seconds, and up to this share of the other side: only the length shows which side is wrong.
 # Longer ones are open.
 SHORT_SECONDS, SHORT_FRAMES, SHORT_SHARE = 0.7, 24, 0.5
 USUAL_SECONDS, UNUSUAL_COST = 0.25, 4.5  # longer intervals must be surer
-SPANNING = 0.125  # of a pair's length next to it in its segment: the ends may be the errors instead
+# Share of a pair's length next to it in its segment; if it is less, the ends may be the errors.
+SPANNING = 0.125
 OPEN_GAIN = 20.0  # both signals must show an unpaired jump clearly
 BAND = 512  # edges an interval may span
 BLOCK = 64  # rows of the table computed at once
 SMALLEST = float(np.radians(0.3))  # smaller edges are never used
-LEVEL, STEPS, ALL = 0, 1, 2  # what an interval's offset follows: its edges, its events, every frame
+# The offset of an interval follows its edges, its events, or every frame.
+LEVEL, STEPS, ALL = 0, 1, 2
 
 
 class Pair(NamedTuple):
-    """An interval by the indices of its two edges in the table, −1 for a border.
+    """An interval, given by the indices of its two edges in the table, with −1 for a border.
 
-    follows: how its offset is computed (LEVEL, STEPS or ALL); gain: in nats.
+    Attributes
+    ----------
+    follows
+        How its offset is computed (LEVEL, STEPS or ALL).
+    gain
+        In nats.
     """
 
     opening: int
@@ -66,9 +76,18 @@ class Pair(NamedTuple):
 class Block:
     """The gains of the closing edges from `first_row` on with the openings from `first_column` on.
 
-    Only gains above 0 are stored, because few pairs have one. shape: (rows, columns); at: the flat
-    positions of the stored pairs, ascending; gains: their gains in nats; kinds: their `follows`;
-    (n,) each.
+    Only gains above 0 are stored, because few pairs have one.
+
+    Attributes
+    ----------
+    shape
+        (rows, columns).
+    at
+        The flat positions of the stored pairs, ascending.
+    gains
+        Their gains in nats.
+    kinds
+        Their `follows`. These three arrays have the shape (n,).
     """
 
     first_row: int
@@ -128,8 +147,8 @@ class PairTable:
 def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
     """Return running sums of d and σ², over steps and over all frames, (4, frames + 1).
 
-    Each sum ends before its frame; radians and radians². All segments of a chain share these sums,
-    because a long clip has hundreds of segments.
+    Each sum ends before its frame, and the units are radians and radians². All segments of a chain
+    share these sums, because a long clip has hundreds of segments.
     """
     d, var = counter.d[chain], counter.sigma[chain] ** 2
     sums = np.stack([d * step, var * step, d, var]).cumsum(axis=1)
@@ -137,7 +156,9 @@ def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
 
 
 def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
-    """Return the gains of all pairs of edges within [low, high); sums: the chain's running sums."""
+    """Return the gains of all pairs of edges within [low, high). `sums` are the chain's running
+    sums.
+    """
     inside = (low < edges.start) & (edges.stop <= high) & (np.abs(edges.jump) >= SMALLEST)
     edges = edges[inside]
     between = sums[:, edges.start], sums[:, edges.stop]
@@ -151,7 +172,7 @@ def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
 def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Block:
     """Return the gains of the closing edges first…last − 1.
 
-    sums: the running sums at each edge's start and at its stop, from :func:`running_sums`.
+    `sums` are the running sums at each edge's start and at its stop, from :func:`running_sums`.
     """
     row, begin = slice(first, last), max(0, first - BAND)
     col = slice(begin, last)
@@ -248,10 +269,10 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
 
 
 def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
-    """Return the gains of single edges: of an error from the start, and of one to the end.
+    """Return the gains of single edges, for an error from the start and for an error to the end.
 
-    Each is (n,). The gain is −inf if that side of the edge is long, or not much shorter than the
-    other side.
+    Both arrays have the shape (n,). The gain is −inf if that side of the edge is long, or not much
+    shorter than the other side.
     """
     before, behind = edges.stop - 1 - table.low, table.high - edges.start
     longest = _longest_alone(fps)
@@ -270,7 +291,9 @@ def _gain_alone(edges: Edges, side: Index) -> Array:
 
 
 def _longest_alone(fps: float) -> int:
-    """Return the longest interval between a border and one edge that is corrected, in frames."""
+    """Return the length in frames of the longest corrected interval between a border and one
+    edge.
+    """
     return max(SHORT_FRAMES, round(SHORT_SECONDS * fps))
 
 

@@ -1,1 +1,3 @@
-"""The built-in detectors: one file per detector, named after it, with the constant DETECTOR."""
+"""The built-in detectors, one in each file, which is named after it and has the constant
+DETECTOR.
+"""

@@ -1,4 +1,4 @@
-"""The consistency detector: the default."""
+"""The consistency detector, which is the default."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class ConsistencyDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> ConsistencyAnalysis | NotatedAnalysis:
-        """Analyse chains as far as possible without τ; tell: callback for the progress."""
+        """Analyse chains as far as possible without τ. `tell` is called with the progress."""
         return analyse_chains(motion, chains, tell)
 
 

@@ -36,7 +36,7 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
 _LONG = 0.7  # seconds: longer intervals are mostly motion, with one exception:
 _LONG_TOLD = 2.0  # seconds: as long may an interval last that a silent joint shows
 _CLEAR, _SILENT = 3.0, 20.0  # nats: the azimuth is clear, or a joint that is silent elsewhere
-_AGAINST = -5.0  # nats: one of both bones is that much against an error of a straight limb
+_AGAINST = -5.0  # nats by which one of both bones speaks against an error of a straight limb
 _QUIET = 0.1  # degrees: a bone that hardly turns
 _SPEAKS = 0.7  # nats from which the azimuth or C's side supports the correction
 _HINGE, _OFF = 3.0, 1.0  # degrees: a joint that keeps so near to its side; how far it may leave it
@@ -63,11 +63,20 @@ MIDDLE = {
 class Judgement:
     """The result of weighing the evidence about an interval.
 
-    score: the log odds that the correction is right; doubts: the reasons against it in words, the
-    strongest first; terms: the parts of the score by name; motion: True if the odds are twenty to
-    one that the interval is natural motion, or the roll of one joint alone, and not an error;
-    small: True if it turns by so little that a person has to decide, because neither the azimuth
-    nor a silent joint shows it.
+    Attributes
+    ----------
+    score
+        The log odds that the correction is right.
+    doubts
+        The reasons against it in words, the strongest first.
+    terms
+        The parts of the score by name.
+    motion
+        True if the odds are twenty to one that the interval is natural motion, or the roll of one
+        joint alone, and not an error.
+    small
+        True if it turns by so little that a person has to decide, because neither the azimuth nor a
+        silent joint shows it.
     """
 
     score: float
@@ -83,7 +92,7 @@ class Judgement:
 
 
 def weighed(t: Terms) -> dict[str, float]:
-    """Return the terms of the score before they are weighted, by the names in :data:`WEIGHTS`."""
+    """Return the unweighted terms of the score, by the names in :data:`WEIGHTS`."""
     told = t.hinged and t.edge_bend > BENT and t.for_azimuth < _SPEAKS and t.for_side < _SPEAKS
     known = not math.isnan(t.off_before)
     nearer = math.log((t.off_before + 1.0) / (t.off_after + 1.0)) if known else 0.0
@@ -116,7 +125,8 @@ def _clear(t: Terms) -> bool:
 def unanswered(t: Terms) -> bool:
     """True if at least one of the two bones clearly does not turn with the error at its edges.
 
-    False if a bone hardly turns elsewhere, because its turn here is then evidence enough.
+    The result is False if a bone hardly turns elsewhere, because then its turn here is enough
+    evidence.
     """
     return not t.quiet < _QUIET and min(t.for_x, t.for_y) < _AGAINST
 
@@ -124,8 +134,8 @@ def unanswered(t: Terms) -> bool:
 def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judgement:
     """Return the judgement of the evidence.
 
-    segment: the chain's segment, which names the joint in the words; straight: True if the error
-    was found as an error of a straight limb, so that both bones must turn at its ends.
+    `segment` is the chain's segment, by which the doubts name the joint. `straight` is True if the
+    error was found as an error of a straight limb, so that both bones must turn at its ends.
     """
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
     motion = sum(parts.values()) < _MOTION
@@ -143,7 +153,7 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
     score = sum(parts.values())
     against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD]
     told = dict.fromkeys([*reversed(vetoes), *against])
-    if "off_its_hinge" in told:  # which says the same
+    if "off_its_hinge" in told:  # that doubt says the same
         told.pop("off_its_side", None)
     doubts = [_in_words(name, t, joint) for name in told if score < _SURE]
     if small:

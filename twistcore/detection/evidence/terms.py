@@ -23,7 +23,7 @@ from twistcore.work.frozen import dataclass
 
 BENT = 0.117  # sin² of a bend of 20°, from which the azimuth at an edge can be trusted
 _LEAST = 0.3  # an edge that turns by less shows nothing
-_REACHED = 0.8  # of the largest offset: there an edge ends
+_REACHED = 0.8  # share of the largest offset at which an edge ends
 _BONE = 2.5  # uncertainty of a bone's direction; divided by sin(bend): of the azimuth
 _ELSEWHERE = 1.0  # seconds without errors that show natural motion
 _BESIDE = 0.1  # seconds on either side of an edge
@@ -37,7 +37,7 @@ _NEAR = 0.6  # seconds in which an edge's neighbours have more weight
 class Find:
     """An error in frames [start, stop), with the angles to remove from P's twist, in degrees.
 
-    silent: True if the error shows at a joint that never twists elsewhere in the clip.
+    `silent` is True if the error shows at a joint that never twists elsewhere in the clip.
     """
 
     start: int
@@ -54,7 +54,7 @@ class Find:
 
 @dataclass(frozen=True)
 class Edge:
-    """Frames [start, stop) in which the offset rises or falls; turn: its change in degrees."""
+    """Frames [start, stop) in which the offset rises or falls. `turn` is the change in degrees."""
 
     start: int
     stop: int
@@ -122,7 +122,7 @@ def terms_of(background: Background, find: Find) -> Terms:
 class Background:
     """The motion of a chain outside its errors, with which each error is compared.
 
-    taken: mask of the frames of all errors of the chain, (frames,).
+    `taken` is the mask of the frames of all errors of the chain, shape (frames,).
     """
 
     chain: Witnesses
@@ -132,7 +132,7 @@ class Background:
 
     @classmethod
     def of(cls, chain: Witnesses, finds: Iterable[Find]) -> Background:
-        """Return the background of a chain; finds: all its errors."""
+        """Return the background of a chain. `finds` are all errors of the chain."""
         return cls(chain, taken_by(chain.frames, finds))
 
     def without(self, find: Find) -> Background:
@@ -161,7 +161,7 @@ class Background:
 
     @cached_property
     def spread(self) -> float:
-        """How far C's bone usually is from its usual side, in degrees; NaN if unknown."""
+        """The usual angle between C's bone and its usual side, in degrees; NaN if unknown."""
         if self.side is None:
             return math.nan
         there = ~self.busy & (self.chain.sine > (_STRAIGHT if self.side.exact else ALONG))
@@ -188,9 +188,10 @@ class Background:
         return scale(usual, 0.02) if len(usual) > 10 else 5.0
 
     def usual(self, name: str, width: int) -> _Usual:
-        """Return the turns of a signal over `width` frames minus its pace, and their scale.
+        """Return the turns of a signal over `width` frames minus the signal's pace, and their
+        scale.
 
-        name: the signal's name. Frames with errors are left out.
+        `name` is the signal's name. Frames with errors are left out.
         """
         if (name, width) not in self._known:
             chain = self.chain
@@ -234,8 +235,14 @@ class Background:
 class _Usual:
     """The usual turns of a signal.
 
-    turned: the turns minus the pace, in degrees; free: mask of the frames without errors; scale:
-    the scale of the turns, NaN if there are too few.
+    Attributes
+    ----------
+    turned
+        The turns minus the pace, in degrees.
+    free
+        Mask of the frames without errors.
+    scale
+        The scale of the turns, NaN if there are too few.
     """
 
     turned: Array
@@ -247,8 +254,14 @@ class _Usual:
 class _Against:
     """Turns of P and C against each other.
 
-    turned: degrees, −1 near errors; free: the number of frames without errors; natural: the 99 %
-    quantile of the turns in these frames.
+    Attributes
+    ----------
+    turned
+        In degrees, −1 near errors.
+    free
+        The number of frames without errors.
+    natural
+        The 99 % quantile of the turns in these frames.
     """
 
     turned: Array
@@ -334,7 +347,9 @@ class _Measured:
         return float(self.chain.both_frames[max(edge.start - 1, 0) : edge.stop + 1].min())
 
     def _turn(self, turns: Array, edge: Edge) -> Array:
-        """Return how far a signal turns at an edge, minus its pace in two frames on either side."""
+        """Return how far a signal turns at an edge, minus the signal's pace in two frames on either
+        side.
+        """
         before = turns[max(edge.start - PACE, 1) : edge.start]
         beside = np.concatenate([before, turns[edge.stop : edge.stop + PACE]])
         pace = beside.mean(axis=0) if len(beside) else np.zeros(turns.shape[1:])
@@ -392,9 +407,10 @@ class _Measured:
         return float((residual_cost(then / sigma) - residual_cost(now / sigma)).sum())
 
     def _side(self) -> tuple[float, float, float, float]:
-        """Return the angles of C's bone from its side before and after correction, spread and gain.
+        """Return the angles of C's bone from its usual side before and after correction, spread and
+        gain.
 
-        The spread is the angle that 95 % of the clip stays within; the gain is in nats.
+        In 95 % of the clip, the angle is at most the spread. The gain is in nats.
         """
         unknown = math.nan, math.nan, math.nan, 0.0
         usual = self.background.side
@@ -419,9 +435,9 @@ class _Measured:
         return before, after, usual.furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
-        """Return how often per second P and C turn like that elsewhere, and the 99 % quantile.
+        """Return how often per second P and C make such a turn elsewhere, and the 99 % quantile.
 
-        Both are None if there is too little motion without errors.
+        Both results are None if there is too little motion without errors.
         """
         width = max(1, round(median([e.width for e in self.edges] or [1])))
         against = self.background.against(width)
@@ -437,8 +453,14 @@ class _Measured:
 class Side:
     """The usual side of C's bone.
 
-    off: the bone's angle from that side, degrees, (frames,); furthest: its 95 % quantile; exact:
-    True if the bone is on that side whenever the limb is bent at all, as if built into the rig.
+    Attributes
+    ----------
+    off
+        The bone's angle from that side, degrees, shape (frames,).
+    furthest
+        The 95 % quantile of that angle.
+    exact
+        True if the bone is on that side whenever the limb is bent at all, as if built into the rig.
     """
 
     off: Array
@@ -449,7 +471,7 @@ class Side:
 def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
     """Return the side to which C's bone leaves P's in most of the clip; None if it is unknown.
 
-    busy: mask of the frames to leave out, (frames,).
+    `busy` is the mask of the frames to leave out, shape (frames,).
     """
     if not chain.hinged:
         return None

@@ -1,4 +1,4 @@
-"""The signals of a chain that show a twist: the turns of both joints, and the side of C's bone.
+"""The signals of a chain that show a twist, that is, the turns of both joints and C's side.
 
 A twist δ of P that C turns back turns P by δ, C by −δ, and the azimuth of C's bone about P's by −δ;
 the turn of P and C together does not change. All angles are in degrees.
@@ -41,10 +41,18 @@ _KEPT, _FEWEST_KEPT = 1 << 18, 12  # numbers in the series of a chain, or so man
 class Witnesses:
     """The signals of one chain, each computed on first use; see :meth:`of`.
 
-    q_parent, q_child: local rotations, (frames, 4); axis, arm: unit vectors along P's bone and C's,
-    (3,) or (frames, 3); hinged: True if C has a child, whose position gives the azimuth; segment:
-    the chain's segment, '' if a further piece of the bone follows; noise: σ of a burst of noise in
-    any joint of the person's chains, (frames,).
+    Attributes
+    ----------
+    q_parent, q_child
+        Local rotations, shape (frames, 4).
+    axis, arm
+        Unit vectors along P's bone and C's, (3,) or (frames, 3).
+    hinged
+        True if C has a child, whose position gives the azimuth.
+    segment
+        The chain's segment, '' if a further piece of the bone follows.
+    noise
+        σ of a burst of noise in any joint of the person's chains, shape (frames,).
     """
 
     q_parent: Array
@@ -59,7 +67,7 @@ class Witnesses:
 
     @classmethod
     def of(cls, motion: Motion, chain: Chain, noise: Array | None = None) -> Witnesses:
-        """Return the signals of a chain of a motion; noise: 0 if it is not given."""
+        """Return the signals of a chain of a motion. `noise` is 0 by default."""
         noise = np.zeros(motion.frames) if noise is None else noise
         q_parent, q_child = (motion.rotations[:, j] for j in (chain.parent, chain.child))
         hinged = chain.grandchild >= 0
@@ -130,8 +138,8 @@ class Witnesses:
 
     @cached_property
     def roll_turns(self) -> Array:
-        """The turns of C about its own bone since the previous frame, (frames,); P's axis must be
-        constant.
+        """The turns of C about its own bone since the previous frame, (frames,), for a constant
+        axis of P.
 
         y is the turn of the azimuth plus the roll times the cosine of the bend.
         """
@@ -140,7 +148,7 @@ class Witnesses:
 
     @cached_property
     def sine(self) -> Array:
-        """The sine of the bend, 0…1, which is how well the azimuth is defined, (frames,)."""
+        """The sine of the bend, 0…1, which measures how well the azimuth is defined, (frames,)."""
         return np.sin(np.radians(self.bend))
 
     @cached_property
@@ -158,8 +166,8 @@ class Witnesses:
     def beyond_pace(self, name: str, width: int) -> Array:
         """Return how far a signal turns in [t, t + width) beyond the pace next to it, (frames,).
 
-        name: x, y, azimuth_turns or roll_turns. The pace is measured in two frames on either side;
-        the value is NaN if there are fewer.
+        `name` is one of x, y, azimuth_turns and roll_turns. The pace is measured in two frames on
+        either side; the value is NaN if there are fewer.
         """
         if (name, width) not in self._series:
             turns: Array = getattr(self, name)
@@ -173,7 +181,9 @@ class Witnesses:
         return self._series[name, width]
 
     def bent(self, width: int) -> Mask:
-        """Return where the limb is bent before and after frames [t, t + width), (frames,)."""
+        """Return a mask of where the limb is bent before and after frames [t, t + width),
+        (frames,).
+        """
         t = np.arange(self.frames)
         before = self.sine[np.maximum(t - 1, 0)]
         after = self.sine[np.minimum(t + width - 1, self.frames - 1)]
@@ -183,7 +193,7 @@ class Witnesses:
 def keep_few(made: dict[_K, _V], frames: int) -> dict[_K, _V]:
     """Remove the oldest series until there is room for one more, and return the dictionary.
 
-    frames: the length of a series.
+    `frames` is the length of a series.
     """
     while len(made) >= max(_FEWEST_KEPT, _KEPT // max(frames, 1)):
         del made[next(iter(made))]

@@ -1,8 +1,8 @@
 """The cheapest explanation of a limb's jumps by runs, frame ranges in which the limb is flipped.
 
 Every sharp jump is the edge of a run, or lies inside a run that follows it, or stays unexplained at
-a price. The cost of a run grows with its length and with the angle that its edges leave open. It
-falls with the evidence for the other side, which is how often, in the clip itself, the limb's
+a price. The cost of a run grows with its length and with the angle that its edges leave open. The
+cost falls with the evidence for the other side, which is how often, in the clip itself, the limb's
 middle joint is at each angle about the line. Costs are logarithms of odds, so a difference of costs
 shows how sure an explanation is.
 """
@@ -20,15 +20,15 @@ from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-RUN = 1.0  # for any flip
-FOLLOWED = 2.5  # for a jump inside it: more expensive than another run
-SECOND = 4.0  # for each second of it
-CLOSING = 1.0 / math.radians(80.0)  # for each radian that its edges leave open
+RUN = 1.0  # cost of any flip
+FOLLOWED = 2.5  # cost of a jump inside a run, which is more expensive than another run
+SECOND = 4.0  # cost of each second of a run
+CLOSING = 1.0 / math.radians(80.0)  # cost of each radian that the edges of a run leave open
 NEVER_CLOSED = math.radians(110.0)  # no run
 # and once if more is left open than rounding and motion explain
 UNCLOSED, CLOSED = 0.6, math.radians(15.0)
-SOFT = 0.8  # for an edge that takes several frames
-LEFT = 6.0  # for a sharp jump that is left, from FULL_TURN on
+SOFT = 0.8  # cost of an edge that takes several frames
+LEFT = 6.0  # cost of a sharp jump of at least FULL_TURN that is left
 FULL_TURN = math.radians(120.0)
 # times the limb's own scale: a smaller jump costs nothing if left; a larger one costs all
 NATURAL, UNNATURAL = 4.0, 8.0
@@ -37,19 +37,28 @@ LONGEST, LONGEST_SOFT = 3.0, 0.25  # seconds; with a soft edge
 MOST_SIDE = 6.0  # frames together say no more about the side than a jump
 MOST_FOLLOWED = 4
 OBSERVATION = 0.08  # seconds of neighbouring frames say no more than one frame
-FULL_HEIGHT = 0.1  # of the limb's length: a middle joint nearer to the line says less
+FULL_HEIGHT = 0.1  # share of the limb's length; a middle joint nearer to the line says less
 ROUNDS = 3  # find runs, estimate the clip's usual side without them, find runs again
-_BINS, _BLUR = 72, 25.0  # of the density about the line; degrees
+_BINS, _BLUR = 72, 25.0  # bins of the density about the line, and its smoothing in degrees
 _ANYWHERE = 0.1  # share of a density that is even
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Frames from `start` on in which a limb is flipped by `offset`, radians, (frames,).
+    """Frames from `start` on in which a limb is flipped by `offset`, in radians, (frames,).
 
-    first, last: the jumps at its edges; followed: the jumps inside it; residual: the angle that
-    these jumps leave open, radians; side: the evidence that the limb belongs on the other side;
-    odds: how much more the cheapest explanation without this run costs.
+    Attributes
+    ----------
+    first, last
+        The jumps at its edges.
+    followed
+        The jumps inside it.
+    residual
+        The angle that these jumps leave open, radians.
+    side
+        The evidence that the limb belongs on the other side.
+    odds
+        How much more the cheapest explanation without this run costs.
     """
 
     start: int
@@ -72,9 +81,10 @@ Density = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class _Arc:
-    """One step of an explanation: from node `source` (so many jumps explained) to node `target`.
+    """One step of an explanation, from node `source` to node `target` (numbers of explained
+    jumps).
 
-    run: the run between the two, or None if the step leaves a jump unexplained.
+    `run` is the run between the two, or None if the step leaves a jump unexplained.
     """
 
     source: int
@@ -88,8 +98,14 @@ def explain(
 ) -> list[Run]:
     """Return the runs that explain the jumps best, by start.
 
-    jumps: sorted by start; angle, height: the swivel's angle and height, (frames,); capture: mask
-    of the frames from which the clip's usual side is estimated, (frames,).
+    Parameters
+    ----------
+    jumps
+        Sorted by start.
+    angle, height
+        The swivel's angle and height, shape (frames,).
+    capture
+        Mask of the frames from which the clip's usual side is estimated, shape (frames,).
     """
     if not any(j.leads for j in jumps):
         return []
@@ -104,8 +120,14 @@ def explain(
 class Left:
     """The costs of a jump that stays unexplained, and the best run with it as an edge, if any.
 
-    cost: the cost of leaving the jump; price: the cost of that run; spared: the cost of leaving all
-    jumps of that run.
+    Attributes
+    ----------
+    cost
+        The cost of leaving the jump.
+    price
+        The cost of that run.
+    spared
+        The cost of leaving all jumps of that run.
     """
 
     cost: float
@@ -123,7 +145,7 @@ def left(
     capture: Mask,
     fps: float,
 ) -> Left:
-    """Return why :func:`explain`, whose result is `runs`, leaves a jump unexplained.
+    """Return why :func:`explain` left a jump unexplained when it returned `runs`.
 
     The other parameters are the same as in :func:`explain`.
     """
@@ -144,7 +166,7 @@ def _ways(
     fps: float,
     runs: Sequence[Run],
 ) -> list[_Arc]:
-    """Return all steps; the clip's usual side is estimated outside of the runs found so far."""
+    """Return all steps, with the clip's usual side estimated outside of the runs found so far."""
     own = capture.copy()
     for run in runs:
         own[run.start : run.stop] = False

@@ -1,4 +1,6 @@
-"""The limb flips of a motion: the swivel of every limb, its jumps, and their explanation."""
+"""The limb flips of a motion, found from the swivel of every limb, its jumps, and an
+explanation.
+"""
 
 from __future__ import annotations
 
@@ -50,9 +52,16 @@ SEVERAL, TOGETHER = 3, 0.5
 class LimbFlips:
     """The analysis of one limb before a threshold is chosen.
 
-    departures: the limb's turns minus the median of nearby frames, radians; capture: mask of the
-    frames that are neither a border nor at a cut; noisy: mask of the frames with a burst of noise
-    in any limb of the person; (frames,) each. soft: the jumps over several frames.
+    Attributes
+    ----------
+    departures
+        The limb's turns minus the median of nearby frames, radians.
+    capture
+        Mask of the frames that are neither a border nor at a cut.
+    noisy
+        Mask of the frames with a burst of noise in any limb of the person.
+    soft
+        The jumps over several frames.
     """
 
     limb: Limb
@@ -67,11 +76,11 @@ class LimbFlips:
     )
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
-        """Return the flips at threshold τ, radians, by start."""
+        """Return the flips at threshold τ, in radians, by start."""
         return self._explained(self.jumps(tau))[1]
 
     def scale_at(self, frames: Index) -> Array:
-        """Return the natural size of the departures around the given frames, radians, (n,)."""
+        """Return the natural size of the departures around the given frames, in radians, (n,)."""
         return scale(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
@@ -101,7 +110,9 @@ class LimbFlips:
         return self._solved[passing]
 
     def doubts(self, run: Run) -> list[str]:
-        """Return the doubts about a correction as clauses: noise nearby, or a worse path of C."""
+        """Return the doubts about a correction as clauses, such as noise nearby or a worse path of
+        C.
+        """
         found = []
         if self.noisy[max(run.start - 1, 0) : run.stop + 1].any():
             found.append("there is a burst of noise")
@@ -113,7 +124,7 @@ class LimbFlips:
         return found
 
     def departures_without(self, offset: Array) -> Array:
-        """Return the departures of the limb's turns without an offset, radians, (frames,)."""
+        """Return the departures of the limb's turns without an offset, in radians, (frames,)."""
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
         return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
 
@@ -121,7 +132,7 @@ class LimbFlips:
         """True if E rotated with the limb in a flip, that is, if its edges shrink when E is turned
         back.
 
-        start, offset: the flip's first frame, and its angles in radians.
+        `start` is the flip's first frame, and `offset` holds its angles in radians.
         """
         along, kept = (_end_turns(self.swivel, start, offset, along=a) for a in (True, False))
         return along < kept
@@ -144,7 +155,7 @@ class LimbFlips:
 def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
     """Return measures of C's path over a flip and around it, as captured and without the flip.
 
-    Each is (2,): the path's length and the total length of its second differences, both as
+    Each result has two values, the path's length and the total length of its second differences, as
     fractions of the limb's length.
     """
     stop = start + len(offset)
@@ -161,9 +172,9 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
 
 
 def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
-    """Return how far E still turns at the edges of a flip after the flip is removed, radians.
+    """Return how far E still turns at the edges of a flip after the flip is removed, in radians.
 
-    along: True if E rotated with the limb and is turned back with it.
+    `along` is True if E rotated with the limb and is turned back with it.
     """
     end = swivel.end
     total = 0.0
@@ -220,18 +231,18 @@ class LimbFlipAnalysis:
         return TAU
 
     def strength(self, limb: str) -> Array:
-        """Return the size of the limb's departures, radians ≥ 0, (frames,)."""
+        """Return the size of the limb's departures, in radians ≥ 0, (frames,)."""
         return np.abs(self.limbs[limb].departures)
 
     def intervals(self, limb: str, tau: float) -> tuple[Interval, ...]:
-        """Return the flips of a limb at threshold τ, radians, by start."""
+        """Return the flips of a limb at threshold τ, in radians, by start."""
         return self.limbs[limb].intervals(tau)
 
 
 def analyse_limbs(
     motion: Motion, limbs: Sequence[Limb], tell: Tell | None = None
 ) -> LimbFlipAnalysis:
-    """Analyse limbs, except for the part that depends on τ; tell: callback for the progress."""
+    """Analyse limbs, except for the part that depends on τ. `tell` is called with the progress."""
     tell = tell or nobody
     border = find_cuts(motion)
     swivels = []

@@ -1,4 +1,4 @@
-"""Jumps of a limb about its line: sharp ones in a single frame, soft ones over several frames."""
+"""Jumps of a limb about its line, which are sharp in a single frame or soft over several frames."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LEAST_SCALE = float(np.radians(1.0))
 _SOFT_SECONDS = 0.15  # a soft jump takes no longer
 _SOFT_TURN = np.radians([75.0, 190.0])
 _SOFT_PACES = np.radians([1200.0, 600.0, 300.0])  # a second; a run at each of them
-_UNREST, _STRAIGHT = 0.006, 0.04  # of the limb's length, off the line
+_UNREST, _STRAIGHT = 0.006, 0.04  # distance from the line, as a share of the limb's length
 _WEAK, _WEAK_SCALES = np.radians(25.0), 4.0
 SHARP = float(np.radians(40.0))  # a larger turn in a frame is not part of a soft jump
 
@@ -27,11 +27,21 @@ SHARP = float(np.radians(40.0))  # a larger turn in a frame is not part of a sof
 class Jump:
     """A jump of a limb about its line in frames [start, stop).
 
-    turns: radians per frame; scale: the natural size of the limb's own departures there, radians;
-    step: how far the limb's end moves in the jump beyond its motion nearby, as a fraction of the
-    limb's length; sharp: True for a jump in one frame, False for a jump over several frames that
-    only together turn the limb over; leads: True if the jump exceeds τ and needs an explanation,
-    False if it can only be the other edge of a run.
+    Attributes
+    ----------
+    turns
+        In radians per frame.
+    scale
+        The natural size of the limb's own departures there, radians.
+    step
+        How far the limb's end moves in the jump beyond its motion nearby, as a fraction of the
+        limb's length.
+    sharp
+        True for a jump in one frame, False for a jump over several frames that only together turn
+        the limb over.
+    leads
+        True if the jump exceeds τ and needs an explanation, False if it can only be the other edge
+        of a run.
     """
 
     start: int
@@ -44,12 +54,12 @@ class Jump:
 
     @property
     def turn(self) -> float:
-        """The sum of the jump's turns, radians."""
+        """The sum of the jump's turns, in radians."""
         return sum(self.turns)
 
 
 def departure(turns: Array) -> Array:
-    """Return a limb's turns minus the median of nearby frames, radians, (frames,).
+    """Return a limb's turns minus the median of nearby frames, in radians, (frames,).
 
     The median excludes the frame itself, and frame 0, which has no turn.
     """
@@ -78,8 +88,9 @@ def _median(windows: Array) -> Array:
 def scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
     """Return how far a limb naturally departs from its own median near each of the given frames.
 
-    height: distance of the middle joint from the line between the limb's ends, as a fraction of the
-    limb's length. The smaller it is, the more the same jitter turns the limb about its line.
+    `height` is the distance of the middle joint from the line between the limb's ends, as a
+    fraction of the limb's length. The smaller it is, the more the same jitter turns the limb about
+    its line.
     """
     half = max(NEAR, round(_SCALE_SECONDS * fps))
     padded = np.pad(np.abs(departures), half, mode="symmetric")
@@ -95,10 +106,11 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return the jumps in one frame: departures of τ radians, or smaller but unusual for the limb.
+    """Return the jumps in one frame: departures of at least τ radians, and smaller unusual
+    departures.
 
-    scale_at, steps_at: functions that return the limb's scale, and how far its end moves, at the
-    given frames.
+    `scale_at` and `steps_at` return the scale of the limb and the movement of its end at the given
+    frames.
     """
     size = np.abs(departures)
     at = np.flatnonzero(size >= min(tau, _WEAK))

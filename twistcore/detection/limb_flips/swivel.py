@@ -1,4 +1,4 @@
-"""The swivel of a limb: the angle of its middle joint about the line between its ends."""
+"""The swivel of a limb, which is the angle of its middle joint about the line between its ends."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
 from twistcore.work.frozen import dataclass
 
-BENT = 0.03  # of the limb's length: a middle joint nearer to the line has no angle about it
-_FOLDED = 0.02  # of the limb's length: an end nearer to the first joint defines no line
+BENT = 0.03  # share of the limb's length; a middle joint nearer to the line has no angle about it
+_FOLDED = 0.02  # share of the limb's length; an end nearer to the first joint defines no line
 _REFINED = 5  # rounds
 _ALIKE = np.radians(40.0)
 _LARGE = np.radians(90.0)  # a turn that may take two frames
@@ -22,14 +22,30 @@ _LARGE = np.radians(90.0)  # a turn that may take two frames
 
 @dataclass(frozen=True, eq=False)
 class Swivel:
-    """A limb's rotation about its own line; radians, or fractions of the limb's length.
+    """A limb's rotation about its own line, in radians or in fractions of the limb's length.
 
-    angle: the angle φ of C about the line from P to E, (frames,), measured from `side`; side: the
-    direction in which C is in most of the clip, fixed in the frame of P's parent, (3,); jump: how
-    far the limb turned about its line since the previous frame, even if it is straight, (frames,);
-    height: the distance of C from the line, (frames,); step: how far E moved relative to P,
-    (frames,); line: the unit vector from P to E, (frames, 3); child: the position of C relative to
-    P, (frames, 3); end: the rotation of E, (frames, 4). The last three are in world space.
+    `line`, `child` and `end` are in world space.
+
+    Attributes
+    ----------
+    angle
+        The angle φ of C about the line from P to E, shape (frames,), measured from `side`.
+    side
+        The direction in which C is in most of the clip, fixed in the frame of P's parent, shape
+        (3,).
+    jump
+        How far the limb turned about its line since the previous frame, even if it is straight,
+        shape (frames,).
+    height
+        The distance of C from the line, shape (frames,).
+    step
+        How far E moved relative to P, shape (frames,).
+    line
+        The unit vector from P to E, shape (frames, 3).
+    child
+        The position of C relative to P, shape (frames, 3).
+    end
+        The rotation of E, shape (frames, 4).
     """
 
     angle: Array
@@ -49,7 +65,7 @@ class Swivel:
 
 
 def swivel_of(motion: Motion, limb: Limb) -> Swivel:
-    """Return the swivel of a limb; angle and jump are 0 in frames with an undefined line."""
+    """Return the swivel of a limb, with angle and jump 0 in frames with an undefined line."""
     to_child, to_end = places(motion, limb)
     length = float(
         np.linalg.norm(to_child, axis=1).mean() + np.linalg.norm(to_end - to_child, axis=1).mean()
@@ -78,7 +94,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
 
 
 def _global_rotation(motion: Motion, joint: int) -> Array:
-    """Return the global rotation of a joint, (frames, 4); the identity for the root's parent."""
+    """Return the global rotation of a joint, (frames, 4), or the identity for the root's parent."""
     out = np.zeros((motion.frames, 4))
     out[:, 0] = 1.0
     while joint >= 0:
@@ -111,8 +127,8 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
     """Return how far a limb turns from some frames to others, (n,), and where the measures agree.
 
-    before, after: P's rotation and the rotation of the bone before E, (n, 4); the line and C's
-    offset from it, (n, 3); and the height of C, (n,).
+    `before` and `after` each consist of P's rotation and the rotation of the bone before E, both
+    (n, 4), the line and C's offset from it, both (n, 3), and the height of C, (n,).
     """
     upper, lower, line, aside, height = after
     way = _least_turn(before[2], line)
@@ -142,7 +158,7 @@ def _least_turn(a: Array, b: Array) -> Array:
 def _roll(before: Array, after: Array, way: Array, line: Array) -> Array:
     """Return how far a rotation turns about the line, apart from the line's own rotation, (n,).
 
-    before, after: the two rotations; way: the shortest rotation of the line.
+    `before` and `after` are the two rotations. `way` is the shortest rotation of the line.
     """
     turn = multiply(after, conjugate(before))
     return twist_angle(multiply(turn, conjugate(way)), line)
@@ -162,12 +178,14 @@ def _usual_side(line: Array, aside: Array, height: Array) -> Array:
 
 
 def _angle(line: Array, aside: Array, side: Array) -> Array:
-    """Return φ of C relative to the direction `side`; aside: C's offset from the line."""
+    """Return φ of C relative to the direction `side`. `aside` is the offset of C from the line."""
     return angle_about(line, side - (line @ side)[:, None] * line, aside)
 
 
 def angle_about(axis: Array, a: Array, b: Array) -> Array:
-    """Return angles from a to b about a unit axis perpendicular to both, radians; (n, 3) → (n,)."""
+    """Return angles, radians, from a to b about a unit axis perpendicular to both, (n, 3) →
+    (n,).
+    """
     across = np.einsum("ti,ti->t", np.cross(a, b), axis)
     angle: Array = np.arctan2(across, np.einsum("ti,ti->t", a, b))
     return angle

@@ -1,10 +1,10 @@
 """How far a level departs from its natural course, over spans of every length.
 
-A level U is the running sum of increments. Over the span [a, a + L] its natural course is a bridge:
-the cubic with the same values and slopes at both ends. The departure of U from the bridge is
-measured at a quarter, a half and three quarters of the span. A twist error δ that begins and ends
-within a span causes a departure of δ there, however gradually it begins. Natural motion departs
-little, and less over shorter spans.
+A level U is the running sum of increments. Over the span [a, a + L], its natural course is a
+bridge, which is the cubic with the same values and slopes at both ends. The departure of U from the
+bridge is measured at a quarter, a half and three quarters of the span. A twist error δ that begins
+and ends within a span causes a departure of δ there, however gradually it begins. Natural motion
+departs little, and less over shorter spans.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from twistcore.work.frozen import dataclass
 # Spans in seconds, each about 4/3 to 3/2 of the one before: 8, 12, 16 … 384 frames at 120 Hz.
 SPANS = tuple(n / 120.0 for n in (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384))
 SHORTEST = 3  # frames
-PROBES = (0.25, 0.5, 0.75)  # of a span
+PROBES = (0.25, 0.5, 0.75)  # fractions of a span
 SLOPE_SECONDS = 2.0 / 120.0  # the time over which the slopes at the ends are measured
 GRID = 4  # positions of a span's start, for each span length
 
@@ -29,7 +29,7 @@ GRID = 4  # positions of a span's start, for each span length
 class Span:
     """Spans of `length` frames that start every `step` frames.
 
-    reach: the number of frames over which the slopes at both ends are measured.
+    `reach` is the number of frames over which the slopes at both ends are measured.
     """
 
     length: int
@@ -42,11 +42,12 @@ class Span:
         return self.length + 2 * self.reach + 1
 
     def count(self, frames: int) -> int:
-        """Return the number of positions of the span in a clip of so many frames."""
+        """Return the number of positions of the span in a clip with the given number of frames."""
         return max(0, (frames - self.support) // self.step + 1)
 
     def departures(self, level: Array) -> Array:
-        """Return the departures from the bridge, radians: (…, frames) → (probes, …, positions).
+        """Return the departures from the bridge, in radians, (…, frames) → (probes, …,
+        positions).
 
         The departure at position j uses the frames from j·step on.
         """
@@ -68,7 +69,9 @@ class Span:
         return out
 
     def noise(self) -> Array:
-        """Return the σ of the departures of white noise of σ 1, (probes,)."""
+        """Return the standard deviation of departures for white noise with standard deviation 1,
+        (probes,).
+        """
         _, weights = self.nodes(0, 0)
         noise: Array = np.sqrt(1.0 + (weights**2).sum(axis=0))
         return noise
@@ -112,8 +115,8 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
 def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
     """Return the natural course of levels (…, frames) over [start, stop), from nearby frames.
 
-    Both ends need at least one frame outside; if there are fewer than `reach`, the slope is
-    measured over the frames that exist.
+    At least one frame outside is needed at both ends. If there are fewer than `reach` frames, the
+    slope is measured over the frames that exist.
     """
     first, last = start - 1, stop
     before, behind = min(reach, first), min(reach, level.shape[-1] - 1 - last)
@@ -130,9 +133,9 @@ def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
 
 @lru_cache(maxsize=1024)
 def _cubic(length: int) -> tuple[Array, Array, Array, Array]:
-    """Return a cubic's weights for both end values and both slopes per frame, (length − 1,) each.
+    """Return the weights of a cubic's end values and end slopes in the inner frames of a span.
 
-    The weights are for the inner frames of a span.
+    The result is four arrays of shape (length − 1,).
     """
     t = np.arange(1, length) / length
     rise = t * t * (3.0 - 2.0 * t)

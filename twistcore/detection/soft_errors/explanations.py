@@ -1,4 +1,4 @@
-"""Explanations of a departure by a soft error of a chain: a free offset or a softened level."""
+"""Explain a departure by a soft error of a chain, which is a free offset or a softened level."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from twistcore.work.frozen import dataclass
 
 # nats that an interval must gain, in its chain and in its limb: clean motion gains up to 30
 PRIOR = 45.0
-LEVEL_PRICE = 8.0  # of the four numbers of a softened level
+LEVEL_PRICE = 8.0  # price of the four numbers of a softened level
 COVERED = 4.0  # nats for the average cost of a departure, paid for leaving it free
 CLOSE = 3.0  # σ beyond which a residual adds little
 FREE_AT = 10.0  # σ that an offset needs before its course is kept as it is
-LEAST = float(np.radians(2.0))  # of an error that only natural motion reveals
+LEAST = float(np.radians(2.0))  # smallest error that only natural motion reveals
 HOLE = 3  # frames below the threshold within an interval
-WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it
+WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # windows around a span, as multiples of its length
 SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
 MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which both ends are varied
 # Of the levels around a seed the likeliest are fitted: by the seed's span, their lengths and
@@ -50,8 +50,14 @@ Frames: TypeAlias = tuple[int, int]  # [start, stop)
 class Tried(NamedTuple):
     """An offset that was tried, over the frames of a stretch.
 
-    left: the remaining surprise plus the price of the offset, in nats; offset: radians, (frames,);
-    sigma: its standard deviation, radians.
+    Attributes
+    ----------
+    left
+        The remaining surprise plus the price of the offset, in nats.
+    offset
+        In radians, shape (frames,).
+    sigma
+        The standard deviation of the offset, radians.
     """
 
     left: float
@@ -66,8 +72,20 @@ NONE = Tried(np.inf, np.zeros(0), 0.0)
 class Seed:
     """A span with a departure that is too large, from which a search begins.
 
-    gain: nats; row: its chain; at: the index of the span; position: its position; middle: its
-    middle frame; length: its length in frames.
+    Attributes
+    ----------
+    gain
+        The gain of an explanation, in nats.
+    row
+        The row of its chain.
+    at
+        The index of the span.
+    position
+        The position of the span.
+    middle
+        The middle frame of the span.
+    length
+        The length of the span in frames.
     """
 
     gain: float
@@ -79,7 +97,7 @@ class Seed:
 
 
 class Explanations:
-    """The possible explanations of a seed in its row, each evaluated only once.
+    """The possible explanations of a seed, each evaluated only once.
 
     Free offsets over frames around the seed are evaluated immediately, softened levels on request.
     """
@@ -107,7 +125,7 @@ class Explanations:
     def best(self, fit_below: float) -> SoftError | None:
         """Return the soft error with the lowest cost, or None if none gains enough.
 
-        fit_below: an offset of fewer σ than this is also fitted as a softened level.
+        An offset of fewer than `fit_below` σ is also fitted as a softened level.
         """
         best = self._free
         if best is None:
@@ -163,7 +181,7 @@ class Explanations:
         """Return the softened level with the lowest cost, or a clear free offset if that is
         cheaper.
 
-        ratio: the largest value of the free offset, in σ.
+        `ratio` is the largest value of the free offset, in σ.
         """
         stretch, place, low = self._stretch, self._place, self._low
         self._surprise.work += LEVELS * (TO_BEGIN + len(stretch.u))
@@ -212,7 +230,7 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
 def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
     """Return the levels around a seed that explain u best, each with the widening of the scales.
 
-    length, middle: the length and the middle of the seed's span, in frames of the stretch.
+    `length` and `middle` describe the seed's span, in frames of the stretch.
     """
     n, shift, onset = (v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS))
     start = middle + shift * np.maximum(n, length) - 0.5 * n

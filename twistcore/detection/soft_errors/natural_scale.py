@@ -2,7 +2,7 @@
 
 A twist error does not change x + y of a chain. So β(x + y), the part of x that is proportional to
 this sum, is natural, and the remainder u = x − β(x + y) contains the whole error. If P does not
-twist, β is 0 and u is x; if C does not twist, β is 1 and u is −y; in all other cases u is the part
+twist, β is 0 and u is x. If C does not twist, β is 1 and u is −y. In all other cases, u is the part
 of x that x + y does not explain.
 """
 
@@ -23,11 +23,11 @@ LOCAL_SECONDS = 0.6  # half window of the local scale, or one and a half spans
 # shares: of the local scale in σ; of the whole clip's scale where there is no local one
 OWN, BORROWED = 0.7, 0.15
 FEWEST, FEWEST_SHARE = 12, 0.06  # clean positions below which the scale of the span before is used
-GROWTH = 1.7  # of σ with the length of a span, if it cannot be measured
-SAMPLES, STEPS = 800, 8  # of the fit of β
+GROWTH = 1.7  # growth of σ with the length of a span, if it cannot be measured
+SAMPLES, STEPS = 800, 8  # samples and steps of the fit of β
 QUIET_SHARE, QUIET = 0.35, 2.2  # the quantile of |u| that errors do not affect, as a share of σ
 BEYOND = 6.0  # σ from which an increment is not natural
-ROUNDED = 0.29  # of the step of written angles: σ of a level from rounding
+ROUNDED = 0.29  # σ of a level from rounding, as a share of the step of written angles
 CAP = 14.0  # nats: beyond it, all departures are equally unlikely
 
 
@@ -40,8 +40,12 @@ def cost(z: Array, cap: float = CAP) -> Array:
 class Natural:
     """The scales of natural departures over one span.
 
-    beta: β of each chain, (chains,); sigma, sigma_sum: the scales of u and of x + y, radians,
-    (probes, chains, positions).
+    Attributes
+    ----------
+    beta
+        β of each chain, shape (chains,).
+    sigma, sigma_sum
+        The scales of u and of x + y, radians, shape (probes, chains, positions).
     """
 
     span: Span
@@ -65,8 +69,15 @@ def natural_scales(
 ) -> list[Natural]:
     """Return the natural scales over every span, measured in the frames that are not marked bad.
 
-    x, y: increments, radians, (chains, frames); bad: mask of the same shape; step: the rounding
-    step of the angles in the file; no scale is smaller than the noise of that rounding.
+    Parameters
+    ----------
+    x, y
+        Increments, radians, shape (chains, frames).
+    bad
+        Mask of the same shape.
+    step
+        The rounding step of the angles in the file. No scale is smaller than the noise of that
+        rounding.
     """
     frames = x.shape[1]
     level_x, level_y = np.cumsum(x, axis=1), np.cumsum(y, axis=1)
@@ -113,8 +124,8 @@ def natural_scales(
 def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
     """Return the β in 0…1 that minimises Σ|x − β(x + y)| over the clean positions.
 
-    x, total, clean: (chains, n); β: (chains,). Absolute values are summed so that remaining errors
-    have little influence.
+    `x`, `total` and `clean` have the shape (chains, n), and β has the shape (chains,). Absolute
+    values are summed so that remaining errors have little influence.
     """
     step = max(1, x.shape[1] // SAMPLES)
     x, total = x[:, ::step], total[:, ::step]
@@ -156,7 +167,8 @@ def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array
 def unlikely_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Mask:
     """Return a mask of the frames with conspicuous increments, (chains, frames).
 
-    These frames are excluded from measurements. step: the rounding step of the angles in the file.
+    These frames are excluded from measurements. `step` is the rounding step of the angles in the
+    file.
     """
     least = max(0.5 * FLOOR, math.sqrt(2.0) * ROUNDED * step)
     everywhere = np.ones(x.shape, dtype=bool)

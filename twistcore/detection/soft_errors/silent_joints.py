@@ -1,4 +1,4 @@
-"""Joints that never twist: at such a joint any twist is an error, at any pace.
+"""Joints that never twist, so that any twist of such a joint is an error.
 
 A rig may give a joint, such as an elbow, no freedom to twist. The sum of its twist increments, its
 level, is then constant wherever there is no error. Unlike the level of a joint at rest, it is
@@ -19,21 +19,22 @@ from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_f
 
 STILL = float(np.radians(2e-4))  # a frame, as rounded to six decimals of text
 STANDS = float(np.radians(0.1))  # how far a constant level may vary
-LEAST_STILL = 0.08  # of the frames in which the other joint moves
+LEAST_STILL = 0.08  # share of the frames in which the other joint moves
 # Of equal parts of a clip, the share in which it does not turn at all: a joint that only rests for
 # a while does so in one or two.
 PARTS, LEAST_PARTS = 8, 4
-LEAST_STANDING = 0.03  # of all frames, at the level of most: images of other errors shift it
+# Share of all frames at the most frequent level, which images of other errors shift.
+LEAST_STANDING = 0.03
 MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and at least so many frames of it
 SMALLEST = float(np.radians(1.5))  # a smaller permanent difference is ignored
 MOST = 200  # errors in a limb
 CERTAIN = 200.0  # nats: a joint that does not twist is off its level
 SHORTEST = 8  # frames between cuts, below which nothing is reported
-MOSTLY = 0.75  # of all frames at rest: its other turns are errors or gaps that were filled
-ANSWERED = 1.25  # of the other joint's turns: the share that may remain after the correction
-ALIKE = 0.05  # of that share: two chains within it explain equally much
-CLEARLY = 0.25  # of the unanswered share in one chain, at most, in the other
-LEFT = 0.3  # of silent joints' turns, that an explanation may leave
+MOSTLY = 0.75  # share of all frames at rest; all other turns are errors or gaps that were filled
+ANSWERED = 1.25  # share of the other joint's turns that may remain after the correction
+ALIKE = 0.05  # difference of that share up to which two chains explain equally much
+CLEARLY = 0.25  # largest ratio of the unanswered share in one chain to that in the other
+LEFT = 0.3  # share of silent joints' turns that an explanation may leave
 # P turns farther than a silent C turns back if it does so by as much at the beginning and at the
 # end, in step with it. A C that turns back by less than 30 % is not considered.
 FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1
@@ -41,11 +42,12 @@ BESIDE = 8  # at least so many frames nearby, to measure P's own motion
 
 
 def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
-    """Return how far the level is from its constant value, radians, (frames,); None if it has none.
+    """Return the level minus its constant value, in radians, (frames,); None if no value is
+    constant.
 
-    increments, other: the increments of the joint and of the other joint of its chain, radians,
-    (frames,); cut: mask of the clip's cuts. The change of the level across a cut is unknown, so the
-    constant value is determined separately for each part between cuts.
+    `increments` and `other` are the increments of the joint and of the other joint of its chain,
+    radians, shape (frames,). `cut` is the mask of the clip's cuts. The change of the level across a
+    cut is unknown, so the constant value is determined separately for each part between cuts.
     """
     moving = np.abs(other) > MOVES
     still = np.abs(increments) < STILL
@@ -124,9 +126,9 @@ def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
 def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
     """Return the errors that appear at silent joints of a limb, found and removed one at a time.
 
-    sides: the rows with a silent joint, as from :func:`silent_sides`. If several silent joints
-    twist in the same frames, one error may cause all of it: the error whose removal leaves the
-    smallest turns is taken.
+    `sides` are the rows with a silent joint, as from :func:`silent_sides`. If several silent joints
+    twist in the same frames, one error may cause all their turns. In this case, the error whose
+    removal leaves the smallest turns is returned.
     """
     found: list[SoftError] = []
     done: Mask = np.zeros((surprise.rows, surprise.frames), dtype=bool)
@@ -155,7 +157,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
 
 
 def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
-    """Return the ratio of P's turn to the turn back of a silent C in [start, stop); 1 if unclear.
+    """Return the ratio of P's turn to a silent C's opposite turn in [start, stop); 1 if unclear.
 
     P's natural motion is estimated with a cubic through nearby frames.
     """
@@ -188,7 +190,8 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
 def _of_two_chains(
     surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
 ) -> SoftError:
-    """Return, of equally good errors in the same frames, the error that the other joint turns back.
+    """Return the error that the other joint turns back, of equally good errors in the same
+    frames.
 
     Two chains share a silent joint, which does not show to which of them the error belongs.
     """
@@ -202,7 +205,9 @@ def _of_two_chains(
 
 
 def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
-    """Return both joints' remaining turns without an error, relative to the other joint's turns."""
+    """Return the turns of both joints that remain without an error, relative to the other joint's
+    turns.
+    """
     own, other = _both_ways(surprise, error.row)[side < 0][1:]
     at = slice(max(error.start, 1), error.stop + 1)
     left, turned = own[at] + other[at], other[at]

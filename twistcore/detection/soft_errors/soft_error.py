@@ -1,4 +1,4 @@
-"""A soft error: a twist error that begins and ends gradually instead of with a jump."""
+"""A soft error, which is a twist error that begins and ends gradually instead of with a jump."""
 
 from __future__ import annotations
 
@@ -27,10 +27,20 @@ LEAST_BEHIND = 2.0  # an error at an end of the clip must be so many times short
 class SoftError:
     """The twist error of joint P in the chain of `row`, from frame `start` on.
 
-    offset: the error in radians, (frames,); gain: the log-likelihood ratio of the error over
-    natural motion, in nats; sigma: the standard deviation of the correction, radians; followed: the
-    fraction of the error that C turns back; unsure: True if the error is reported but not
-    corrected; silent: True if it shows at a joint that never twists elsewhere in the clip.
+    Attributes
+    ----------
+    offset
+        The error in radians, shape (frames,).
+    gain
+        The log-likelihood ratio of the error over natural motion, in nats.
+    sigma
+        The standard deviation of the correction, radians.
+    followed
+        The fraction of the error that C turns back.
+    unsure
+        True if the error is reported but not corrected.
+    silent
+        True if it shows at a joint that never twists elsewhere in the clip.
     """
 
     row: int
@@ -61,10 +71,17 @@ def judged(
 ) -> SoftError:
     """Return the error, marked unsure if only one joint moved or the wrong side may be corrected.
 
-    x, y: the captured increments of the error's chain, (frames,); cut: mask of the clip's cuts,
-    (frames,); side: 1 if the error shows at a P that never twists, −1 if at such a C, 0 if at
-    neither; last: True if no chain continues from C, so that an error that only C shows may belong
-    to a joint below it.
+    Parameters
+    ----------
+    x, y
+        The captured increments of the error's chain, shape (frames,).
+    cut
+        Mask of the clip's cuts, shape (frames,).
+    side
+        1 if the error shows at a P that never twists, −1 if at such a C, 0 if at neither.
+    last
+        True if no chain continues from C, so that an error that only C shows may belong to a joint
+        below it.
     """
     frames = len(x)
     at_end = error.start == 0 or error.stop == frames
@@ -80,9 +97,9 @@ def judged(
 def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
     """True if the other joint turns back the turn of a silent joint in frames [start, stop).
 
-    A joint that was only at rest turns by itself, and the other joint does not respond: its total
-    turn does not match, and neither do the changes of its pace, which are compared if the total is
-    lost in natural motion.
+    If a joint was only at rest, it turns by itself and the other joint does not turn back. The
+    total turns of both joints are compared or, if these are lost in natural motion, the changes of
+    their pace.
     """
     at = slice(max(start, 1), stop + 1)
     if np.abs(own + other)[at].sum() <= LEFT_OVER * np.abs(other)[at].sum():
@@ -92,7 +109,9 @@ def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
 
 
 def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:
-    """True if x turns with the error and y against it; `if_unclear` if that cannot be decided."""
+    """True if x turns with the error and y against it; `if_unclear` is returned if this is
+    uncertain.
+    """
     course = np.zeros(len(x) + 1)
     course[error.start : error.stop] = error.offset
     steps = np.diff(course, prepend=course[0])[: len(x)]

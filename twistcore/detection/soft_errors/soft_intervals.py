@@ -32,7 +32,7 @@ ROUNDS = 2
 # departures to which courses are fitted. So the cost of a clip depends on its size, not on how
 # restless it is.
 BUDGET, LEAST_FRAMES = 15.0, 100
-NAMED = 5  # of the spans that were not searched
+NAMED = 5  # number of unsearched spans listed
 KNOWN_FIRST = 10.0  # nats by which jumps may explain a stretch less well
 BESIDE = 2  # frames around an interval in which a departure casts doubt on it
 
@@ -41,8 +41,13 @@ BESIDE = 2  # frames around an interval in which a departure casts doubt on it
 class Known:
     """An interval that was found before the search for soft errors.
 
-    offset: the error of P from frame `start` on, in radians; firm: True for an error of a straight
-    limb, which is questioned only if a silent joint explains it better.
+    Attributes
+    ----------
+    offset
+        The error of P from frame `start` on, in radians.
+    firm
+        True for an error of a straight limb, which is questioned only if a silent joint explains it
+        better.
     """
 
     row: int
@@ -60,8 +65,14 @@ class Known:
 class Searched:
     """The result of a search for soft errors.
 
-    found: the soft errors; replaced: the known intervals that they replace; left: mask of the
-    frames that the search did not reach within its budget, (limbs, frames).
+    Attributes
+    ----------
+    found
+        The soft errors.
+    replaced
+        The known intervals that they replace.
+    left
+        Mask of the frames that the search did not reach within its budget, shape (limbs, frames).
     """
 
     found: list[SoftError]
@@ -85,7 +96,7 @@ def budget_of(frames: int, joints: int) -> float:
 def search(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known], budget: float = math.inf
 ) -> Searched:
-    """Search limbs for soft errors; budget: the work allowed, in units of `Surprise.work`.
+    """Search limbs for soft errors. `budget` is the work allowed, in units of `Surprise.work`.
 
     The known errors are removed first. Where the remaining motion is not natural at some time
     scale, the known errors are put back, and everything there is explained again.
@@ -175,8 +186,8 @@ def _better(
 ) -> list[SoftError]:
     """Return the soft errors that explain more than the known errors in the same frames.
 
-    Overlapping errors of a limb are accepted or rejected together: a group of frames is explained
-    either by the soft errors or by the known ones.
+    Overlapping errors of a limb are accepted or rejected together, so a group of frames is
+    explained either by the soft errors or by the known ones.
     """
     out: list[SoftError] = []
     for limb in range(surprise.limbs.count):
@@ -221,9 +232,9 @@ def _lively_errors(
 ) -> tuple[list[SoftError], Mask]:
     """Return the soft errors of chains whose joints both twist, and the mask of frames not reached.
 
-    The mask is `left` of :class:`Searched`. There are two rounds; the second measures the natural
-    scales without the errors found in the first. It gets the rest of the budget, at least half,
-    because errors found in the first round alone may be natural restlessness.
+    The mask is `left` of :class:`Searched`. There are two rounds. The second round measures the
+    natural scales without the errors found in the first. At least half of the budget is kept for
+    it, because errors that only the first round finds may be natural restlessness.
     """
     left = np.zeros((surprise.limbs.count, surprise.frames), dtype=bool)
     bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps, surprise.limbs.step)
@@ -284,9 +295,10 @@ def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
 
 
 def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
-    """Return the sentences about frames that were not searched; chains with equal frames share one.
+    """Return the sentences about frames that were not searched, one for all chains with equal
+    frames.
 
-    left: the frame ranges [low, high) that were not searched, by chain name.
+    `left` lists the frame ranges [low, high) that were not searched, by chain name.
     """
     chains: dict[tuple[tuple[int, int], ...], list[str]] = {}
     for name, spans in left.items():
@@ -317,7 +329,7 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
 
 
 def confidence(gain: float) -> float:
-    """Return the probability that the correction is right, 0…1; gain: in nats."""
+    """Return the probability that the correction is right, 0…1. `gain` is in nats."""
     return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 80.0) / 12.0))))
 
 

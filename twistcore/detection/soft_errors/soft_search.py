@@ -1,4 +1,6 @@
-"""The search for soft errors of limbs: it begins at large departures and minimises the surprise."""
+"""The search for soft errors of limbs, which starts at large departures and minimises the
+surprise.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +17,8 @@ from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surpris
 from twistcore.skeleton.rotation import Array
 
 SEED = 18.0  # nats of the three probes of a span
-NEAR = 0.8  # of SEED, at another span of the same place
-OF_LIMB = 0.7  # of an interval's gain in its own chain: the gain that it needs in its limb
+NEAR = 0.8  # share of SEED at another span of the same place
+OF_LIMB = 0.7  # gain that an interval needs in its limb, as a share of the gain in its own chain
 IN_VAIN = 20  # seeds of a limb in a row without an explanation, after which it is left
 
 
@@ -33,7 +35,8 @@ def gains(surprise: Surprise, k: int, rows: Index) -> Array:
 def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) -> bool:
     """Explain the seeds of several limbs, strongest first; return True if all were examined.
 
-    budget: the work after which no further seed is examined, in units of `surprise.work`.
+    `budget` is the amount of work after which no further seed is examined, in units of
+    `surprise.work`.
     """
     end = surprise.work + budget
     while True:
@@ -61,7 +64,9 @@ class Search:
             self._update(row)
 
     def _update(self, row: int) -> None:
-        """Recompute the gains of a row's spans and their best seeds; discard its explanations."""
+        """Recompute the gains of a row's spans and their best seeds, and discard the row's
+        explanations.
+        """
         self._explained[row] = {}
         for k in range(len(self._surprise.at)):
             self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
@@ -70,7 +75,7 @@ class Search:
     def _seed(self, row: int, k: int, near: tuple[int, int] | None = None) -> Seed | None:
         """Return the best seed of the k-th span in the unfinished frames of a row, or None.
 
-        near: the first and last frame to consider; the whole row if None.
+        `near` is the first and last frame to consider, or None for the whole row.
         """
         span = self._surprise.at[k].natural.span
         gain = self._gain[row, k]
@@ -86,7 +91,7 @@ class Search:
         return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
 
     def run(self) -> list[SoftError]:
-        """Search the whole limb and return its soft errors; each is removed from the surprise."""
+        """Search the whole limb and return its soft errors, removing each one from the surprise."""
         while (top := self.next()) is not None:
             self.explain(top)
         return self.found
@@ -152,7 +157,7 @@ class Search:
         return best if value > max(PRIOR, OF_LIMB * best.gain) else None
 
     def _gain_of_limb(self, error: SoftError) -> float:
-        """Return how much less surprising a chain and its neighbours are without an error, nats."""
+        """Return the drop in surprise of a chain and its neighbours without an error, in nats."""
         margin = len(error.offset) // 2 + 8
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
         rows = self._surprise.beside(error.row)
@@ -165,8 +170,8 @@ class Search:
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
         """Return the explanation of the shortest span after which no seed remains nearby.
 
-        If some seed remains after each of them, as next to another error, return the explanation
-        with the highest gain relative to the square root of its length.
+        If a seed remains after each explanation, for example next to another error, return the
+        explanation with the highest gain relative to the square root of its length.
         """
         found: list[SoftError] = []
         for place in sorted(places, key=lambda s: s.length):

@@ -1,9 +1,10 @@
-"""A softened level: a constant error that begins and ends gradually. Its course and its best fit.
+"""The course and the best fit of a softened level, a constant error that begins and ends
+gradually.
 
-Captures are filled with straight lines or splines and low-pass filtered before they are published.
-A constant error of the solver then appears as that constant after a ramp or a filter. Four numbers
-describe its course: δ, the frame at which half of it has begun, the frame at which half of it has
-ended, and the duration of each transition.
+Gaps in captures are filled with straight lines or splines, and captures are low-pass filtered
+before they are published. A constant error of the solver then appears as that constant after a ramp
+or a filter. Four numbers describe its course: δ, the frame at which half of it has begun, the frame
+at which half of it has ended, and the duration of each transition.
 """
 
 from __future__ import annotations
@@ -24,15 +25,22 @@ STEEPEST = 0.5  # frames
 _DECAY = np.pi * np.sqrt(2.0)  # a period: how fast the filtered step decays
 _AT = np.array([np.radians(2.0), 1.0, 1.0, 1.0])  # scales of the four numbers
 _STEPS = 1e-3
-MOST_STEPS, ENOUGH = 12, 0.05  # of the fit at one width of the scales; nats
+# Steps of the fit at one width of the scales, and the least gain of a step in nats.
+MOST_STEPS, ENOUGH = 12, 0.05
 NARROWER = 5.0  # factor from one width to the next
 
 
 class Level(NamedTuple):
-    """A softened level by its four numbers.
+    """A softened level, given by its four numbers.
 
-    size: δ in radians; onset, end: the frames in the middle of the first and the last transition;
-    width: the duration of a transition, in frames.
+    Attributes
+    ----------
+    size
+        δ in radians.
+    onset, end
+        The frames in the middle of the first and the last transition.
+    width
+        The duration of a transition, in frames.
     """
 
     size: float
@@ -89,7 +97,7 @@ def fitted(
 ) -> tuple[Array, float]:
     """Return the course with the smallest residuals, (frames,), and the sum of their squares.
 
-    coarsest: see :func:`all_fitted`.
+    `coarsest` has the same meaning as in :func:`all_fitted`.
     """
     return all_fitted([(start, kernel, coarsest)], frames, residuals)[0]
 
@@ -99,10 +107,10 @@ def all_fitted(
 ) -> list[tuple[Array, float]]:
     """Return, for each start, the course with the smallest residuals and the sum of their squares.
 
-    Each course is (frames,). The fit uses Levenberg-Marquardt steps; the derivatives by the four
-    numbers are computed from the residuals, for the courses of all starts at once. Far from the
-    best course every residual is at its cap, and no step improves the fit. So the scales are first
-    widened by the third item of each start, then by less.
+    Each course has the shape (frames,). The fit uses Levenberg-Marquardt steps; the derivatives by
+    the four numbers are computed from the residuals, for the courses of all starts at once. Far
+    from the best course every residual is at its cap, and no step improves the fit. So the scales
+    are first widened by the third item of each start, then by less.
     """
     descents = [_Descent(*start, frames) for start in starts]
     going = descents
@@ -123,7 +131,7 @@ def all_fitted(
 
 
 class _Descent:
-    """A fit in progress: its four numbers, scaled, and the residuals of their course."""
+    """A fit in progress, with its four scaled numbers and the residuals of their course."""
 
     def __init__(self, start: Level, kernel: Kernel, coarsest: float, frames: int) -> None:
         self.frames = frames
@@ -156,14 +164,18 @@ class _Descent:
         return False
 
     def is_done(self) -> bool:
-        """True if the fit has ended at the last widening; after an earlier one, start the next."""
+        """True if the fit has ended at the last widening; if it was an earlier one, start the
+        next.
+        """
         if self.ended and self.wider > 1.0:
             self.wider = max(1.0, self.wider / NARROWER)
             self._begin()
         return self.ended
 
     def damped(self) -> Array:
-        """Return the damped matrix for the next step; an identity matrix before the first step."""
+        """Return the damped matrix for the next step, or an identity matrix before the first
+        step.
+        """
         if not self.begun:
             return np.eye(len(_AT))
         damped = self.curvature.copy()
@@ -172,7 +184,7 @@ class _Descent:
 
 
 def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
-    """Return the courses of numbers (n, 4), each with the kernel of its fit, (n, frames)."""
+    """Return the courses of numbers (n, 4), each with the kernel used in its fit, (n, frames)."""
     out = np.empty((len(numbers), frames))
     kernels = [d.kernel for d in of]
     for kernel in dict.fromkeys(kernels):

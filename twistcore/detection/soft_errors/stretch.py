@@ -24,8 +24,12 @@ SIZING = 6  # rounds in which a size is found
 class SpanDepartures:
     """The departures over one span at the positions from `first` on, which overlap a stretch.
 
-    u, spread: the departures and their scale, radians, (probes, positions); weight: (positions,), 0
-    where the span crosses a cut.
+    Attributes
+    ----------
+    u, spread
+        The departures and their scale, radians, shape (probes, positions).
+    weight
+        Shape (positions,), 0 where the span crosses a cut.
     """
 
     span: Span
@@ -37,12 +41,19 @@ class SpanDepartures:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """All n departures that overlap a stretch of so many frames, by span, probe and position.
+    """All n departures that overlap a stretch of frames, by span, probe and position.
 
-    nodes: the frames that each departure uses, the frame of its probe first, (5, n); a frame
-    outside the stretch has the index `frames`; weights: the weights of the other four frames, (4,
-    n); u, spread, weight: each departure, its scale in radians and its weight, (n,); lengths: the
-    length of its span in frames, (n,), ascending.
+    Attributes
+    ----------
+    nodes
+        The frames that each departure uses, the frame of its probe first, (5, n). A frame outside
+        the stretch has the index `frames`.
+    weights
+        The weights of the other four frames, shape (4, n).
+    u, spread, weight
+        Each departure, its scale in radians and its weight, shape (n,).
+    lengths
+        The length of its span in frames, shape (n,), ascending.
     """
 
     frames: int
@@ -67,7 +78,9 @@ class Stretch:
         )
 
     def departures(self, courses: Array) -> Array:
-        """Return the departures of courses (m, frames), 0 outside the stretch; radians, (m, n)."""
+        """Return the departures of courses (m, frames), which are 0 outside the stretch, in
+        radians, (m, n).
+        """
         level = np.zeros((len(courses), self.frames + 1))
         level[:, :-1] = courses
         out: Array = level.take(self.nodes[0], axis=1)
@@ -80,8 +93,8 @@ class Stretch:
     def residuals(self, courses: Array, wider: float | Array = 1.0) -> Array:
         """Return the weighted residuals of u after courses (m, frames) are removed, (m, n).
 
-        The sum of their squares is the surprise. wider: the factor by which all scales are widened,
-        one number for all or one per course, (m, 1).
+        The sum of their squares is the surprise. `wider` is the factor by which all scales are
+        widened, either one number or one for each course, (m, 1).
         """
         z = self.departures(courses)
         np.subtract(self.u, z, out=z)
@@ -93,7 +106,7 @@ class Stretch:
     def sizes(self, departures: Array, wider: float = 1.0) -> Array:
         """Return the factors by which to scale courses so that they explain u best, (m,).
 
-        departures: of these courses, (m, n).
+        `departures`, (m, n), are the departures of these courses.
         """
         by, of = departures / (wider * self.spread), self.u / (wider * self.spread)
         trust = np.broadcast_to(self.weight, by.shape)
@@ -110,7 +123,7 @@ class Stretch:
 def stretch(low: int, frames: int, departures: Sequence[SpanDepartures]) -> Stretch:
     """Return the stretch of `frames` frames from `low` on.
 
-    departures: the departures by span, the shortest span first.
+    `departures` are the departures by span, the shortest span first.
     """
     nodes, weights = [], []
     for t in departures:

@@ -1,7 +1,7 @@
-"""The current increments of a limb, and how surprising they are at every time scale.
+"""The current increments of a limb, and their surprise at every time scale.
 
-Twist errors can be removed from the rotations on trial. That also removes, exactly, their effects
-on neighbouring chains. The surprise of a frame range is the sum of the costs of all departures
+Twist errors can be removed from the rotations on trial. This exactly removes their effects on
+neighbouring chains as well. The surprise of a frame range is the sum of the costs of all departures
 there, in u and in x + y, over all spans that fit.
 """
 
@@ -40,8 +40,14 @@ LONGEST = 2.0  # spans up to so many times as long as a stretch are used for it
 class _AtSpan:
     """The departures over one span.
 
-    u, total: the departures of u and of x + y; spread: the scale of u. All are in radians, (probes,
-    chains, positions).
+    All arrays are in radians and have the shape (probes, chains, positions).
+
+    Attributes
+    ----------
+    u, total
+        The departures of u and of x + y.
+    spread
+        The scale of u.
     """
 
     natural: Natural
@@ -54,7 +60,7 @@ class _AtSpan:
 class Surprise:
     """Limbs without the errors removed so far, and their departures.
 
-    Each row is a chain: chain k of limb i is in row k·limbs + i.
+    Each row is a chain, and chain k of limb i is in row k·limbs + i.
     """
 
     def __init__(self, limbs: Limbs, fps: float, cut: Mask, budget: float = math.inf) -> None:
@@ -65,7 +71,7 @@ class Surprise:
         self.x[:, cut] = self.y[:, cut] = 0.0
         self.spans = spans(fps, self.frames)
         self.work = 0  # departures to which a search has fitted courses so far
-        self.budget = budget  # of work
+        self.budget = budget  # amount of work
         self.at: list[_AtSpan] = []
 
     def beside(self, row: int) -> list[int]:
@@ -78,7 +84,8 @@ class Surprise:
         return list(range(row % self.limbs.count, self.rows, self.limbs.count))
 
     def take_out(self, row: int, start: int, offset: Array) -> None:
-        """Remove a twist error of P from frames [start, start + n); departures stay unchanged.
+        """Remove a twist error of P from frames [start, start + n) without updating the
+        departures.
 
         Call :meth:`look_again` to update them.
         """
@@ -111,7 +118,7 @@ class Surprise:
     def measure(self, bad: Mask) -> None:
         """Measure the natural scales in the frames that are not bad, and all departures.
 
-        bad: mask of frames, (rows, frames).
+        `bad` is the mask of frames, shape (rows, frames).
         """
         natural = natural_scales(self.x, self.y, self.fps, self.spans, bad, self.limbs.step)
         level_x, level_y = np.cumsum(self.x, axis=1), np.cumsum(self.y, axis=1)
@@ -210,7 +217,7 @@ class Surprise:
         )
 
     def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:
-        """Return the offset in [start, stop) without which u follows its bridge, and its σ;
+        """Return the offset in [start, stop) without which u follows its bridge, and its σ, in
         radians.
 
         β and σ are estimated from the spans of similar length at that position.

@@ -1,4 +1,4 @@
-"""Errors of a chain's straight limb, and the jumps that they do not account for [Method]."""
+"""Errors of a chain's straight limb, and the jumps that these errors do not explain [Method]."""
 
 from __future__ import annotations
 
@@ -39,20 +39,21 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-LARGEST = float(np.radians(75.0))  # of δ: a larger δ would turn the hinge around
-CLEAR = 10.0  # times a hinge's spread: a smaller δ may be its own play
+LARGEST = float(np.radians(75.0))  # largest δ, since a larger one would turn the hinge around
+CLEAR = 10.0  # ratio to a hinge's spread; a smaller δ may be the hinge's own play
 # times as far off its hinge may δ leave a limb, whose bone is off it by nature when straight
 NEARLY = 1.6
-ROUNDS = 3  # of leaving out jumps that the bent limb contradicts
+ROUNDS = 3  # rounds in which jumps that the bent limb contradicts are left out
 AS_LITTLE = float(np.radians(2.0))  # jumps may leave so much more of a counter-turn
 BESIDE = 1  # frames next to an error to which its transitions extend
 
 
 @dataclass(frozen=True, eq=False)
 class _Jumping:
-    """An interval between jumps: its error from frame `start` on, and the peak frames of its edges.
+    """An interval between jumps, with its error from frame `start` on and the peak frames of its
+    edges.
 
-    offset: δ in radians, (frames,).
+    `offset` is δ in radians, shape (frames,).
     """
 
     start: int
@@ -67,7 +68,7 @@ class _Jumping:
 
 @dataclass(frozen=True, eq=False)
 class Jumps:
-    """The data for finding the intervals between the jumps of a chain; tau: in radians."""
+    """The data for finding the intervals between the jumps of a chain. `tau` is in radians."""
 
     counter: CounterRotation
     row: int
@@ -85,7 +86,7 @@ class Jumps:
         return replace(self, edges=edges, tables=tables)
 
     def offset(self) -> Array:
-        """Return the sum of the offsets of all intervals, radians, (frames,)."""
+        """Return the sum of the offsets of all intervals, in radians, (frames,)."""
         total = np.zeros(self.counter.x.shape[1])
         for j in self.found():
             total[j.frames] += j.offset
@@ -107,7 +108,7 @@ class Jumps:
 class StraightLimb:
     """The errors of a limb while it is straight, by start.
 
-    claimed: mask of the frames in which they begin and end.
+    `claimed` is the mask of the frames in which they begin and end.
     """
 
     errors: tuple[StraightError, ...]
@@ -116,7 +117,7 @@ class StraightLimb:
 
     @property
     def offset(self) -> Array:
-        """The sum of the errors, radians, (frames,)."""
+        """The sum of the errors, in radians, (frames,)."""
         total = np.zeros(len(self.claimed))
         for e in self.errors:
             total[e.start : e.stop] += e.offset
@@ -143,11 +144,11 @@ def straight_limb(
 ) -> StraightLimb | None:
     """Return the errors of a chain's straight spells that its jumps do not explain.
 
-    None if there are none, or if the chain has no hinge, for example because it has no grandchild.
-    Which of two spells contains the error is decided by the bend, not by the length: an interval
-    between jumps takes priority only if it brings the bent limb back to its hinge, or if it leaves
-    hardly more counter-turn unexplained. by_itself: function that returns the increments of P and C
-    without the effect of jumps in neighbouring chains, radians, (frames,) each.
+    The result is None if there are none, or if the chain has no hinge, for example because it has
+    no grandchild. The bend, not the length, decides which of two spells contains the error. An
+    interval between jumps takes priority only if it brings the bent limb back to its hinge, or if
+    it leaves hardly more counter-turn unexplained. `by_itself` returns the increments of P and C,
+    each (frames,), in radians and without the effect of jumps in neighbouring chains.
     """
     if chain.grandchild < 0:
         return None
@@ -179,7 +180,7 @@ def straight_limb(
 
 
 def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
-    """Return limbs without errors; offsets: the errors in radians, (frames,), by row of
+    """Return limbs without errors. `offsets` are the errors in radians, shape (frames,), by row of
     `increments`.
     """
     joints = limbs.joints.copy()
@@ -202,9 +203,9 @@ def _error_of(
 ) -> list[StraightError]:
     """Return the errors of a spell whose removal brings it closer to its hinge.
 
-    There are none if the intervals between jumps suffice. scales: the scales of the increments in
-    the whole clip; jumping: the intervals between jumps in the spell's segment. Only the frames of
-    the spell are examined, because a long clip has thousands of spells.
+    The result is empty if the intervals between jumps suffice. `scales` are the scales of the
+    increments in the whole clip. `jumping` are the intervals between jumps in the spell's segment.
+    Only the frames of the spell are examined, because a long clip has thousands of spells.
     """
     low, high = spell.low, spell.high
     x, y = (v[low:high] for v in increments)
@@ -229,7 +230,7 @@ def _error_of(
 
 
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
-    """Return the increments of P and C without some errors, radians, (frames,) each."""
+    """Return the increments of P and C without some errors, in radians, (frames,) each."""
     known = np.zeros(len(increments[0]))
     for j in jumping:
         known[j.frames] += j.offset

@@ -1,9 +1,9 @@
-"""The twist error of a straight limb as a course over time [Method].
+"""The twist error of a straight limb over time [Method].
 
 While C's bone is in line with P's, no position shows how a twist is divided between them. Three
-things are still known about the error δ: the twists X − δ of P and Y + δ of C are smooth (X, Y: the
-sums of the increments x, y), δ is 0 where the limb is bent, and δ seldom changes. The curve that
-satisfies these conditions best is computed by least squares, reweighted a few times.
+things are still known about the error δ. The twists X − δ of P and Y + δ of C are smooth, where X
+and Y are the sums of the increments x and y. δ is 0 where the limb is bent. δ seldom changes. The
+curve that satisfies these conditions best is computed by least squares, reweighted a few times.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from twistcore.skeleton.rotation import Array
 
 Rows: TypeAlias = tuple[NDArray[np.int64], Array, Array]  # columns, their factors, their values
 
-ROUNDS = 12  # of weights
+ROUNDS = 12  # rounds of reweighting
 SELDOM, STEP = 0.05, float(np.radians(12.0))  # price of a change of δ, and its size a second
 SETTLES = 0.25  # seconds in which a twist comes to rest if nothing determines it
-LEAST_SCALE = float(np.radians(0.02))  # of the change of an increment from frame to frame
+# Least scale of the change of an increment from frame to frame.
+LEAST_SCALE = float(np.radians(0.02))
 ROUNDED = 0.71  # steps of written angles: σ of such a change, from three rounded angles
 SAME = 1e-5  # radians: iteration stops below this change
 
@@ -35,10 +36,12 @@ def course(
     high: int,
     fps: float,
 ) -> Array:
-    """Return δ in frames [start, stop), radians; outside, within the segment [low, high), it is 0.
+    """Return δ in frames [start, stop), in radians; in the rest of the segment [low, high), δ is
+    0.
 
-    increments: x and y, radians, (frames,) each; scales: the scale of each, from :func:`scale_of`.
-    At the segment's ends δ is free, because the motion before and after is unknown.
+    `increments` are x and y, each (frames,), in radians, and `scales` are their scales from
+    :func:`scale_of`. At the segment's ends δ is free, because the motion before and after is
+    unknown.
     """
     rows = _smooth(increments, scales, start, stop, low, high, fps)
     n = stop - start
@@ -55,9 +58,9 @@ def course(
 
 
 def scale_of(increments: Array, step: float = 0.0) -> float:
-    """Return the usual difference between successive increments, radians.
+    """Return the usual difference between successive increments, in radians.
 
-    step: the rounding step of the angles in the file, which sets a lower limit.
+    `step` is the rounding step of the angles in the file; it sets a lower limit.
     """
     bends = np.abs(np.diff(increments[2:]))
     least = max(LEAST_SCALE, ROUNDED * step)
@@ -73,10 +76,10 @@ def _smooth(
     high: int,
     fps: float,
 ) -> list[Rows]:
-    """Return least-squares equations, scaled, for a smooth course of both signals and for rest.
+    """Return scaled least-squares equations for a smooth course of both signals and for rest.
 
-    They are linear in the unknown δ. The increment into the segment's first frame is left out,
-    because it crosses a cut.
+    The equations are linear in the unknown δ. The increment into the segment's first frame is left
+    out, because it crosses a cut.
     """
     rows = []
     at = np.arange(max(start - 1, low + 2), min(stop + 1, high)) - 1
@@ -97,13 +100,18 @@ def _columns(frames: NDArray[np.int64], start: int, stop: int) -> NDArray[np.int
 
 
 def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: float) -> Array:
-    """Return the least-squares δ, reweighted so that it changes by much or not at all.
+    """Return the least-squares δ, reweighted so that δ either changes by much or not at all.
 
-    band: the upper diagonals of the normal equations, the main one last, (3, n); begins, ends: True
-    if δ is 0 before the first frame and after the last; step: the smallest change that counts,
-    radians per frame.
+    Parameters
+    ----------
+    band
+        The upper diagonals of the normal equations, the main one last, shape (3, n).
+    begins, ends
+        True if δ is 0 before the first frame and after the last.
+    step
+        The smallest change that counts, radians per frame.
     """
-    from scipy.linalg import solveh_banded  # as slow to load as all the rest; few clips need it
+    from scipy.linalg import solveh_banded  # loads as slowly as all the rest, and few clips need it
 
     delta = np.zeros(len(right))
     weight = np.full(len(right) + 1, SELDOM / step**2)

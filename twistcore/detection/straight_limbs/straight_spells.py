@@ -1,4 +1,4 @@
-"""Spells: frame ranges in which a limb is straight. Their errors are found here."""
+"""Spells, the frame ranges in which a limb is straight, and the errors in them."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-BENT = float(np.radians(30.0))  # of bend: from here on a limb's twist is well determined
+BENT = float(np.radians(30.0))  # bend from which a limb's twist is well determined
 # for so long a clip's limb must be bent to show anything about the straight one
 ANCHOR_SECONDS = 0.1
-TOLD = float(np.radians(0.5))  # of bend: below, the side to which C's bone leaves P's is unknown
+TOLD = float(np.radians(0.5))  # bend below which the side to which C's bone leaves P's is unknown
 WINDOW = 0.13  # seconds of a mirrored transition
-LEAST_TURN = float(np.radians(8.0))  # of either joint in it
-LEAST_SHARE = 0.35  # of the smaller turn in the larger
-EXPLAINED = 0.5  # of the smaller turn, by the change of δ
+LEAST_TURN = float(np.radians(8.0))  # least turn of either joint in a transition
+LEAST_SHARE = 0.35  # least ratio of the smaller turn to the larger
+EXPLAINED = 0.5  # share of the smaller turn that the change of δ explains
 # seconds, and a share of δ: such a fast change is left to the search for jumps
 SHARP, SUDDEN = 0.015, 0.7
-LEAST_CHANGE = float(np.radians(6.0))  # of δ in it
+LEAST_CHANGE = float(np.radians(6.0))  # least change of δ in a transition
 NOTHING = float(np.radians(0.5))  # a smaller δ counts as none
 PAUSE = 0.1  # seconds of it that separate two errors
 HINGE, MOSTLY = float(np.radians(2.0)), 0.75  # a hinge's play in the bent limb, and how often
@@ -34,10 +34,15 @@ HINGE, MOSTLY = float(np.radians(2.0)), 0.75  # a hinge's play in the bent limb,
 class Bend:
     """The bend of a limb in each frame.
 
-    angle: the angle between C's bone and P's, in [0, π], (frames,); azimuth: the direction in which
-    C's bone leaves P's, relative to the direction in most frames with a bent limb, radians in (−π,
-    π], (frames,), or None if the joint is not a hinge; spread: the deviation of the azimuth from 0
-    that the bent limb seldom exceeds, radians.
+    Attributes
+    ----------
+    angle
+        The angle between C's bone and P's, in [0, π], shape (frames,).
+    azimuth
+        The direction in which C's bone leaves P's, relative to the direction in most frames with a
+        bent limb, radians in (−π, π], shape (frames,), or None if the joint is not a hinge.
+    spread
+        The deviation of the azimuth from 0 that is seldom exceeded in the bent limb, radians.
     """
 
     angle: Array
@@ -54,10 +59,17 @@ class Bend:
     ) -> bool | None:
         """True if removing the offset brings the limb closer to its hinge axis; None if unknown.
 
-        offset: radians, one per frame of `frames`; where: mask of the frames to use; share: the
-        largest fraction of the original distance that may remain. Frames are weighted by how far
-        the limb is bent. An almost straight limb that bends slightly backward is naturally on the
-        opposite side.
+        Frames are weighted by how far the limb is bent. An almost straight limb that bends slightly
+        backward is naturally on the opposite side.
+
+        Parameters
+        ----------
+        offset
+            In radians, one per frame of `frames`.
+        where
+            Mask of the frames to use.
+        share
+            The largest fraction of the original distance that may remain.
         """
         if self.azimuth is None or (where is not None and not where.any()):
             return None
@@ -85,7 +97,9 @@ class Spell:
         return int(self.start > self.low) + int(self.stop < self.high)
 
     def windows(self, window: int) -> slice:
-        """Return the windows over the spell and its neighbours, by the frame before each window."""
+        """Return the windows over the spell and its neighbours, indexed by the frame before each
+        window.
+        """
         first, last = max(self.start - window, self.low), min(self.stop, self.high - window)
         return slice(first, max(first, last))
 
@@ -94,9 +108,18 @@ class Spell:
 class StraightError:
     """An error of a straight limb from frame `start` on.
 
-    offset: δ in each frame, radians; peak: the middle frame of its clearest transition; turns: the
-    turns of P and C in that transition, radians; strength: the size of the change of δ there,
-    radians; closed: the number of ends at which the limb is bent.
+    Attributes
+    ----------
+    offset
+        δ in each frame, radians.
+    peak
+        The middle frame of the clearest transition.
+    turns
+        The turns of P and C in that transition, radians.
+    strength
+        The size of the change of δ in that transition, radians.
+    closed
+        The number of ends at which the limb is bent.
     """
 
     start: int
@@ -115,8 +138,8 @@ class StraightError:
 def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     """Return the bend of a limb.
 
-    q_child: C's local rotation, (frames, 4); axis, arm: unit vectors along P's bone and C's, (3,)
-    or (frames, 3).
+    `q_child` are C's local rotations, (frames, 4). `axis` and `arm` are unit vectors along P's bone
+    and C's, (3,) or (frames, 3).
     """
     v = rotate(q_child, arm)
     axis = np.broadcast_to(axis, v.shape)
@@ -151,9 +174,9 @@ def spells(
 def errors_in(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
-    """Return the errors of a spell: runs of δ that begin or end with opposite turns of both joints.
+    """Return the errors of a spell, which are runs of δ that begin or end with opposite turns.
 
-    delta: δ of all frames, radians, 0 outside the spell.
+    `delta` is δ in all frames, in radians, and 0 outside the spell.
     """
     window = window_of(fps)
     first = spell.windows(window).start
@@ -191,10 +214,11 @@ def left_over(
     spell: Spell,
     fps: float,
 ) -> float:
-    """Return how far P and C still turn against each other after δ is removed, radians.
+    """Return how far P and C still turn against each other after δ is removed, in radians.
 
-    This is the maximum over windows, beyond the pace next to each. scales: the scales of both
-    increments; delta: δ of all frames, (frames,). The quieter signal has the greater weight.
+    The result is the maximum over windows, minus the pace next to each window. `scales` are the
+    scales of both increments. `delta` is δ in all frames, shape (frames,). The quieter signal has
+    the greater weight.
     """
     steps = np.diff(delta, prepend=delta[:1])
     x, y = increments
@@ -238,7 +262,8 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
     window = window_of(fps)
     half = window // 2
     at = spell.windows(window)
-    first, last = at.start + 1 - half, at.stop + window + half  # of the increments that are used
+    # First and last increments that are used.
+    first, last = at.start + 1 - half, at.stop + window + half
     low, high = max(first, spell.low + 1), min(last, spell.high)
     asked = np.pad(signal[low:high], (low - first, last - high), mode="edge")
     total = np.concatenate([[0.0], asked.cumsum()])
@@ -249,11 +274,13 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
 
 
 def _counter(turn: Array, answer: Array) -> Array:
-    """Return the size of the smaller of two opposite turns, radians; 0 if they are not opposite."""
+    """Return the size of the smaller of two opposite turns, in radians; 0 if they are not
+    opposite.
+    """
     return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
 
 
 def _mirrored(turn: Array, answer: Array) -> Mask:
-    """Return where both joints turn in opposite directions by about the same amount."""
+    """Return a mask of where both joints turn in opposite directions by about the same amount."""
     large = np.maximum(np.abs(turn), np.abs(answer))
     return _counter(turn, answer) >= np.maximum(LEAST_TURN, LEAST_SHARE * large)

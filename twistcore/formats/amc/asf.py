@@ -1,4 +1,4 @@
-"""Read Acclaim's skeleton file: the bones, their hierarchy, and the axes of each bone.
+"""Read the bones, their hierarchy and their axes from Acclaim's skeleton file.
 
 The format follows the Acclaim documentation of 1994 (":version 1.10"), as in CMU's files.
 """
@@ -34,11 +34,21 @@ _OF_BONE = frozenset(
 class Asf:
     """A skeleton, and the layout of the numbers in an AMC for its bones.
 
-    data: the file's bytes; skeleton: a joint at the start of every bone, the root first; channels:
-    columns of each joint's numbers in a frame, with letters and columns in reverse order, since
-    Acclaim's X Y Z turns about fixed axes: R = R_z · R_y · R_x; axes: C of every bone, (joints, 4),
-    where the local rotation is C · R · C⁻¹; start: offset added to the root's translation, (3,);
-    radians: True if angles are in radians, None if the file does not say.
+    Parameters
+    ----------
+    data
+        The file's bytes.
+    skeleton
+        A joint at the start of every bone, the root first.
+    channels
+        Columns of each joint's numbers in a frame, with letters and columns in reverse order, since
+        Acclaim's X Y Z turns about fixed axes: R = R_z · R_y · R_x.
+    axes
+        C of every bone, shape (joints, 4), where the local rotation is C · R · C⁻¹.
+    start
+        Offset added to the root's translation, shape (3,).
+    radians
+        True if angles are in radians, None if the file does not say.
     """
 
     path: Path
@@ -79,7 +89,7 @@ class _Bone:
 
 @dataclass
 class _Read:
-    """The data read so far."""
+    """The data read so far from a skeleton file."""
 
     path: str
     bones: dict[str, _Bone] = field(default_factory=dict)
@@ -298,7 +308,7 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
 
 
 def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
-    """Build the Asf: parents come before children, and each branch is completed before the next."""
+    """Build the Asf, with parents before children and each branch completed before the next."""
     children: dict[str, list[str]] = {}
     for name, parent in read.parents.items():
         children.setdefault(parent, []).append(name)

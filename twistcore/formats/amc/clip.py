@@ -1,4 +1,4 @@
-"""An AMC clip: its motion, and the position of every number in the file."""
+"""An AMC clip, with its motion and the position of every number in the file."""
 
 from __future__ import annotations
 
@@ -25,10 +25,18 @@ _UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 class AmcClip(Clip):
     """An AMC file.
 
-    asf: its skeleton, from another file; values: its numbers in the order of the joints, lengths in
-    the file's unit and angles in degrees, (frames, columns); places: the position of each number
-    among the file's tokens, in reading order, (frames, columns); radians: True if the file has
-    angles in radians.
+    Parameters
+    ----------
+    asf
+        The skeleton, from another file.
+    values
+        The numbers in the order of the joints, lengths in the file's unit and angles in degrees,
+        shape (frames, columns).
+    places
+        The position of each number among the file's tokens, in reading order, shape (frames,
+        columns).
+    radians
+        True if the file has angles in radians.
     """
 
     format = "amc"
@@ -45,12 +53,12 @@ class AmcClip(Clip):
 
     @property
     def frames(self) -> int:
-        """Number of frames."""
+        """The number of frames."""
         return len(self.values)
 
     @property
     def columns(self) -> int:
-        """Number of numbers in a frame."""
+        """The number of values in a frame."""
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:
@@ -81,14 +89,16 @@ class AmcClip(Clip):
         return self.values[:, list(self.asf.channels[joint].rotation[::-1])]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and angles, radians, (frames, 3), for :meth:`as_written`."""
+        """Return a joint's Euler order and angles, in radians, (frames, 3), for
+        :meth:`as_written`.
+        """
         layout = self.asf.channels[joint]
         if not layout.rotatable:
             return None
         return layout.order, np.radians(self.values[:, list(layout.rotation)])
 
     def as_written(self, joint: int, q: Array) -> Array:
-        """Return a joint's rotation q, (…, 4), about the bone's own axes: R = C⁻¹ · q · C."""
+        """Return a joint's rotation q, (…, 4), about the bone's own axes, from R = C⁻¹ · q · C."""
         axes = self.asf.axes[joint]
         return multiply(multiply(conjugate(axes), q), axes)
 
@@ -97,9 +107,9 @@ class AmcClip(Clip):
     ) -> Patch:
         """Return the bytes with the numbers at `changed` (frames, joints) taken from `motion`.
 
-        positions: also write the root's translation where it differs. All other bytes are kept. A
-        number keeps its number of decimals, at least 6, and never gets an exponent. Raises
-        ValueError for a bone without three degrees of freedom.
+        If `positions` is True, also write the root's translation where it differs. All other bytes
+        are kept. A number keeps its number of decimals, at least 6, and never gets an exponent.
+        Raises ValueError for a bone without three degrees of freedom.
         """
         rotations = motion.rotations.copy()
         for joint in np.flatnonzero(changed.any(axis=0)).tolist():

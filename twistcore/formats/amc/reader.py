@@ -32,7 +32,8 @@ _CONTROL = bytes(set(range(32)) - set(b"\t\n\v\f\r"))
 
 
 def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> AmcClip:
-    """Read an AMC file and its skeleton; fps: its frame rate; tell: called with the progress.
+    """Read an AMC file and its skeleton. `fps` is the frame rate. `tell` is called with the
+    progress.
 
     The skeleton is NAME.asf, or SUBJECT.asf with the name up to an underscore, as for CMU's
     05_02.amc, or the only ASF in the folder. Raises AmcError (file, line, column, what was
@@ -112,13 +113,13 @@ def parse_amc(
 
 
 def _skeleton_warning(asf: Asf, warning: ClipWarning) -> ClipWarning:
-    """Return a warning with the name of the skeleton file and the line there in front."""
+    """Return a warning, preceded by the name of the skeleton file and the line in it."""
     line = "" if warning.line is None else f", line {warning.line}"
     return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
 
 
 class _Rows:
-    """Parser of frames, each a frame number followed by the bones with their numbers in any
+    """Parser of frames; each frame is a number, followed by the bones with their numbers in any
     order.
     """
 

@@ -1,7 +1,7 @@
 """Run a separate Blender that opens a scene and returns its bones as arrays.
 
-Blender is licensed under the GPL: no part of it is imported here, and it is not a dependency. It
-runs as the program `blender`, or as a Python whose environment has the module bpy.
+Blender is licensed under the GPL, so no part of it is imported here, and it is not a dependency.
+Blender runs as the program `blender`, or as a Python whose environment has the module bpy.
 """
 
 from __future__ import annotations
@@ -38,11 +38,22 @@ _NEEDED = (
 
 @dataclass(frozen=True, eq=False)
 class Handover:
-    """Data that Blender has read, in its world: Z up, metres.
+    """Data that Blender has read, in Blender's coordinates (Z up, metres).
 
-    names, parents: names and parent indices of the bones, −1 for roots, parents before children;
-    rest: (bones, 4, 4) and tails: (bones, 3) in the rest pose; poses: (frames, bones, 4, 4); fps:
-    frames per second; figure, take: the chosen ones; blender: its version.
+    Parameters
+    ----------
+    names, parents
+        Names and parent indices of the bones, −1 for roots, parents before children.
+    rest
+        Rest pose of the bones, shape (bones, 4, 4); the tails have the shape (bones, 3).
+    poses
+        Shape (frames, bones, 4, 4).
+    fps
+        Frames per second.
+    figure, take
+        The figure and the take that were read.
+    blender
+        Blender's version.
     """
 
     names: tuple[str, ...]
@@ -59,9 +70,9 @@ class Handover:
 def find_blender(named: str | None = None) -> str:
     """Return the program to run as Blender.
 
-    It is the given program, the one in the environment variable, `blender` on the path, or this
-    Python if it has bpy, in this order. Raises TwistError if none is found, or if a program that
-    was named cannot be run.
+    The candidates, in this order, are the given program, the program in the environment variable,
+    `blender` on the path, and this Python if it has bpy. Raises TwistError if none is found, or if
+    a program that was named cannot be run.
     """
     for program, by in ((named, "--blender"), (os.environ.get(VARIABLE), VARIABLE)):
         if program:
@@ -86,11 +97,19 @@ def read_scene(
     fps: float | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Handover:
-    """Open a scene in Blender and sample its skeleton; Blender ends before this returns.
+    """Open a scene in Blender, sample its skeleton, and wait until Blender has ended.
 
-    take, figure: the ones to read if there are several; fps: frame rate to use instead of the
-    scene's; time_limit: seconds. Raises TwistError with one sentence if Blender finds no skeleton
-    or several, takes too long or fails.
+    Raises TwistError with one sentence if Blender finds no skeleton or several, takes too long or
+    fails.
+
+    Parameters
+    ----------
+    take, figure
+        The take and the figure to read if there are several.
+    fps
+        Frame rate to use instead of the scene's.
+    time_limit
+        The longest time that Blender may take, in seconds.
     """
     if not source.is_file():
         raise TwistError(f"{source}: expected a file, but there is none")
@@ -130,7 +149,9 @@ def _command(blender: str, script: Path, job: Path) -> list[str]:
 
 
 def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) -> str:
-    """Run a command to its end and return its last line of output; end all its child processes."""
+    """Run a command to its end, with all its child processes, and return its last line of
+    output.
+    """
     # As a module, Blender leaves a temporary folder behind: put it into this one.
     own = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))}
     with (folder / "said.txt").open("w+b") as said:

@@ -1,4 +1,6 @@
-"""BVH files: read without guessing, and written without changing the numbers not corrected."""
+"""Read BVH files without guessing, and write them without changing numbers that are not
+corrected.
+"""
 
 from twistcore.formats.bvh.clip import BvhClip
 from twistcore.formats.bvh.compose import write_motion

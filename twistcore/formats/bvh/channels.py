@@ -21,8 +21,14 @@ _STILL = 0.02  # the same for joints that may place the whole figure: a bone mov
 class JointChannels:
     """The columns of a joint's channels in a row.
 
-    order: letters of its rotation channels in file order, such as 'ZYX'; rotation: the columns of
-    these channels; position: (axis 0-2, column) of each position channel.
+    Attributes
+    ----------
+    order
+        Letters of its rotation channels in file order, such as 'ZYX'.
+    rotation
+        The columns of these channels.
+    position
+        (axis 0-2, column) of each position channel.
     """
 
     order: str
@@ -40,7 +46,9 @@ class JointChannels:
 def motion_from_channels(
     skeleton: Skeleton, channels: tuple[JointChannels, ...], values: Array, frame_time: float
 ) -> Motion:
-    """Convert rows of numbers to a motion; values: degrees and length units, (frames, columns)."""
+    """Convert rows of numbers to a motion. `values` are in degrees and length units and have the
+    shape (frames, columns).
+    """
     positioned = tuple(j for j, layout in enumerate(channels) if layout.position)
     positions = np.empty((len(values), len(positioned), 3))
     positions[:] = skeleton.offsets[list(positioned)]
@@ -82,8 +90,8 @@ def with_bones_of_channels(
 def _carrying(skeleton: Skeleton) -> set[int]:
     """Return the joints that may move the whole figure, such as 'Reference' → 'Hips'.
 
-    They are the single children from the root on, and the branching joints after these, such as two
-    pairs of hips below one reference.
+    These joints are the single children from the root on, and the branching joints after these,
+    such as two pairs of hips below one reference.
     """
     found = set()
     for here in np.flatnonzero(skeleton.parents < 0).tolist():

@@ -1,4 +1,4 @@
-"""A BVH clip: its motion, and the position of every number in the text."""
+"""A BVH clip, with its motion and the position of every number in the text."""
 
 from __future__ import annotations
 
@@ -23,9 +23,16 @@ _BLOCK = 1 << 18  # bytes
 class BvhClip(Clip):
     """A BVH file.
 
-    text: the file's bytes or, for a file in UTF-16 or UTF-32 (`wide`), the same text as UTF-8;
-    data_start: offset of the first motion number in the text; channels: one entry per joint;
-    values: the numbers as written (degrees and length units), shape (frames, columns).
+    Parameters
+    ----------
+    text
+        The file's bytes or, for a file in UTF-16 or UTF-32 (`wide`), the same text as UTF-8.
+    data_start
+        Offset of the first motion number in the text.
+    channels
+        One entry per joint.
+    values
+        The numbers as written (degrees and length units), shape (frames, columns).
     """
 
     format = "bvh"
@@ -38,12 +45,12 @@ class BvhClip(Clip):
 
     @property
     def frames(self) -> int:
-        """Number of frames."""
+        """The number of frames."""
         return len(self.values)
 
     @property
     def columns(self) -> int:
-        """Number of numbers in a row."""
+        """The number of values in a row."""
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:
@@ -60,7 +67,7 @@ class BvhClip(Clip):
         return self.values[:, list(self.channels[joint].rotation)]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and angles, radians, (frames, 3); None without three
+        """Return a joint's Euler order and angles, in radians, (frames, 3); None without three
         channels.
         """
         layout = self.channels[joint]
@@ -71,9 +78,9 @@ class BvhClip(Clip):
     ) -> Patch:
         """Return the bytes with the numbers at `changed` (frames, joints) taken from `motion`.
 
-        positions: also write the position numbers that differ. All other bytes are kept. A number
-        keeps its number of decimals, at least 6, and never gets an exponent. Raises ValueError for
-        joints without three rotation channels, which cannot be rewritten.
+        If `positions` is True, also write the position numbers that differ. All other bytes are
+        kept. A number keeps its number of decimals, at least 6, and never gets an exponent. Raises
+        ValueError for joints without three rotation channels, which cannot be rewritten.
         """
         names = self.skeleton.names
         found = turned_numbers(self.values, self.channels, names, motion, changed)

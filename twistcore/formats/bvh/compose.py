@@ -22,8 +22,8 @@ _END = 0.05  # length of an End Site as a share of the skeleton's height
 def write_motion(motion: Motion, path: str | Path) -> None:
     """Write a motion as a new BVH, atomically.
 
-    Reading the file gives the same skeleton (joints depth first, as in every BVH) and motion, to
-    six decimals of degrees and of the length unit; see `bvh_text` for the channels.
+    Reading the file gives the same skeleton (joints depth first, as in every BVH) and the same
+    motion, to six decimals of degrees and of the length unit. See `bvh_text` for the channels.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def _indent(depth: int) -> str:
 def _described(
     skeleton: Skeleton, joint: int, depth: int, placed: bool, sites: list[Array]
 ) -> list[str]:
-    """Return the lines of a joint that come before those of its children."""
+    """Return the lines of a joint that come before the lines of its children."""
     indent, offset = _indent(depth), skeleton.offsets[joint]
     channels = "6 Xposition Yposition Zposition" if placed else "3"
     lines = [

@@ -1,4 +1,4 @@
-"""Choose among equivalent Euler angles: which solution, and how many full turns."""
+"""Choose among equivalent Euler angles, which differ by the solution and by full turns."""
 
 from __future__ import annotations
 
@@ -25,16 +25,21 @@ _LEAST_WEIGHT = 1e-6
 def continuous_angles(
     order: str, q: Array, own: Array, before: Array | None, after: Array | None
 ) -> Array:
-    """Return Euler angles of q, radians, (n, 3), on the branch that moves least.
+    """Return the Euler angles of q that move least, in radians, (n, 3).
 
-    q: (n, 4); own: the file's angles in these frames, (n, 3), whose φ3 is kept in gimbal lock;
-    before, after: the unchanged angles before and after the run, (3,), or None at an end of the
-    clip.
+    Every frame has two solutions, each with any number of full turns. The result is the path with
+    the smallest Σ|Δchannel| between the fixed angles at both edges. Without fixed edges, a path and
+    the path of the other solutions are equally long. The distances to `own` are then added to the
+    sum, weighted by cos θ where the rotation differs from the file's by θ < 90°.
 
-    Every frame has two solutions with any number of full turns. The path with the smallest
-    Σ|Δchannel| and both edges fixed is taken. Without fixed edges, a path and the path of the other
-    solutions are equally long. Then the distances to `own` are added to the sum, weighted by cos θ
-    where the rotation is θ < 90° from the file's.
+    Parameters
+    ----------
+    q
+        Shape (n, 4).
+    own
+        The file's angles in these frames, shape (n, 3), whose φ3 is kept in gimbal lock.
+    before, after
+        The unchanged angles before and after the run, shape (3,), or None at an end of the clip.
     """
     first = euler_from_quaternion(order, q)
     locked = np.cos(first[:, 1]) < _GIMBAL
@@ -58,7 +63,7 @@ def continuous_angles(
 
 
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
-    """Return (row, channel) of every step of more than half a turn; row n is the step to
+    """Return (row, channel) of every step of more than half a turn, with row n for the step to
     `after`.
     """
     n = len(angles)
@@ -70,7 +75,7 @@ def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> lis
 
 
 def _distance(angles: Array, others: Array) -> Array:
-    """Return Σ|Δchannel| over the last axis, each the shorter way round, radians."""
+    """Return Σ|Δchannel| over the last axis, each the shorter way round, in radians."""
     far: Array = np.abs(wrap(angles - others)).sum(axis=-1)
     return far
 
@@ -80,8 +85,8 @@ def _cheapest_path(
 ) -> NDArray[np.int64]:
     """Return which solution, 0 or 1, each frame has on the path with the smallest sum of steps.
 
-    The steps are wrapped, and the path is found with the Viterbi algorithm. extra: additional cost
-    of each solution, (n, 2).
+    The steps are wrapped, and the path is found with the Viterbi algorithm. `extra` is an
+    additional cost of each solution, shape (n, 2).
     """
     n = len(solutions)
     step = _distance(solutions[1:, None], solutions[:-1, :, None])
@@ -147,11 +152,13 @@ def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
 
 
 def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array) -> Array:
-    """Return the path from `before` to `after` with the smallest Σ|Δchannel|, radians, (n, 3).
+    """Return the path from `before` to `after` with the smallest Σ|Δchannel|, in radians, (n,
+    3).
 
-    solutions: the two of every frame, (n, 2, 3), up to full turns; near: a path of solutions from
-    `before` on without steps above half a turn, (n, 3). Exact by dynamic programming over
-    (solution, full turns of each channel relative to `near`), up to 2 turns.
+    `solutions` are the two solutions in every frame, up to full turns, shape (n, 2, 3). `near` is a
+    path of solutions from `before` on without steps above half a turn, shape (n, 3). The result is
+    exact up to 2 turns, and is found by dynamic programming over the solution and the full turns of
+    each channel relative to `near`.
     """
     # Turn 0 of each solution is the one nearest to the path. A solution half a turn away is equally
     # near on both sides, so two turns more may be only one: hence the second turn to either side.
@@ -189,10 +196,11 @@ def _others(channel: int) -> tuple[int, ...]:
 
 
 def _advance(cost: Array, steps: list[tuple[Array, Array]]) -> tuple[Array, list[Array]]:
-    """Return the lowest cost of every state (solution, turns ×3) one frame later, and its origin.
+    """Return the lowest cost of every state one frame later, and the state that it came from.
 
-    The channels are processed one after another: |Δ| is a sum over them, so each needs only its own
-    turns and the two solutions.
+    A state is a solution with the turns of its three channels. Since |Δ| is a sum over the
+    channels, they are processed one after another, and each needs only its own turns and the two
+    solutions.
     """
     back: list[Array] = []
     now = np.broadcast_to(cost[:, None], (2, *cost.shape))  # (from, to, turns ×3)

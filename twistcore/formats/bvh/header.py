@@ -36,7 +36,7 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class _Words:
-    """The words of the header; the line number is computed only when it is needed."""
+    """The words of the header; line numbers are computed only when they are needed."""
 
     def __init__(self, path: str, text: str) -> None:
         self.path = path
@@ -56,7 +56,7 @@ class _Words:
         return BvhError(self.path, expected, line=self.line(), column=self._at - line_start + 1)
 
     def next(self) -> str | None:
-        """Return the next word, or None at the end; braces are separate words."""
+        """Return the next word, with braces as separate words, or None at the end."""
         found = _WORD.search(self._text, self._end)
         if found is None:
             self._at = self._end = len(self._text.rstrip())
@@ -82,7 +82,7 @@ class _Words:
 
 
 def quoted(word: str | None) -> str:
-    """Return a word for use in a message: quoted, short and on one line."""
+    """Return a word for use in a message, quoted, short and on one line."""
     return "the end of the file" if word is None else ascii(word[:40])
 
 
@@ -92,7 +92,7 @@ def has_comma(word: str | None) -> bool:
 
 
 def no_number(expected: str, word: str | None) -> str:
-    """Return the message for a word that is no number; a decimal comma is mentioned."""
+    """Return the message for a word that is no number, which mentions a decimal comma."""
     if has_comma(word):
         return (
             f"expected a decimal point, found a comma in {quoted(word)}: replace it in all numbers"

@@ -40,7 +40,9 @@ class Numbers:
 
 
 class BadNumberError(ValueError):
-    """Raised if a token is not a number below LARGEST; has its offset in the text and the token."""
+    """Raised if a token is not a number below LARGEST; contains the token and its offset in the
+    text.
+    """
 
     def __init__(self, offset: int, token: bytes) -> None:
         super().__init__(offset, token)  # exceptions are pickled with their arguments
@@ -48,8 +50,8 @@ class BadNumberError(ValueError):
 
 
 def decimal_value(token: bytes) -> float:
-    """Return the value of a decimal number; NaN for other forms that float() accepts: 1_000,
-    inf.
+    """Return the value of a decimal number, or NaN for other forms that float() accepts, such as
+    1_000.
     """
     return float(token) if _NUMBER.fullmatch(token) else np.nan
 
@@ -58,7 +60,7 @@ def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
     """Read the numbers in data[start:], separated by white space.
 
     Raises BadNumberError for any other token. Reading in blocks needs little memory besides the
-    values. tell: called after each block.
+    values. `tell` is called after each block.
     """
     tell = tell or nobody
     buffer = np.frombuffer(data, dtype=np.uint8)
@@ -92,7 +94,9 @@ def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
 
 
 def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
-    """Estimate the number of values, slightly too high, from the density of the first block."""
+    """Return a slightly high estimate of the number of values, from the density of the first
+    block.
+    """
     if not spans:
         return 0
     a, b = spans[0]

@@ -1,4 +1,4 @@
-"""Replace in a text the numbers of corrected joints in corrected frames."""
+"""Replace the numbers of corrected joints in corrected frames of a text."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def turned_numbers(
 ) -> tuple[NDArray[np.int64], Array, tuple[ChannelJump, ...]]:
     """Return the rotation numbers to write at `changed` (frames, joints), in degrees, and jumps.
 
-    The first result is the index of each number in reading order, the second its new value. values:
-    the numbers as written, (frames, columns). The angles continue those of the neighbouring frames.
-    Raises ValueError for a joint without three rotation channels.
+    The first result is the index of each number in reading order, the second its new value.
+    `values` are the numbers as written, shape (frames, columns). The angles continue those of the
+    neighbouring frames. Raises ValueError for a joint without three rotation channels.
     """
     columns = values.shape[1]
     tokens, numbers, jumps = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], []
@@ -63,7 +63,7 @@ def _neighbours(angles: Array, start: int, stop: int) -> tuple[Array | None, Arr
 def moved_numbers(
     channels: Sequence[JointChannels], columns: int, before: Motion, motion: Motion
 ) -> tuple[NDArray[np.int64], Array]:
-    """Return the position numbers that differ: indices in reading order, and new values."""
+    """Return the position numbers that differ, as indices in reading order and new values."""
     tokens, numbers = [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
     for place, positioned in enumerate(motion.positioned):
         for axis, column in channels[positioned].position:
@@ -80,10 +80,10 @@ def with_numbers(
     tokens: NDArray[np.int64],
     numbers: Array,
 ) -> bytes:
-    """Return a text with the given tokens replaced by numbers, (n,); all other bytes are kept.
+    """Return a text with the given tokens replaced by numbers, (n,), and all other bytes kept.
 
-    spans: byte offsets of start and end of all tokens, in reading order. A number keeps its number
-    of decimals, at least 6, and never gets an exponent.
+    `spans` are the byte offsets of the start and end of all tokens, in reading order. A number
+    keeps its number of decimals, at least 6, and never gets an exponent.
     """
     order = np.argsort(tokens, kind="stable")
     tokens, numbers = tokens[order], numbers[order]
@@ -107,7 +107,7 @@ def with_numbers(
 
 
 def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return how many decimals, ignoring an exponent, the tokens at these offsets have."""
+    """Return the number of decimals of the tokens at these offsets, ignoring exponents."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     decimals = np.zeros(len(starts), dtype=np.int64)
     length = ends - starts

@@ -1,7 +1,7 @@
 """Read thousands of short numbers at a time with array operations.
 
-For every byte, the number formed by the 1, 2 or 4 digits from there on is computed; each number
-then picks the pieces before and after its point. There is no loop over bytes.
+For every byte, the number formed by the next 1, 2 or 4 digits is computed. Each number then selects
+the pieces before and after its point. There is no loop over bytes.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ _Groups = list[tuple[int, _Indices | slice]]
 def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
     """Return the numbers in a block of text and the end of each; None if any is not plain.
 
-    A plain number has an optional minus sign, up to 4 digits, and 1 to 11 decimals after a point:
-    an integer below 2⁵³ over a power of ten up to 10²². Both are exact, so their quotient is
-    correctly rounded.
+    A plain number has an optional minus sign, up to 4 digits, and 1 to 11 decimals after a point.
+    The number is an integer below 2⁵³ divided by a power of ten up to 10²². Both are exact, so
+    their quotient is correctly rounded.
     """
     x = np.full(len(block) + 2 * _PAD, 32, dtype=np.uint8)
     x[_PAD:-_PAD] = block
@@ -83,7 +83,7 @@ def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Gr
 def _points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
     """Return each number's point (or end) and end, and the numbers grouped by decimals.
 
-    None if a number has two points or too many decimals.
+    The result is None if a number has two points or too many decimals.
     """
     events = np.flatnonzero(point | end)
     is_point = point.take(events)

@@ -189,7 +189,7 @@ def _timing(name: str, data: bytes, start: int) -> tuple[re.Match[bytes], re.Mat
 
 
 def _line_of(data: bytes, offset: int) -> int:
-    """Return the line number of a byte offset, from 1; CR, LF and CRLF each end a line."""
+    """Return the line number of a byte offset, from 1, where CR, LF and CRLF each end a line."""
     return len((data[:offset] + b"x").splitlines())
 
 
@@ -247,9 +247,9 @@ def _frame_time(
 
 
 def _meant_rate(written: float) -> float:
-    """Return the frame rate that was probably meant by a Frame Time above one second.
+    """Return the frame rate that was probably intended by a Frame Time above one second.
 
-    A whole number or a television rate (29.97) is taken as the rate itself; other numbers are
+    A whole number or a television rate (29.97) is taken as the rate itself, and any other number as
     milliseconds.
     """
     whole = any(abs(rate - round(rate)) < 0.005 for rate in (written, 1.001 * written))
@@ -262,8 +262,8 @@ def _meant_rate(written: float) -> float:
 def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: int) -> None:
     """Raise BvhError if a frame does not begin a line; the last row may be incomplete.
 
-    A frame may be wrapped over several lines, but no line may contain parts of two frames: a number
-    would then be missing earlier, and all later numbers would move to the wrong channel.
+    A frame may be wrapped over several lines, but no line may contain parts of two frames. If one
+    does, a number is missing earlier, and all later numbers are in the wrong channel.
     """
     total = len(numbers.values)
     heads = np.arange(columns, total, columns)

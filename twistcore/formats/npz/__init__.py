@@ -1,4 +1,6 @@
-"""Poses on SMPL's joints in an .npz or a pickle, read by name; only corrections are rewritten."""
+"""Read poses on SMPL's joints from an .npz or a pickle by array names, and rewrite corrections
+only.
+"""
 
 from twistcore.formats.npz.clip import NpzClip, PklClip
 from twistcore.formats.npz.reader import parse_npz, parse_pkl, read_npz, read_pkl

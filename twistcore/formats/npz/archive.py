@@ -45,7 +45,9 @@ def names_in(path: Path) -> list[str] | None:
 
 @dataclass(frozen=True, eq=False)
 class Archive:
-    """An .npz file: its path for messages, its bytes, and the ZIP information of each member."""
+    """An .npz file, with its path for messages, its bytes, and the ZIP information of each
+    member.
+    """
 
     path: Path
     data: bytes = field(repr=False)
@@ -55,7 +57,7 @@ class Archive:
         return name in self.infos
 
     def described(self) -> str:
-        """Return the array names for use in a message: short and on one line."""
+        """Return the array names for use in a message, short and on one line."""
         return described_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
@@ -65,7 +67,7 @@ class Archive:
         return self._member(name)[1]
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the bytes with the given arrays, which keep size and dtype; nothing else changes.
+        """Return the bytes with the given arrays replaced, keeping their size and dtype.
 
         Stored members are replaced in place. A compressed member changes its length, so the archive
         is packed again with its members in the same order, each compressed as before. Raises
@@ -155,7 +157,7 @@ class Archive:
 
 
 def described_names(names: Iterable[str]) -> str:
-    """Return names for use in a message: short and on one line."""
+    """Return names for use in a message, short and on one line."""
     every = list(names)
     more = f" and {len(every) - 12} more" if len(every) > 12 else ""
     text = "".join(c if c.isprintable() else "?" for c in ", ".join(every[:12])[:500])
@@ -177,8 +179,8 @@ def open_archive(path: Path, data: bytes) -> Archive:
 def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> None:
     """Raise NpzError unless all members are readable, do not overlap and have plausible sizes.
 
-    size: size of the file, bytes. Nothing is unpacked: :func:`room` limits the declared sizes, and
-    a member is never read beyond its declared size.
+    `size` is the size of the file in bytes. Nothing is unpacked. :func:`room` limits the declared
+    sizes, and a member is never read beyond its declared size.
     """
     if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
         raise NpzError(f"{path}: expected every array once, found two with the same name")

@@ -2,8 +2,8 @@
 
 The shapes of the models themselves are not included. Arms, legs and heights are those of an average
 adult, as fractions of the height [Winter, Biomechanics and Motor Control of Human Movement, fig.
-4.1, after Drillis and Contini 1966], in a T-pose: y up, facing z, left at +x. The division of the
-trunk between its joints and the start of the fingers are estimated.
+4.1, after Drillis and Contini 1966], in a T-pose with y up, facing z, and left at +x. The division
+of the trunk between its joints and the start of the fingers are estimated.
 """
 
 from __future__ import annotations
@@ -55,8 +55,14 @@ _ENDS: dict[str, Triple] = {
 class BodyModel:
     """A model's joints, with bone lengths that are known without the model's files.
 
-    names, parents: of the joints, (joints,); offsets: from the parent at rest, metres, (joints, 3);
-    ends: End Sites of bones without children, as in Skeleton.
+    Attributes
+    ----------
+    names, parents
+        Names and parents of the joints, shape (joints,).
+    offsets
+        Offsets from the parent at rest, metres, shape (joints, 3).
+    ends
+        End Sites of bones without children, as in Skeleton.
     """
 
     names: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""A clip of SMPL poses: arrays by name, and how they are rewritten."""
+"""A clip of SMPL poses, whose arrays have names and can be rewritten."""
 
 from __future__ import annotations
 
@@ -21,11 +21,21 @@ from twistcore.work.frozen import dataclass
 class NpzClip(Clip):
     """An .npz of poses from AMASS or another source (docs/amass.md).
 
-    archive: the file's arrays; poses: rotation vectors, radians, in the file's dtype,
-    (frames, 3 joints); parts: the arrays that hold them, which together contain every number once;
-    place: name of the array of the root's position, '' if there is none; trans: that array,
-    (frames, 3), with `scale` units per metre, minus `rest`, (3,), the root's rest position;
-    repeated: arrays that repeat numbers of `poses` and change with them.
+    Parameters
+    ----------
+    archive
+        The file's arrays.
+    poses
+        Rotation vectors, radians, in the file's dtype, shape (frames, 3 joints).
+    parts
+        The arrays that contain the poses; together, they have every number once.
+    place
+        Name of the array of the root's position, '' if there is none.
+    trans
+        The root's position, shape (frames, 3), with `scale` units per metre, minus the root's rest
+        position `rest`, shape (3,).
+    repeated
+        Arrays that repeat numbers of `poses` and change with them.
     """
 
     format = "npz"
@@ -64,7 +74,7 @@ class NpzClip(Clip):
         return np.degrees(self._vectors(joint))
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return None: the file has no Euler angles."""
+        """Return None, since the file has no Euler angles."""
         del joint
         return None
 
@@ -73,8 +83,8 @@ class NpzClip(Clip):
     ) -> Patch:
         """Return the bytes with the rotation vectors at `changed` (frames, joints) from `motion`.
 
-        positions: also write the root positions that differ. All other numbers keep their bits, and
-        other arrays are kept, except arrays that repeat `poses`, which are updated.
+        If `positions` is True, also write the root positions that differ. All other numbers keep
+        their bits, and other arrays are kept, except arrays that repeat `poses`, which are updated.
         """
         arrays: dict[str, NDArray[Any]] = {}
         jumps: list[ChannelJump] = []

@@ -1,6 +1,6 @@
 """Read arrays, lists, dicts, strings and numbers from a pickle without executing anything.
 
-A pickle may name any function and have it called. Here no name is looked up: the few names that
+A pickle may name any function and have it called. Here, no name is looked up. The few names that
 numpy and joblib write for arrays are mapped to classes of this module, and all other names to an
 object that ignores all operations. Bytes become arrays of plain numbers here and not in numpy's own
 unpickling, which trusts the file about its memory. The position of the bytes in the file is kept,
@@ -52,7 +52,7 @@ class Unreadable:
 
 
 class _Dtype(Unreadable):
-    """Replacement for numpy.dtype: its type code and byte order."""
+    """Replacement for numpy.dtype, with its type code and byte order."""
 
     def __init__(self, letters: object = "", *_: object) -> None:
         self.letters, self.order = str(letters), "="
@@ -180,7 +180,7 @@ class Places:
         self._starts: dict[int, tuple[Any, int]] = {}  # by id() of the object with the bytes
 
     def note(self, held: Any, start: int) -> None:
-        """Remember the offset of some bytes; keeping a reference to `held` keeps its id()
+        """Remember the offset of some bytes, and keep a reference to `held`, so that its id() stays
         unique.
         """
         self._starts[id(held)] = held, start
@@ -196,7 +196,9 @@ class Places:
 
 
 class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes between opcodes
-    """Unpickler for these names; `source` is in memory, so false lengths cannot exhaust memory."""
+    """Unpickler for these names; `source` is in memory, so false lengths cannot exhaust the
+    memory.
+    """
 
     inherited: ClassVar[dict[int, Callable[[Any], None]]] = pickle._Unpickler.dispatch
     dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(inherited)

@@ -42,7 +42,7 @@ _JAWS, _EYES = (("pose_jaw",), ("jaw_pose",)), (("pose_eye",), ("leye_pose", "re
 class PosePart:
     """An array with some of the joints of the poses, such as 'pose_body' of SMPL-X.
 
-    start, stop: the range of its numbers within a frame's pose.
+    `start` and `stop` are the range of its numbers within a frame's pose.
     """
 
     name: str
@@ -54,10 +54,20 @@ class PosePart:
 class PoseNames:
     """The array names of one layout.
 
-    joints: joints of the body; parts: arrays that together contain every number of a pose once;
-    place: array of the root's position; scale: its units per metre; rate: frames per second if the
-    file has none, with the data set they come from, or None; left: arrays of joints that are not
-    read and stay unchanged.
+    Attributes
+    ----------
+    joints
+        Joints of the body.
+    parts
+        Arrays that together contain every number of a pose once.
+    place
+        Array of the root's position.
+    scale
+        The units of the position per metre.
+    rate
+        Frames per second if the file has none, with the data set they come from, or None.
+    left
+        Arrays of joints that are not read and stay unchanged.
     """
 
     joints: int
@@ -69,14 +79,14 @@ class PoseNames:
 
 
 def has_pose_names(names: Collection[str]) -> bool:
-    """True if the names are those of poses; the poses of a single video frame do not count."""
+    """True if the names are the names of poses; poses of a single video frame do not count."""
     parts = _first(_ROOTS, names) and _first(_BODIES, names) and _first(_PLACES, names)
     video = {"results", "sequence_results"}.issubset(names)
     return POSES in names or SMPL_POSES in names or bool(parts) or video
 
 
 def find_pose_names(arrays: Arrays) -> PoseNames | None:
-    """Return the layout of a file; None if its names are unknown; raises NpzError."""
+    """Return the layout of a file, or None if its names are unknown; raises NpzError."""
     if POSES in arrays:
         return _whole(arrays, POSES, TRANS)
     if SMPL_POSES in arrays:
@@ -153,7 +163,9 @@ def _part(name: str, joints: tuple[str, ...]) -> PosePart:
 
 
 def _width(arrays: Arrays, name: str) -> int:
-    """Return how many numbers a frame has; 0 if they are not rotation vectors of one person."""
+    """Return the number of values in a frame, or 0 if they are not rotation vectors of one
+    person.
+    """
     shape: tuple[int, ...] = arrays.array(name).shape
     if len(shape) == 3 and shape[2] == 3:
         return 3 * shape[1]

@@ -41,9 +41,9 @@ _ELSEWHERE = (
 def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> NpzClip:
     """Read an .npz of poses (docs/amass.md).
 
-    fps: frame rate to use instead of the file's; tell: called with the progress. No code in the
-    file is run. Raises NpzError with one sentence if the file is damaged or has other data.
-    Assumptions are listed in Clip.warnings.
+    `fps` is the frame rate to use instead of the file's. `tell` is called with the progress. No
+    code in the file is run. Raises NpzError with one sentence if the file is damaged or has other
+    data. Assumptions are listed in Clip.warnings.
     """
     path = Path(path)
     return parse_npz(_bytes_of(path, "an .npz"), path, fps=fps, tell=tell)
@@ -196,7 +196,7 @@ def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "
 
 
 def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float:
-    """Return the seconds per frame from the file or, if unusable, of the layout's rate or 30
+    """Return the seconds per frame from the file or, if they are unusable, from the layout or 30
     fps.
     """
     rate, whose = names.rate or (_ASSUMED_FPS, "")

@@ -1,4 +1,4 @@
-"""Arrays of a file by name, with the same interface for archives and pickles."""
+"""Arrays of a file by name, with the same interface for archives and for pickles."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Arrays(Protocol):
     def __contains__(self, name: object) -> bool: ...
 
     def described(self) -> str:
-        """Return the names for use in a message: short and on one line."""
+        """Return the names for use in a message, short and on one line."""
         ...
 
     def array(self, name: str) -> NDArray[Any]:
@@ -45,8 +45,16 @@ class Arrays(Protocol):
 class PickledDict:
     """A pickle of arrays by name, read without executing it.
 
-    path: path for messages; data: the bytes; names: contents by name; places: offsets of the
-    arrays' bytes.
+    Attributes
+    ----------
+    path
+        Path of the file, for messages.
+    data
+        The bytes of the file.
+    names
+        The contents by name.
+    places
+        The offsets of the arrays' bytes.
     """
 
     path: Path
@@ -58,7 +66,7 @@ class PickledDict:
         return name in self.names
 
     def described(self) -> str:
-        """Return the names for use in a message: short and on one line."""
+        """Return the names for use in a message, short and on one line."""
         return described_names(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:
@@ -77,7 +85,8 @@ class PickledDict:
         return values
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the bytes with the given arrays instead of the old ones; all other bytes are kept.
+        """Return the bytes with the given arrays instead of the old ones, and all other bytes
+        kept.
 
         Raises NpzError if the pickle has an old protocol, which stores arrays with another length.
         """
@@ -97,7 +106,7 @@ def put(
 ) -> None:
     """Write values over the bytes of the array `there`, in its order and dtype.
 
-    offset: offset of the pickle in the data.
+    `offset` is the position of the pickle in the data.
     """
     start = places.of(there)
     by_column = there.flags.f_contiguous and not there.flags.c_contiguous

@@ -1,6 +1,6 @@
-"""Choose the one of several equivalent rotation vectors that continues its neighbours.
+"""Choose the equivalent rotation vector that continues its neighbours.
 
-A rotation by |v| about v/|v| is also one by |v| + 2πk about the same axis.
+A rotation by |v| about v/|v| is also a rotation by |v| + 2πk about the same axis.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ _OWN = 1e-3  # weight of the distance to the file's own vector compared with the
 def continuous_vectors(
     q: Array, own: Array, before: Array | None = None, after: Array | None = None
 ) -> Array:
-    """Return rotation vectors of q, (n, 4) -> (n, 3), radians, with the smallest Σ|Δv|.
+    """Return rotation vectors of q, (n, 4) -> (n, 3), in radians, with the smallest Σ|Δv|.
 
-    own: the file's vectors in these frames, (n, 3), which decide between equally short paths;
-    before, after: the vectors of the neighbouring frames, (3,), None at an end of the clip.
+    `own` are the file's vectors in these frames, shape (n, 3), which decide between equally short
+    paths. `before` and `after` are the vectors of the neighbouring frames, shape (3,), or None at
+    an end of the clip.
     """
     short = logarithm(q)
     angle = np.linalg.norm(short, axis=1)
@@ -43,7 +44,7 @@ def continuous_vectors(
 
 
 def _cheapest(choices: Array, cost: Array) -> list[int]:
-    """Return the choice in each frame on the path of least cost, then length (Viterbi)."""
+    """Return the choice in each frame on the path with the least cost, then length (Viterbi)."""
     steps = np.linalg.norm(choices[1:, None] - choices[:-1, :, None], axis=3)  # (from, to)
     here, came = cost[0], []
     for step, own in zip(steps, cost[1:], strict=True):

@@ -1,7 +1,7 @@
 """Poses that ROMP and BEV estimated in a video [Sun et al. 2021]: a dict of persons by frame.
 
-`results` of `video_results.npz` is an object, which numpy would unpickle; here it is read without
-running anything (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Its frames are
+`results` of `video_results.npz` is an object that numpy would unpickle. Here, it is read without
+running any code (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Its frames are
 dicts with a row for each person: `smpl_thetas` (persons, 72), `cam_trans` (persons, 3) and, if
 people were tracked, `track_ids`. Earlier versions have a list of dicts with `poses` (72,).
 `sequence_results` repeats the rows by person.
@@ -33,7 +33,7 @@ _NUMBERS = 72
 
 @dataclass(frozen=True, eq=False)
 class _Object:
-    """An archive member that consists of one object: its bytes and its contents."""
+    """An archive member that consists of one object, with its bytes and its contents."""
 
     raw: bytes = field(repr=False)
     start: int  # offset of its pickle
@@ -43,7 +43,7 @@ class _Object:
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """One person in one frame: the frame's arrays, and the person's row in them."""
+    """One person in one frame, with the frame's arrays and the person's row in them."""
 
     frame: int
     who: Any
@@ -65,10 +65,16 @@ class _Row:
 
 @dataclass(frozen=True, eq=False)
 class VideoPoses:
-    """The rows of one person as arrays by name: THETAS (frames, 72) and PLACE (frames, 3).
+    """The rows of one person as the arrays THETAS, (frames, 72), and PLACE, (frames, 3).
 
-    archive: the file; rows: one for each frame in which the person was seen; notes: sentences about
-    persons left out and frames filled in.
+    Attributes
+    ----------
+    archive
+        The file.
+    rows
+        One row for each frame in which the person was seen.
+    notes
+        Sentences about persons left out and frames filled in.
     """
 
     archive: Archive
@@ -111,7 +117,7 @@ class VideoPoses:
         return filled.astype(rows.dtype)
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the archive with these rows for the person; filled frames are skipped.
+        """Return the archive with these rows for the person, without the filled frames.
 
         `sequence_results` is updated where it has the same numbers.
         """

@@ -14,10 +14,8 @@ from twistcore.skeleton.body.shape import Shape
 _NUMBERED = np.radians(5.0)  # least bend of a joint that only its number distinguishes from a piece
 _UNKNOWN = np.radians(1.0)  # least bend of a joint whose name is unknown
 _BENT = np.radians(10.0)  # with a smaller largest bend, pieces and joints of a limb look the same
-_FOOT = 0.35  # of a limb's longest bone: a shorter bone below the shin or forearm ends the limb
-_NEARLY = (
-    0.8  # of the longest pair of bones: a pair of this length farther from the trunk is preferred
-)
+_FOOT = 0.35  # share of a limb's longest bone; a shorter bone below shin or forearm ends the limb
+_NEARLY = 0.8  # share of the longest pair of bones; such a pair is preferred farther from the trunk
 _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
     ("shoulder",): "Shoulder",
     ("arm",): "Arm",
@@ -30,7 +28,7 @@ _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
 def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> list[Bone]:
     """Return the bones of a limb, from the trunk outwards.
 
-    path: the limb's joints, from the end back to the trunk.
+    `path` lists the limb's joints, from the end back to the trunk.
     """
     pieces = _pieces(shape, path)
     left = list(segments)
@@ -53,7 +51,10 @@ def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> l
 
 
 def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
-    """Return the joints that continue the bone above them; path: the joints, from the end back."""
+    """Return the joints that continue the bone above them.
+
+    `path` lists the joints, from the end to the trunk.
+    """
     out: set[int] = set()
     triples = list(zip(path, path[1:], path[2:], strict=False))
     named = [shape.first_role(j, shape.names[j].side) for j in path]
@@ -86,7 +87,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
 def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
     """True if a joint's word may mean two bones and no joint below it is the lower of the two.
 
-    below: the joints of the limb under it, from the end back.
+    `below` lists the joints of the limb under it, from the end back.
     """
     name = shape.names[joint]
     inner = (shape.names[j] for j in below[1:])
@@ -94,10 +95,11 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
 
 
 def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
-    """Return the bones down to the end of a limb; after its two longest bones, only long ones.
+    """Return the bones down to the end of a limb, without short ones after its two longest
+    bones.
 
-    segments: names of the bones of an arm or leg, which ends with its two longest bones; bones are
-    then returned only up to there.
+    `segments` are the names of the bones of an arm or leg, which ends with its two longest bones.
+    Bones are then returned only up to there.
     """
     pairs = [(p, c) for p, c in pairwise(joints) if shape.solid[c]]
     if len(pairs) < 2:
@@ -131,8 +133,8 @@ def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] =
 def lower_pair(sums: Sequence[float]) -> int:
     """Return the index of thigh and shin, or of arm and forearm, among the pairs of a limb's bones.
 
-    sums: the total length of each pair of neighbouring bones, the pair at the trunk first. The
-    longest pair is chosen or, of pairs of nearly that length, the one farthest from the trunk,
+    `sums` are the total lengths of each pair of neighbouring bones, the pair at the trunk first.
+    The longest pair is chosen or, of pairs of nearly that length, the one farthest from the trunk,
     since a collar may be as long as a forearm.
     """
     return max(k for k, both in enumerate(sums) if both >= _NEARLY * max(sums))

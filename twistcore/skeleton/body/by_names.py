@@ -11,7 +11,7 @@ from twistcore.skeleton.body.shape import Shape
 from twistcore.skeleton.joint_names import FEET, HANDS, TOES
 
 ROLES = {"arm": ("shoulder", "arm", "forearm", "hand"), "leg": ("upleg", "leg", "foot")}
-_STUB = 0.4  # of the next bone: shorter is a hip joint or collar bone, not a thigh or upper arm
+_STUB = 0.4  # share of the next bone; a shorter bone is a hip joint or collar bone
 _WORDS = {"hand": HANDS, "foot": FEET}  # the first word first
 
 # Joints of a limb from its end up to the root, and the index of the bone that the first one ends.
@@ -49,7 +49,7 @@ def _lines_of(
 
 
 def _bare_root(shape: Shape, joint: int) -> bool:
-    """True for a root that has several lines of joints below it and no name of a limb's joint."""
+    """True for a root that has several lines of joints below it and whose name is not a limb's."""
     return (
         shape.parents[joint] not in shape.joints
         and not shape.names[joint].roles
@@ -85,7 +85,7 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
 def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
     """Return the path to the end of a limb of which only joints above the end have known names.
 
-    taken: joints that belong to other limbs.
+    `taken` are the joints that belong to other limbs.
     """
     roles = ROLES[kind]
     inner = [
@@ -117,7 +117,9 @@ def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> P
 
 
 def _is_stub(shape: Shape, joint: int) -> bool:
-    """True for a joint at the end of a bone far shorter than the next: LHipJoint → LeftUpLeg."""
+    """True for a joint after a bone far shorter than the next one, such as LHipJoint →
+    LeftUpLeg.
+    """
     below = _main_child(shape, joint)
     return below is not None and shape.lengths[joint] < _STUB * shape.lengths[below]
 

@@ -13,11 +13,13 @@ from twistcore.skeleton.body.shape import Shape
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
-_SMALL_LIMB = 0.35  # of the longest bone: a line of shorter bones is a neck or an ear
+_SMALL_LIMB = 0.35  # share of the longest bone; a line of shorter bones is a neck or an ear
 
 
 def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
-    """Return the limbs along lines of unnamed joints; in a body with legs, a neck is no limb."""
+    """Return the limbs along lines of unnamed joints; the neck of a body with legs is not a
+    limb.
+    """
     found = [limb for line in lines if (limb := unnamed_line(shape, line))]
     sizes = [max(shape.lengths[b.child] for b in line.bones) for line in found]
     least = _SMALL_LIMB * max(sizes, default=0.0)
@@ -35,7 +37,7 @@ def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
 
 
 def _pointed_at(shape: Shape, end: int, below: int) -> int:
-    """Return the joint below a limb's end if the end is bent like a foot; a hand is straight."""
+    """Return the joint below a limb's end if the end is bent like a foot; a hand is not bent."""
     if below < 0 or not (shape.solid[below] and shape.solid[end]):
         return -1
     along = rotate(shape.motion.rotations[:, end], normalise(shape.offsets[below]))
@@ -65,7 +67,7 @@ def lines_by_shape(
 
 
 def _toe(shape: Shape, side: str, foot: int) -> int:
-    """Return the joint that a foot points to: a named toe, or the next joint; −1 for none."""
+    """Return the joint that a foot points to, a named toe or the next joint, or −1 for none."""
     named = toe_of(shape, side, foot)
     return named if named >= 0 else _pointed_at(shape, foot, shape.below[2].get(foot, -1))
 
@@ -76,7 +78,8 @@ def _candidates(
     kind: str,
     known: Mapping[tuple[str, str], LimbLine],
 ) -> list[list[int]]:
-    """Return the lines that may be arms or legs: those from the joint that has the opposite limb.
+    """Return the lines that may be arms or legs, which start at the joint with the opposite
+    limb.
 
     Without an opposite limb, arms are searched on the trunk above the legs, and legs near the root.
     """

@@ -19,7 +19,7 @@ from twistcore.skeleton.people import find_people, joint_names
 def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({})) -> Body:
     """Return the limbs of all people in a motion's skeleton.
 
-    said: the user's meanings of single joints, by name, such as 'left hand' or 'helper', see
+    `said` are the user's meanings of single joints, by name, such as 'left hand' or 'helper'; see
     :func:`joint_as_said`.
     """
     return _found(motion, said) if said else _as_found(motion)
@@ -57,9 +57,7 @@ def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined
 
 
 def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterable[Unexamined]:
-    """Yield those of the four limbs that were not found, and bones of found limbs without a
-    chain.
-    """
+    """Yield the arms and legs that were not found, and the bones of found limbs without a chain."""
     inside = {j for line in lines.values() for j in line.joints}
     known = inside.union(*(ancestors(shape.skeleton, j) for j in inside))
     for side, kind in LIMBS:
@@ -77,7 +75,7 @@ def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterabl
 
 
 def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
-    """Return a clause that lists the unused joints on that side; known: the used joints."""
+    """Return a clause that lists the unused joints on that side. `known` are the used joints."""
     end = ROLES[kind][-1]
     unknown = [
         shape.skeleton.names[j]

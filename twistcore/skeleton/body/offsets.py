@@ -7,8 +7,8 @@ import numpy as np
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
 
-_ZERO = 1e-6  # of the skeleton's height: shorter offsets have no direction
-_SHIFT = 1e-2  # of OFFSET's length: shorter positions are shifts from it or rounding, not a bone
+_ZERO = 1e-6  # share of the skeleton's height; shorter offsets have no direction
+_SHIFT = 1e-2  # share of OFFSET's length; shorter positions are shifts from it or rounding errors
 
 
 def has_length(skeleton: Skeleton, offset: Array) -> bool:
@@ -17,10 +17,10 @@ def has_length(skeleton: Skeleton, offset: Array) -> bool:
 
 
 def bone_offset(motion: Motion, joint: int) -> Array:
-    """Return a joint's offset from its parent: (3,) from OFFSET, (frames, 3) from channels.
+    """Return a joint's offset from its parent, (3,) from OFFSET or (frames, 3) from channels.
 
-    If position channels are near zero, they hold shifts from OFFSET or rounding errors; OFFSET is
-    then used.
+    Position channels near zero are shifts from OFFSET or rounding errors, so OFFSET is used
+    instead.
     """
     rest, offset = motion.skeleton.offsets[joint], motion.translation(joint)
     length, longest = np.linalg.norm(rest), np.linalg.norm(offset, axis=-1).max()

@@ -1,4 +1,4 @@
-"""The parts of a body: bones, limbs, and the limbs that were not found."""
+"""The parts of a body, which are bones, limbs, and the limbs that were not found."""
 
 from __future__ import annotations
 
@@ -19,8 +19,14 @@ LIMBS = tuple((side, kind) for side in SIDES for kind in BONES)
 class Bone:
     """A bone of a limb, from the joint P to its child C.
 
-    segment: 'Arm', 'Leg' … or '' if unknown; ends: True if C begins another bone, False if it
-    begins another piece of this one; pieces: number of pieces of the whole bone.
+    Attributes
+    ----------
+    segment
+        'Arm', 'Leg' … or '' if unknown.
+    ends
+        True if C begins another bone, False if it begins another piece of this one.
+    pieces
+        Number of pieces of the whole bone.
     """
 
     parent: int
@@ -32,11 +38,20 @@ class Bone:
 
 @dataclass(frozen=True)
 class LimbLine:
-    """A limb: its bones, from the trunk outwards, and the joint below its end.
+    """A limb, with its bones from the trunk outwards and the joint below its end.
 
-    side: 'Left', 'Right' or ''; kind: 'arm', 'leg' or ''; below: the joint that the last joint
-    points to (a toe), or −1; by_shape: True if its end was found by the shape of the skeleton;
-    person: name of its owner, '' if there is only one person.
+    Attributes
+    ----------
+    side
+        'Left', 'Right' or ''.
+    kind
+        'arm', 'leg' or ''.
+    below
+        The joint that the last joint points to (a toe), or −1.
+    by_shape
+        True if its end was found by the shape of the skeleton.
+    person
+        Name of the person, '' if there is only one person.
     """
 
     side: str
@@ -56,8 +71,14 @@ class LimbLine:
 class Unexamined:
     """A limb, or the end of a limb, that no chain examines.
 
-    limb: 'left arm', 'left forearm'; why: a clause with the reason; side, kind, person: as in
-    :class:`LimbLine`.
+    Attributes
+    ----------
+    limb
+        The name, such as 'left arm' or 'left forearm'.
+    why
+        A clause with the reason.
+    side, kind, person
+        As in :class:`LimbLine`.
     """
 
     limb: str
@@ -78,7 +99,7 @@ class Unexamined:
 
     @property
     def title(self) -> str:
-        """Return the limb's name with its person: 'left arm of B'."""
+        """Return the limb's name with its person, such as 'left arm of B'."""
         return " of ".join(word for word in (self.limb, self.person) if word)
 
     def to_json(self) -> dict[str, str]:
@@ -91,8 +112,16 @@ class Unexamined:
 class Body:
     """The limbs of a skeleton, of one or more people, and the meanings of its joints.
 
-    names: the meaning of each joint's name; lines: the limbs, person by person; missing: arms and
-    legs that were not found; people: the people in the skeleton.
+    Attributes
+    ----------
+    names
+        The meaning of each joint's name.
+    lines
+        The limbs, person by person.
+    missing
+        Arms and legs that were not found.
+    people
+        The people in the skeleton.
     """
 
     skeleton: Skeleton
@@ -103,7 +132,9 @@ class Body:
 
     @cached_property
     def taken_for(self) -> tuple[str, ...]:
-        """Return each joint's role: 'Left Arm', 'Left Hand', 'piece of Left Arm', or ''."""
+        """Return the role of each joint, such as 'Left Arm', 'Left Hand', 'piece of Left Arm', or
+        ''.
+        """
         out = [""] * len(self.skeleton)
         for line in self.lines:
             for bone in reversed(line.bones):

@@ -1,4 +1,4 @@
-"""The shape of a skeleton: lengths, lines of joints, and how far joints bend."""
+"""The shape of a skeleton, with lengths, lines of joints, and how far joints bend."""
 
 from __future__ import annotations
 
@@ -13,17 +13,26 @@ from twistcore.skeleton.medians import quantile
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
-_SHORT_LINE = 0.15  # of the skeleton's longest line: a shorter one is no limb, but a finger or foot
-_WHOLE_BONE = 0.6  # of the bone above: a forearm is this long, a finger is not
+_SHORT_LINE = 0.15  # share of the skeleton's longest line; a shorter line is a finger or a foot
+_WHOLE_BONE = 0.6  # share of the bone above; a forearm is this long, a finger is not
 _FINGERS = 3  # lines of bones from one joint of a limb that make it the end
 
 
 class Shape:
     """The data for finding limbs in a motion's skeleton, or in one person's part of it.
 
-    names: meanings of the joints' names; joints: the person's joints; said: joints named by the
-    user; children, offsets, lengths: lists with an entry for each joint, with offsets from
-    :func:`bone_offset`; solid: True for a joint whose bone from its parent has a length.
+    Parameters
+    ----------
+    names
+        Meanings of the joints' names.
+    joints
+        The person's joints.
+    said
+        Joints named by the user.
+    children, offsets, lengths
+        Lists with an entry for each joint, with offsets from :func:`bone_offset`.
+    solid
+        True for a joint whose bone from its parent has a length.
     """
 
     def __init__(
@@ -62,7 +71,9 @@ class Shape:
         return [j for j in ancestors(self.skeleton, joint) if j in self.joints]
 
     def bend(self, joint: int, below: int) -> float:
-        """Return how much the angle between the bones above and below a joint varies, radians."""
+        """Return how much the angle between the bones above and below a joint varies, in
+        radians.
+        """
         if (joint, below) not in self._bends:
             self._bends[joint, below] = self._bend_of(joint, below)
         return self._bends[joint, below]
@@ -78,7 +89,9 @@ class Shape:
 
     @cached_property
     def out_of_it(self) -> list[bool]:
-        """Return True for joints of the head, fingers and props, and for all joints below them."""
+        """Return a mask of the joints of the head, fingers and props, and of all joints below
+        them.
+        """
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
             out[joint] |= parent >= 0 and out[parent]

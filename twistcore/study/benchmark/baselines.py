@@ -1,7 +1,7 @@
 """Common alternatives [Choi26 §2]: filters, projections, and interpolation with known truth.
 
-They filter the sign-continuous quaternion components of the chains' joints and renormalise them.
-They do not know which joint is whose parent, so they cannot tell a twist error from a motion.
+These methods filter the sign-continuous quaternion components of the chains' joints and renormalise
+them. They do not use the hierarchy, so they cannot distinguish a twist error from a motion.
 """
 
 from __future__ import annotations
@@ -30,12 +30,17 @@ Correct = Callable[[Array, float, Sequence[Gap]], Array]
 
 @dataclass(frozen=True)
 class Baseline:
-    """A method in the benchmark's table that is not a detector.
+    """A method in the benchmark's table other than a detector.
 
-    correct: the function (rotations (frames, joints, 4) sign-continuous, frames per second, wrong
-    frames) → corrected rotations of the same shape; oracle: True if it is given the true intervals
-    and changes only the target's joints; whole_body: True if one joint's result depends on other
-    joints.
+    Attributes
+    ----------
+    correct
+        The function that takes sign-continuous rotations (frames, joints, 4), frames per second and
+        the wrong frames, and returns corrected rotations of the same shape.
+    oracle
+        True if it is given the true intervals and changes only the target's joints.
+    whole_body
+        True if one joint's result depends on other joints.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Run one clip with all protocols, methods and seeds, as a single task for a worker process."""
+"""Run one clip with all protocols, methods and seeds in a single task of a worker process."""
 
 from __future__ import annotations
 
@@ -46,10 +46,18 @@ class BenchmarkSettings:
 
 @dataclass(frozen=True, eq=False)
 class ClipResult:
-    """The stored result of a clip: a few kilobytes, however long the clip is.
+    """The stored result of a clip, which takes a few kilobytes for a clip of any length.
 
-    clip: path below the folder; micros: duration of the capture in µs; dropped: number of leading
-    frames before the capture; problems: one sentence for each failure.
+    Attributes
+    ----------
+    clip
+        Path below the folder.
+    micros
+        Duration of the capture in µs.
+    dropped
+        Number of leading frames before the capture.
+    problems
+        One sentence for each failure.
     """
 
     clip: str
@@ -61,7 +69,7 @@ class ClipResult:
     problems: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """Return the result as JSON data: one line of the file that --resume reads."""
+        """Return the result as JSON data, which is one line of the file that --resume reads."""
         return {
             **vars(self),
             "tallies": [[*vars(k).values(), t.values()] for k, t in self.tallies.items()],
@@ -89,7 +97,9 @@ def result_from_json(document: Mapping[str, Any]) -> ClipResult:
 
 
 def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
-    """Run the benchmark on one clip; name: its name in the results, the stem seeds the errors."""
+    """Run the benchmark on one clip. `name` is the clip's name in the results; its stem seeds the
+    errors.
+    """
     problems: list[str] = []
     try:
         motion = read_bvh(path).motion

@@ -1,4 +1,4 @@
-"""A clip prepared for a protocol: without T-pose, with its chains, limbs and natural events."""
+"""A clip prepared for a protocol, without T-pose, with its chains, limbs and natural events."""
 
 from __future__ import annotations
 
@@ -34,8 +34,12 @@ STRAIGHTENS = ("", "Arm", "UpLeg")  # segments whose child is an elbow or a knee
 class CleanScene:
     """The clean motion into which errors are injected, with its correctable chains and limbs.
 
-    dropped: number of leading frames of the file before the capture; events: what the auditing
-    detector found in the clean motion.
+    Attributes
+    ----------
+    dropped
+        Number of leading frames of the file before the capture.
+    events
+        What the auditing detector found in the clean motion.
     """
 
     clip: str
@@ -55,7 +59,7 @@ class CleanScene:
 
     @property
     def targets(self) -> tuple[Chain, ...]:
-        """Return the protocol's targets: all chains, all limbs, or all chains that can be
+        """Return the protocol's targets, which are all chains, all limbs, or all chains that can be
         straight.
         """
         if self.protocol.straight:
@@ -71,14 +75,14 @@ class CleanScene:
 
     @cached_property
     def eventful(self) -> frozenset[str]:
-        """Return names of chains and limbs with a natural event; the audited table excludes
-        them.
+        """Return names of chains and limbs with a natural event, which the audited table
+        excludes.
         """
         return with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Return each pass's index and targets: a chain or limb, or a chain with the one below
-        it.
+        """Yield each pass's index and targets, which are a chain, a limb, or a chain and the one
+        below it.
         """
         if self.protocol.clean:
             return ()

@@ -1,4 +1,4 @@
-"""Measure what a method costs on a clean clip: lag and loss of peak speed [Choi26 §4.2.3]."""
+"""Measure the cost of a method on a clean clip as lag and loss of peak speed [Choi26 §4.2.3]."""
 
 from __future__ import annotations
 
@@ -21,8 +21,16 @@ _MICRO = 1e-6
 class Fidelity:
     """The cost for one clip and method, in integers, so that a stored result equals a new one.
 
-    peak: angular speed before filtering, m°/s; kept: fraction of it that remains after filtering,
-    millionths; lag: µs; lag_frames: lag in millionths of a frame.
+    Attributes
+    ----------
+    peak
+        Angular speed before filtering, m°/s.
+    kept
+        Fraction of the peak that remains after filtering, in millionths.
+    lag
+        Lag in µs.
+    lag_frames
+        Lag in millionths of a frame.
     """
 
     peak: int
@@ -34,12 +42,12 @@ class Fidelity:
 def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
     """Compare the angular speeds of the chains' joints before and after filtering.
 
-    refined: the filtered rotations, (frames, joints, 4). Joints of chains with a natural event are
-    excluded, so that the peak is motion and not an error. None if no joint remains or nothing
-    moves. The peak is the highest mean speed over 50 ms of the fastest joint, compared with the
-    peak of the same joint after filtering. The lag is the shift with the highest cross-correlation
-    of the speeds minus their means, summed over joints, refined to a fraction of a frame by a
-    parabola.
+    `refined` are the filtered rotations, shape (frames, joints, 4). Joints of chains with a natural
+    event are excluded, so that the peak is motion and not an error. The result is None if no joint
+    remains or nothing moves. The peak is the highest mean speed over 50 ms of the fastest joint,
+    compared with the peak of the same joint after filtering. The lag is the shift with the highest
+    cross-correlation of the speeds minus their means, summed over joints, refined to a fraction of
+    a frame by a parabola.
     """
     eventful = chain_joints([c for c in scene.chains if c.name in scene.eventful])
     joints = np.setdiff1d(scene.joints, eventful)
@@ -72,7 +80,7 @@ def _lasting(speed: Array, window: int) -> Array:
 
 
 def _lag(before: Array, after: Array, longest: int) -> float:
-    """Return the lag of `after` in frames: the best shift up to `longest` frames."""
+    """Return the lag of `after` in frames, which is the best shift up to `longest` frames."""
     a, b = before - before.mean(axis=0), after - after.mean(axis=0)
     longest = min(longest, len(a) // 2)
     shifts = range(-longest, longest + 1)

@@ -1,4 +1,4 @@
-"""The simplest repair that uses anatomy: turn every bent limb onto its hinge axis in the clip."""
+"""The simplest correction that uses anatomy, which turns every bent limb onto its hinge axis."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _FEWEST = 0.1  # seconds of clear bend
 
 
 def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
-    """Return the offsets to remove, radians, (frames,), by chain; chains without hinge are
-    missing.
+    """Return the offsets to remove, in radians, (frames,), by chain, for all chains with a
+    hinge.
     """
     out = {}
     for chain in chains:

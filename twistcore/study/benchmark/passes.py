@@ -48,7 +48,7 @@ def all_methods() -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class MethodResult:
-    """The result of a method: the corrected rotations, and the intervals found, by chain."""
+    """The result of a method, with the corrected rotations and the intervals found, by chain."""
 
     rotations: Array
     found: dict[str, list[Gap]]
@@ -58,7 +58,8 @@ class MethodResult:
 class CleanRun:
     """The result of a method on the clean clip, without injected errors.
 
-    change: how far the method turned each joint, radians, (frames, scene.joints).
+    `change` is the angle by which the method turned each joint, in radians, shape (frames,
+    scene.joints).
     """
 
     outcome: MethodResult
@@ -72,12 +73,19 @@ def apply_method(
     wrong: Sequence[InjectedError] = (),
     tau: Taus = AUTOMATIC,
 ) -> MethodResult:
-    """Apply a method to a motion; only joints of `chains` change.
+    """Apply a method to a motion, changing only joints of `chains`.
 
-    chains: also the limbs, if their flips are to be found; wrong: the frames that are truly wrong,
-    for methods with known truth; tau: τ in radians by chain, by default the automatic τ. The
-    automatic corrections are applied, or the offsets that the detector's analysis itself returns,
-    such as the paper's running sum.
+    The automatic corrections are applied, or the offsets that the detector's analysis itself
+    returns, such as the paper's running sum.
+
+    Parameters
+    ----------
+    chains
+        The chains, and also the limbs if their flips should be found.
+    wrong
+        The frames that are truly wrong, for methods with known truth.
+    tau
+        τ in radians by chain, by default the automatic τ.
     """
     if method in BASELINES:
         return MethodResult(_filtered(BASELINES[method], motion, chains, wrong), {})
@@ -137,7 +145,8 @@ def clean_run(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun
 
 
 def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
-    """Return the false alarms by chain and limb; without injection also the unwanted changes.
+    """Return the false alarms by chain and limb and, without injection, also the unwanted
+    changes.
 
     Chains that are not targets of the protocol have an entry only if something was found in them.
     """
@@ -170,9 +179,9 @@ def run_item(
     clean: CleanRun | None = None,
     tau: Taus = AUTOMATIC,
 ) -> Tallies:
-    """Run all passes of a clip with one method and one seed: each target in turn.
+    """Run all passes of a clip with one method and one seed, one target at a time.
 
-    Only the target's group is evaluated: no detector and no single-joint filter connects groups, so
+    Only the target's group is evaluated. No detector and no single-joint filter connects groups, so
     the results for the other groups are the same as in the clean run.
     """
     clean = clean or clean_run(scene, method, tau)
@@ -231,9 +240,9 @@ def _run_pass(
 
 
 def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
-    """Return the desired rotations; for limbs, these are without the clip's own flips.
+    """Return the desired rotations, which for limbs are without the clip's own flips.
 
-    If a limb's flip is corrected in the clean clip, it is no error if a method corrects it, too.
+    If a limb's flip is corrected in the clean clip, a method that also corrects it makes no error.
     """
     truth = scene.motion.rotations
     for limb in scene.limbs:
@@ -280,7 +289,8 @@ def _damage_tally(
 ) -> Tally:
     """Count the clean (joint, frame) pairs that the method changed by more than 1°.
 
-    A pair changed in the same way in the clean clip counts as natural, any other as damage.
+    A pair that is changed in the same way in the clean clip counts as natural, and any other pair
+    as damage.
     """
     near = np.isin(scene.joints, chain_joints(reach))
     joints = scene.joints[near]
@@ -305,7 +315,9 @@ def _damage_tally(
 
 
 def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
-    """Return the angle between two sets of rotations of some joints, radians, (frames, joints)."""
+    """Return the angle between two sets of rotations of some joints, in radians, (frames,
+    joints).
+    """
     p, q = before[:, joints], after[:, joints]
     out = np.zeros(p.shape[:-1])
     changed = (p != q).any(axis=-1)

@@ -31,7 +31,7 @@ PART_SCHEMA = "twistcore.benchmark-part/1"
 
 @dataclass
 class BenchmarkSummary:
-    """The data for the tables; it grows in memory by one line per clip.
+    """The data for the tables, which grow in memory by one line per clip.
 
     Sums are integers, so the order in which clips arrive does not matter; `sort` sorts the
     lists.
@@ -83,10 +83,17 @@ def run_benchmark(
 ) -> BenchmarkSummary:
     """Run every clip that is not in `partial` yet; Ctrl+C ends the run early, keeping the results.
 
-    partial: a JSON-lines file with one line per clip, each flushed at once; resume: True to
-    continue this file instead of overwriting it; counter: as
-    :func:`~twistcore.work.progress.clip_counter`. The returned summary's `missing` is the number of
-    clips that were not run. Raises FormatError if the file was written with other settings.
+    The returned summary's `missing` is the number of clips that were not run. Raises FormatError if
+    the file was written with other settings.
+
+    Parameters
+    ----------
+    partial
+        A JSON-lines file with one line per clip, each flushed at once.
+    resume
+        True to continue this file instead of overwriting it.
+    counter
+        As :func:`~twistcore.work.progress.clip_counter`.
     """
     summary = BenchmarkSummary()
     stamps = {name: _stamp(path) for name, path in clips.items()}

@@ -1,4 +1,4 @@
-"""Benchmark results by protocol, method, side and segment, as rows, CSV and JSON."""
+"""Benchmark results by protocol, method, side and segment, in rows, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -29,7 +29,9 @@ FAST_SHARE = 0.1
 
 @dataclass(frozen=True)
 class BenchmarkRow:
-    """One row: the results of a method under a protocol, for a side ('' for both) and segment."""
+    """One row, with the results of a method under a protocol, for a side ('' for both) and
+    segment.
+    """
 
     protocol: str
     method: str
@@ -40,7 +42,7 @@ class BenchmarkRow:
     minutes: float
 
     def to_json(self) -> dict[str, Any]:
-        """Return the row as JSON, in degrees and per cent, rounded; null where nothing was
+        """Return the row as rounded JSON, in degrees and per cent, with null where nothing was
         counted.
         """
         t = self.tally
@@ -80,7 +82,9 @@ class BenchmarkRow:
 
 
 def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[BenchmarkRow]:
-    """Return all rows: for each protocol all clips, then the audited ones, by side and segment."""
+    """Return rows for each protocol, first of all clips and then of audited ones, by side and
+    segment.
+    """
     minutes = summary.micros / MICRO / 60.0
     rows = []
     for protocol in settings.protocols:
@@ -105,7 +109,9 @@ def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[Be
 
 
 def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
-    """Return the (side, segment) of every row: segments of each side, sides, segments, then all."""
+    """Return the (side, segment) of every row, first the segments of each side, and last all
+    together.
+    """
     both = {(k.side, k.segment) for k in keys}
     sides = sorted({side for side, _ in both if side})
     segments = sorted({segment for _, segment in both}, key=segment_order)
@@ -128,7 +134,7 @@ def _percent(part: int, whole: int) -> float | None:
 
 
 def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[dict[str, Any]]:
-    """Return lag and peak speed on clean clips: the medians over all and over the fastest tenth."""
+    """Return lag and peak speed on clean clips, as medians over all and over the fastest tenth."""
     out = []
     for method in settings.methods:
         measured = [f for _, f in summary.fidelity.get(method, [])]
@@ -217,6 +223,6 @@ def benchmark_to_json(
 
 
 def rows_to_csv(rows: Iterable[BenchmarkRow]) -> str:
-    """Return CSV with one line per row; cells are empty where nothing was counted."""
+    """Return CSV with one line per row, with empty cells where nothing was counted."""
     documents = [row.to_json() for row in rows]
     return csv_text(documents[0], documents) if documents else ""

@@ -19,13 +19,25 @@ MICRO = 1_000_000  # angles are summed in millionths of a degree
 class Tally:
     """Counts and sums over any number of passes; angles in µ°, their squares in µ°².
 
-    frames: number of error frames, with their error before and after, how many of them are repaired
-    and how many become worse by more than half a degree; pairs: clean (joint, frame) pairs of all
-    chains; damaged: pairs that the method changes by more than 1°, but not in the clean clip;
-    damage: sum of these changes; natural, natural_change: count and sum of the pairs that it
-    changes in the clean clip in the same way; target_pairs, target_damaged: the same for the two
-    joints of the injected chain only; truths, found, matched: numbers of intervals; alarms: number
-    of intervals found in the clean clip.
+    Attributes
+    ----------
+    frames
+        Number of error frames, with their error before and after, and the numbers of frames that
+        are corrected and that become worse by more than half a degree.
+    pairs
+        Clean (joint, frame) pairs of all chains.
+    damaged
+        Pairs that the method changes by more than 1° here but not in the clean clip.
+    damage
+        Sum of the changes of damaged pairs.
+    natural, natural_change
+        Count and sum of the pairs that the method changes in the clean clip in the same way.
+    target_pairs, target_damaged
+        `pairs` and `damaged` for the two joints of the injected chain only.
+    truths, found, matched
+        Numbers of true, found and matched intervals.
+    alarms
+        Number of intervals found in the clean clip.
     """
 
     passes: int = 0
@@ -58,7 +70,7 @@ class Tally:
 
 @dataclass(frozen=True, order=True)
 class Key:
-    """The key of a tally; audited: True if the target chain has no natural event."""
+    """The key of a tally. `audited` is True if the target chain has no natural event."""
 
     protocol: str
     method: str
@@ -79,7 +91,8 @@ def add_tallies(total: Tallies, more: Mapping[Key, Tally]) -> None:
 def error_tally(before: Array, after: Array) -> Tally:
     """Count the error frames of one chain.
 
-    before, after: the angle of the error in each error frame, radians in [0, π], (error frames,).
+    `before` and `after` are the angles of the error in each error frame, radians in [0, π], shape
+    (error frames,).
     """
     b, a = np.degrees(before), np.degrees(after)
     return Tally(

@@ -1,1 +1,1 @@
-"""Measure and train QuaMo: synthetic noise, pose errors, tables and networks [Le26 §4]."""
+"""Synthetic noise, pose errors, tables and training of networks for QuaMo [Le26 §4]."""

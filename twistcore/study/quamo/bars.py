@@ -1,4 +1,4 @@
-"""The ratios that QuaMo must reach, with their bounds and the best ratios observed if one is
+"""The ratios that QuaMo must reach, their bounds, and the best ratios observed where one is
 missed.
 """
 
@@ -44,10 +44,20 @@ G_MPJPE_BOUND: TaskBound = {"A": (0.97, _ORACLE), "B": (0.97, _ORACLE)}
 class Demand(NamedTuple):
     """A ratio of two methods in a metric, with the paper's value and the bar that it must meet.
 
-    bar: None if the ratio is reported but not checked; above: True if the ratio must be at least
-    the bar; systematic: the bar with systematic noise, if different; at_b: the bar at level B, if
-    different; task: the best ratio observed, if measured; plain: True if demanded only without
-    systematic noise.
+    `bar` is None if the ratio is reported but not checked.
+
+    Attributes
+    ----------
+    above
+        True if the ratio must be at least the bar.
+    systematic
+        The bar with systematic noise, if different.
+    at_b
+        The bar at level B, if different.
+    task
+        The best ratio observed, if measured.
+    plain
+        True if required only without systematic noise.
     """
 
     what: str
@@ -119,11 +129,20 @@ TURNS = tuple(
 
 @dataclass(frozen=True)
 class BoundCheck:
-    """A row of the table: a ratio with its bound; above: True if it must be at least the bound.
+    """A row of the table, with a ratio and its bound.
 
-    bound: None if the ratio is reported but not checked. task_bound: the best ratio observed with a
-    causal tracker, and task: its conditions; None if the ratio meets the bar, if the best ratio
-    does not beat it (having been measured on other clips), or if it is unknown.
+    `above` is True if the ratio must be at least
+    the bound.
+
+    Attributes
+    ----------
+    bound
+        None if the ratio is reported but not checked.
+    task_bound
+        The best ratio observed with a causal tracker.
+    task
+        The conditions of the best ratio. None if the ratio meets the bar, if the best ratio does
+        not beat it (having been measured on other clips), or if it is unknown.
     """
 
     check: str

@@ -1,4 +1,4 @@
-"""The methods in QuaMo's tables: trackers, rivals, other representations and networks."""
+"""The methods in QuaMo's tables, which are trackers, rivals, other representations and networks."""
 
 from __future__ import annotations
 
@@ -88,8 +88,8 @@ def hand_methods() -> dict[str, Method]:
 
 
 def representation_methods() -> dict[str, Method]:
-    """Return methods with hand-tuned gains on other representations; the root's position is
-    kept.
+    """Return methods with hand-tuned gains on other representations, which keep the root's
+    position.
     """
 
     def method(rep: Representation) -> Method:
@@ -122,7 +122,8 @@ def turning_clips(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
 def measured_lags(
     sequences: Sequence[Sequence24], methods: Mapping[str, Method]
 ) -> dict[str, Array]:
-    """Return each method's lags on noise-free clips, in milliseconds: joints, root position.
+    """Return each method's lags of joints and root position on noise-free clips, in
+    milliseconds.
 
     Joints are measured relative to the root, over all clips together.
     """

@@ -1,4 +1,5 @@
-"""Seeded synthetic noise with error levels A and B; it does not imitate an estimator's errors.
+"""Seeded synthetic noise with error levels A and B, which does not imitate an estimator's
+errors.
 
 The levels match only the size and the speed that are reported for the errors of video pose
 estimators [Le26 Table 1].
@@ -21,11 +22,18 @@ DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera sees depth
 
 @dataclass(frozen=True)
 class NoiseLevel:
-    """The sizes of the noise: degrees per joint and axis, and metres for the root.
+    """The sizes of the noise, in degrees per joint and axis, and in metres for the root.
 
-    smooth: a bias that wanders within about a second; white: noise that is independent in every
-    frame at 25 Hz; root_smooth: the range from which the size for each clip is drawn; root_white: a
-    constant size.
+    Attributes
+    ----------
+    smooth
+        A bias that wanders within about a second.
+    white
+        Noise that is independent in every frame at 25 Hz.
+    root_smooth
+        The range from which the size for each clip is drawn.
+    root_white
+        The white size for the root, which is constant.
     """
 
     smooth: float
@@ -42,11 +50,12 @@ LEVELS = {
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise to add: a level, and whether half of the bias's variance is constant (systematic).
+    """The noise to add, given by its level and by whether half of the bias's variance is
+    systematic.
 
-    The systematic part is drawn for each clip separately, so no method can memorise it; the total
-    size is the same with and without it. bursts: number of occlusions per minute, in each of which
-    a limb loses its input (it freezes, then jumps back).
+    The systematic part is constant within a clip and drawn for each clip separately, so no method
+    can memorise it. The total size is the same with and without it. `bursts` is the number of
+    occlusions per minute, in each of which a limb loses its input (it freezes, then jumps back).
     """
 
     level: NoiseLevel
@@ -68,8 +77,9 @@ def noisy(
 ) -> tuple[Array, Array]:
     """Return poses (frames, 24, 4) and root positions (frames, 3) with noise, q̂ = Exp(n) ⊗ q.
 
-    unit: metres in one unit of r. At other rates the wandering part keeps its time scale and the
-    white part its size, so samples 1/25 s apart have the same statistics as at 25 Hz.
+    `unit` is the length of r's unit in metres. At other rates, the wandering part keeps its time
+    scale and the white part keeps its size, so samples 1/25 s apart have the same statistics as at
+    25 Hz.
     """
     frames, joints = q.shape[:2]
     level = noise.level

@@ -17,7 +17,7 @@ METRICS = ("MPJPE", "P-MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
 
 @dataclass(frozen=True)
 class Errors:
-    """The error metrics: millimetres, Accel in mm per frame², FS in per cent."""
+    """The error metrics, in millimetres, except Accel in mm per frame² and FS in per cent."""
 
     mpjpe: float
     p_mpjpe: float
@@ -54,11 +54,11 @@ def second_difference(places: Array) -> Array:
 
 
 def lag_parts(found: Array, truth: Array, dt: float) -> tuple[float, float]:
-    """Return numerator and denominator of the lag of positions: −Σ (x − x*)·v* and Σ v*·v*.
+    """Return −Σ (x − x*)·v* and Σ v*·v*, the numerator and denominator of the lag of positions.
 
-    found, truth: x and x*, (frames, …, 3); v* is the velocity of the truth. The quotient is the
-    delay of x* in seconds that brings it nearest to x, to first order. Add up the sums of all clips
-    before dividing.
+    `found` and `truth` are x and x*, (frames, …, 3), and v* is the velocity of the truth. The
+    quotient is, to first order, the delay of x* in seconds that brings it nearest to x. Add up the
+    sums of all clips before dividing them.
     """
     velocity = np.gradient(truth, dt, axis=0)
     return -float(((found - truth) * velocity).sum()), float((velocity**2).sum())

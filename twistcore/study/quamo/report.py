@@ -1,7 +1,8 @@
-"""The reports of `quamo evaluate` and `quamo ablation`: all checks and tables, in two formats.
+"""The reports of `quamo evaluate` and `quamo ablation`, with all checks and tables.
 
-The formats are Markdown and JSON. The paper's column comes from other data [Le26 Tables 1, 3]:
-only ratios to the input can be compared at all, and no ratio here reproduces the paper's.
+Both reports are written as Markdown and as JSON. The paper's column comes from other data [Le26
+Tables 1, 3], so only ratios to the input can be compared at all, and no ratio reproduces the
+paper's.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ def evaluation_report(
 ) -> StudyReport:
     """Compare learned and hand-tuned gains with the rivals and with the bounds.
 
-    Uses only clips whose subject was held out from some network of the variant 'full'.
+    Only clips whose subject was held out from some network of the variant 'full' are used.
     """
     sequences = _known(sequences, networks)
     methods = _evaluated(sequences, networks)
@@ -168,7 +169,7 @@ def ablation_report(
 
 
 def _known(sequences: Sequence[Sequence24], networks: Networks) -> tuple[Sequence24, ...]:
-    """Return the clips of subjects for which every variant that has networks has one."""
+    """Return the clips of subjects for which every variant with networks has a network."""
     trained = [set(by_subject) for by_subject in networks.values() if by_subject]
     return tuple(s for s in sequences if all(s.subject in t for t in trained))
 
@@ -184,7 +185,9 @@ def _heading(sequences: Sequence[Sequence24], seeds: Sequence[int]) -> str:
 
 
 def _tables(scores: Scores, methods: Mapping[str, Method]) -> list[str]:
-    """Return the tables: metrics at each noise level, but only ratios with systematic noise."""
+    """Return the tables of metrics at each noise level; with systematic noise, they have only
+    ratios.
+    """
     return [
         ratios_to_markdown(f"noise {c}, ratios", scores, list(methods), c)
         if c.systematic
@@ -199,9 +202,7 @@ def _paper_steps() -> str:
 
 
 def _drift() -> list[tuple[str, float, float, float]]:
-    """Return (name, speed in rad/s, error in degrees if exact, error if first-order) of each
-    row.
-    """
+    """Return name, speed (rad/s), and errors in degrees with exact and first-order integration."""
     found = []
     for name, speed in SPEEDS:
         exact, first_order = np.degrees(open_loop_drift(speed, NETWORK_DT)).tolist()

@@ -33,8 +33,12 @@ from twistcore.skeleton.rotation import (
 class Representation:
     """A representation of rotations by three numbers.
 
-    order: the order of Euler angles, or '' for the rotation vector; wrapped: True if errors are
-    wrapped to (−π, π].
+    Attributes
+    ----------
+    order
+        The order of Euler angles, or '' for the rotation vector.
+    wrapped
+        True if errors are wrapped to (−π, π].
     """
 
     name: str
@@ -86,8 +90,8 @@ def track_coordinates(
 def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array:
     """Track root positions (frames, …, 3) as the tracker does, starting at rest on the first frame.
 
-    steps: number of Euler steps within a frame, all towards the same reference; earlier work uses
-    six [Le26 supplement F].
+    `steps` is the number of Euler steps within a frame, all towards the same reference. Earlier
+    work uses six [Le26 supplement F].
     """
     r = np.empty_like(r_hat)
     r[0] = r_hat[0]
@@ -100,7 +104,9 @@ def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array
 
 
 def full_turns(q: Array) -> bool:
-    """True if a clip's root turns through ±180° in any representation; q: (frames, joints, 4)."""
+    """True if a clip's root turns through ±180° in any representation. `q` has the shape (frames,
+    joints, 4).
+    """
     return any(
         bool((np.abs(np.diff(coordinates(q[:, 0], rep), axis=0)) > np.pi).any())
         for rep in REPRESENTATIONS

@@ -1,10 +1,11 @@
-"""The rivals that a tracker must beat: causal filters, smoothers of a whole clip, and an offset.
+"""The rivals that a tracker must beat, which are causal filters, smoothers of a whole clip and an
+offset.
 
-Each has separate settings for rotations and for the root's position: the best of a grid on the
-training subjects at no higher MPJPE (and GRE) than our tracker's. `python -m
+Each rival has separate settings for rotations and for the root's position. The settings are the
+best of a grid on the training subjects at no higher MPJPE (and GRE) than our tracker's. `python -m
 benchmarks.quamo_tune_rivals FOLDER` repeats the choice and prints the rule. Linear filters act on
 the four components of the quaternions, each in the hemisphere of the previous one, and scale the
-result to unit length: components have no wrap, and no direction of turning is preferred.
+result to unit length, because components have no wrap and prefer no direction of turning.
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ class Rival:
 def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
     """Filter rotations along the geodesic with the One-Euro filter [Casiez12].
 
-    setting: lowest cut-off in Hz, additional Hz per rad/s, and cut-off for the speed in Hz.
+    `setting` is the lowest cut-off in Hz, the additional Hz per rad/s, and the cut-off for the
+    speed in Hz.
     """
     lowest, slope, cutoff = setting
     q = q_hat.copy()
@@ -68,7 +70,7 @@ def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
 
 
 def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
-    """Filter positions with the One-Euro filter; the second setting is in Hz per m/s."""
+    """Filter positions with the One-Euro filter, whose second setting is in Hz per m/s."""
     lowest, slope, cutoff = setting
     r = r_hat.copy()
     moving = np.zeros(r_hat.shape[1:])
@@ -82,7 +84,7 @@ def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
 def butterworth(x: Array, dt: float, setting: Setting) -> Array:
     """Filter causally with a Butterworth low-pass that starts settled on the first frame.
 
-    setting: order, cut-off in Hz.
+    `setting` is the order and the cut-off in Hz.
     """
     order, cutoff = setting
     sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
@@ -94,7 +96,7 @@ def butterworth(x: Array, dt: float, setting: Setting) -> Array:
 def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
     """Filter with a Butterworth low-pass forward and backward, without a shift in time.
 
-    setting: order, cut-off in Hz.
+    `setting` is the order and the cut-off in Hz.
     """
     order, cutoff = setting
     sos = butter(int(order), cutoff, fs=1.0 / dt, output="sos")
@@ -104,7 +106,9 @@ def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
-    """Fit a polynomial around each frame and take its middle; setting: window in frames, degree."""
+    """Fit a polynomial around each frame and take its middle. `setting` is the window in frames and
+    the degree.
+    """
     del dt
     frames, degree = (int(v) for v in setting)
     frames = min(frames, len(x) - (len(x) + 1) % 2)
@@ -113,7 +117,7 @@ def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def spline(x: Array, dt: float, setting: Setting) -> Array:
-    """Smooth with the spline of `quamo refine --method spline`; setting: cut-off in Hz."""
+    """Smooth with the spline of `quamo refine --method spline`. `setting` is the cut-off in Hz."""
     return smoothed(x, setting[0], dt)
 
 
@@ -153,7 +157,7 @@ RIVALS = (
 def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
     """Return the mean rotation vector of each joint from the input to the truth, (joints, 3).
 
-    pairs: (q̂, q) of training clips. A systematic error common to all clips would appear here.
+    `pairs` are (q̂, q) of training clips. A systematic error common to all clips would appear here.
     """
     each = [logarithm(multiply(q, conjugate(q_hat))) for q_hat, q in pairs]
     mean: Array = np.concatenate(each).mean(axis=0)

@@ -1,4 +1,6 @@
-"""Prepare clips for networks and tables: 24 joints, in metres, at 25 Hz, with their subject."""
+"""Prepare clips for networks and tables, with 24 joints, in metres, at 25 Hz, with their
+subject.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ HELD_OUT = ("01", "05", "06", "14")
 
 @dataclass(frozen=True, eq=False)
 class Sequence24:
-    """A true motion at 25 Hz: q (frames, 24, 4), r (frames, 3) and offsets (24, 3) in metres."""
+    """A true motion at 25 Hz, with q (frames, 24, 4), r (frames, 3) and offsets (24, 3) in
+    metres.
+    """
 
     name: str
     subject: str
@@ -58,8 +62,8 @@ def read_sequence(path: Path) -> Sequence24:
 
 
 def windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, ...]:
-    """Split clips into consecutive pieces of `frames` frames [Le26 §4.2]; the remainder is
-    dropped.
+    """Split clips into consecutive pieces of `frames` frames [Le26 §4.2], and drop the
+    remainder.
     """
     return tuple(
         replace(s, name=f"{s.name} {at}", q=s.q[at : at + frames], r=s.r[at : at + frames])

@@ -23,7 +23,7 @@ _ORDER = tuple(LEVELS.values())
 
 @dataclass(frozen=True)
 class NoiseCondition:
-    """The noise behind a table: a level, with or without its systematic part."""
+    """The noise behind a table, which is a level with or without its systematic part."""
 
     level: str
     systematic: bool
@@ -79,7 +79,7 @@ def score_methods(
 ) -> Scores:
     """Run every method on every clip, condition and seed, each with the same noise.
 
-    from_truth: True to shift the input's root so that it begins where the truth begins
+    Set `from_truth` to True to shift the input's root so that it begins where the truth begins
     [Le26 §4.2].
     """
     # A method runs all conditions and seeds of a clip at once: far fewer steps.
@@ -131,7 +131,9 @@ def scores_to_json(scores: Scores) -> dict[str, Any]:
 
 
 def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseCondition) -> str:
-    """Return the table of one condition: the metrics of each method, with ratios to the input."""
+    """Return the table of one condition, with the metrics of each method and their ratios to the
+    input.
+    """
     rows = []
     for method in methods:
         mean, ratio = scores.mean(method, condition), scores.ratio(method, condition)

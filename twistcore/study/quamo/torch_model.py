@@ -53,8 +53,8 @@ def unroll(
 def make_step(torch: Any, variant: str, compiled: bool = False) -> Step:
     """Return a function of tensors that does one state-space step with ControlNet's gains.
 
-    compiled: True to fuse it with torch.compile, which needs a C++ compiler and about a minute at
-    the start, and halves the time of an epoch.
+    Set `compiled` to True to fuse the step with torch.compile. This needs a C++ compiler and about
+    a minute at the start, and halves the time of an epoch.
     """
     dt, n, exact = NETWORK_DT, 3 * JOINTS, variant in ("s3", "full")
 

@@ -38,7 +38,7 @@ from twistcore.study.quamo.torch_model import (
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """The settings of a training; the defaults are those of the shipped weights."""
+    """The settings of a training, whose defaults are the settings of the shipped weights."""
 
     variant: str = "full"
     seed: int = 0
@@ -54,8 +54,8 @@ class TrainingSettings:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Training windows: q_hat, q (windows, frames, 24, 4), r_hat, r (…, 3), offsets (windows,
-    24, 3).
+    """Training windows with q_hat, q (windows, frames, 24, 4), r_hat, r (…, 3) and offsets
+    (windows, 24, 3).
     """
 
     q_hat: Array
@@ -217,7 +217,7 @@ def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> T
 
 
 def _settings_text(settings: TrainingSettings) -> str:
-    """Return the settings as text for checkpoints; the class keeps its old name there.
+    """Return the settings as text for checkpoints, in which the class keeps its old name.
 
     Earlier checkpoints are accepted for this reason.
     """
