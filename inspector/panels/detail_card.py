@@ -373,7 +373,7 @@ def explanation(
             "A newer version of the program made this finding. This version can show the finding "
             "but cannot correct it."
         )
-    if judged.by_hand or judged.edited:
+    if (judged.by_hand or judged.edited) and not interval.kind.info.repairer:
         made = tr("Made by hand.") if judged.by_hand else tr("Edited by hand.")
         found = "" if judged.supported else tr("No longer found at this τ.")
         parts = _lead(judged, chain, evidence), worse_line(measures), made, found
@@ -389,7 +389,9 @@ def explanation(
         offer = interval.kind.info.offer if interval.correctable else ""
         told = {"joint": interval.joint, "size": size}
         said = " ".join(f"{of_core(part.format(**told))}." for part in (why, offer) if part)
-        return f"{said} {worse_line(measures) if offer else _NOT_CORRECTED}".strip()
+        rest = worse_line(measures) if offer else _NOT_CORRECTED
+        made = tr("Made by hand.") if judged.by_hand else ""
+        return " ".join(filter(None, (said, rest, made)))
     sentences = [_lead(judged, chain, evidence), worse_line(measures)]
     if interval.confidence is not None:
         sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
@@ -544,8 +546,8 @@ def _lone_jump(
         return " ".join(sentences)
     sentences.append(
         tr(
-            "This finding is not corrected. Press Insert to create an interval here, or accept the "
-            "finding to mark it as seen."
+            "This finding is not corrected. Press Insert if the joint stays turned from here on or "
+            "up to here, or accept the finding to mark it as seen."
         )
     )
     return " ".join(sentences)

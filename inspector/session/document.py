@@ -19,7 +19,7 @@ from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
 from twistcore.analysis.correction import Corrected
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import is_there
 from twistcore.formats.reading import own_name
@@ -292,13 +292,14 @@ class Document(OpenClip):
         """Add and select an interval made by hand, either the given one or one proposed around a
         frame.
 
-        If an interval of the same kind already has the same frames, that interval is selected and
-        none is added, because the offsets of both would add up.
+        At a selected lone jump, the stretch that the jump may begin or end is proposed. If an
+        interval of the same kind already has the same frames, that interval is selected and none is
+        added, because the offsets of both would add up.
         """
         if self.data is None or not self.chain:
             return
         if interval is None:
-            interval = self.data.proposed(self.chain, frame)
+            interval = self._proposed(frame) or self.data.proposed(self.chain, frame)
         if (there := self.review.state.same_frames(interval)) is not None:
             first, last = (t + self.first_frame for t in (interval.start, interval.stop))
             message = tr(
@@ -316,6 +317,15 @@ class Document(OpenClip):
         number = self.review.state.next_id
         if self.do(Insert(interval)):
             self.select_interval(number)
+
+    def _proposed(self, frame: int) -> Interval | None:
+        """Return the stretch proposed at the selected lone jump, if the frame is in it."""
+        selected = self.interval
+        if self.data is None or selected is None or selected.interval.kind != Kind.LONE_JUMP:
+            return None
+        jump, every = selected.interval, (j.interval for j in self.intervals)
+        there = jump.start <= frame < jump.stop
+        return self.data.proposed_at(jump, every) if there else None
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
         """Set τ (radians) of a chain, by default the selected one, and detect again."""

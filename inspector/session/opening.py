@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +24,13 @@ from twistcore.files.ordinary import is_file
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
-from twistcore.review.proposal import flip_over, interval_over, proposed_flip, proposed_interval
+from twistcore.review.proposal import (
+    flip_over,
+    interval_over,
+    proposed_flip,
+    proposed_interval,
+    proposed_stretch,
+)
 from twistcore.review.session import read_session_file
 from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
 from twistcore.skeleton.motion import Motion
@@ -100,6 +106,10 @@ class Analysed:
         if (limb := self.limb(chain)) is not None:
             return proposed_flip(limb, frame)
         return proposed_interval(chain, self.signals[chain], frame, self.motion.fps)
+
+    def proposed_at(self, jump: Interval, others: Iterable[Interval]) -> Interval:
+        """Return the stretch that a lone jump may begin or end; others: all other intervals."""
+        return proposed_stretch(self.motion, jump, others)
 
     def proposed_over(self, chain: str, start: int, stop: int) -> Interval:
         """Return a proposed interval over the frames [start, stop)."""

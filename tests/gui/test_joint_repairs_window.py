@@ -118,6 +118,27 @@ def test_a_lone_jump_refers_to_the_stretch_that_begins_there(opened):
         assert "A stretch of frames 200–260 begins or ends here" in opened.detail.why.text()
 
 
+def test_insert_at_a_lone_jump_makes_the_stretch_that_it_may_begin(opened):
+    """To the next jump of the joint; a stretch with the same frames is selected instead."""
+    document = opened.document
+    found = the_only(document.review.state, tc.Kind.STRETCH)
+    first, last = (j for j in document.intervals if j.interval.kind == tc.Kind.LONE_JUMP)
+    document.select_interval(first.id, jump=True)
+    act(opened, "insert_interval")
+    assert document.interval_id == found.id
+    document.edit(found.id, found.interval.with_offset(210, found.interval.offset[10:]))
+    document.select_interval(last.id, jump=True)
+    act(opened, "insert_interval")
+    made = document.interval
+    assert made.by_hand
+    assert (made.interval.kind, made.interval.joint) == (tc.Kind.STRETCH, "LeftFoot")
+    assert (made.interval.start, made.interval.stop, made.interval.carried) == (200, 260, True)
+    assert np.degrees(made.interval.delta) == pytest.approx(150.0, abs=3.0)
+    assert opened.detail.why.text().endswith("Made by hand.")
+    act(opened, "remove_interval")
+    assert document.found(made.id) is None
+
+
 def test_an_earlier_version_s_session_gets_the_offset_that_it_lacks(qtbot, opened, show_window):
     """Only where nobody has decided: an accepted one stays as it was seen."""
     import json

@@ -21,6 +21,7 @@ from twistcore.report.changes import check_fidelity
 from twistcore.report.document import Report, report_to_json
 from twistcore.review import CarryOver, Decide, Decision, Edit, Journal, Redetect, recover
 from twistcore.review.model import levelled, resized
+from twistcore.review.proposal import proposed_stretch
 from twistcore.skeleton.limb import places
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import (
@@ -120,6 +121,16 @@ def test_its_angle_is_measured_at_the_jumps(degrees):
     assert np.degrees(interval.delta) == pytest.approx(degrees, abs=2.0)
     assert np.ptp(interval.offset) == 0.0
     assert interval.evidence["correction_deg"] == pytest.approx(np.degrees(interval.delta))
+
+
+@pytest.mark.parametrize(("start", "stop"), [(0, 90), (100, 150), (250, FRAMES)])
+def test_a_lone_jump_suggests_the_shorter_side(start, stop):
+    motion = turned("LeftFoot", start, stop, degrees=-170.0)
+    jumps = [i for i in tc.detect(motion) if i.kind == tc.Kind.LONE_JUMP]
+    for jump in jumps:
+        made = proposed_stretch(motion, jump, jumps)
+        assert (made.joint, made.start, made.stop, made.carried) == ("LeftFoot", start, stop, True)
+        assert np.degrees(made.delta) == pytest.approx(-170.0, abs=2.0)
 
 
 def test_a_joint_that_is_kept_stays_where_it_is():

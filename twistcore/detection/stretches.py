@@ -88,8 +88,8 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
             continue
         for level in _wrong(levels, usual, max(SHORTEST * motion.fps, FEWEST)):
             turn = float(wrap(level.roll - usual))
-            jump = _turn_at_jumps(motion, joint, level, turn)
-            along = _goes_along(motion, joint, level)
+            jump = turn_at_jumps(motion, joint, (level.start, level.stop), turn)
+            along = goes_along(motion, joint, (level.start, level.stop))
             if held is not None:
                 level = _Level(held.begin(level.start), held.end(level.stop), level.roll)
             name = motion.skeleton.names[joint]
@@ -182,17 +182,17 @@ def _alike(a: _Level, b: _Level) -> bool:
     return bool(abs(wrap(a.roll - b.roll)) <= ALIKE)
 
 
-def _turn_at_jumps(motion: Motion, joint: int, level: _Level, turn: float) -> float:
-    """Return how far a joint jumps where a level begins and jumps back where it ends, radians.
+def turn_at_jumps(motion: Motion, joint: int, edges: tuple[int, int], turn: float) -> float:
+    """Return how far a joint jumps at the first edge and jumps back at the second one, radians.
 
     The natural turn from frame to frame, the smaller one next to each jump, is left out.
-    Jumps that differ from the level's mean, `turn`, by more than 45° are ignored; the result is
-    `turn` if there is no other.
+    Jumps that differ from `turn` by more than 45° are ignored; the result is `turn` if there is no
+    other.
     """
     axis = own_axis(motion.skeleton, joint)
     assert axis is not None
     jumps = []
-    for at, sign in ((level.start, 1.0), (level.stop, -1.0)):
+    for at, sign in zip(edges, (1.0, -1.0), strict=True):
         if not 0 < at < motion.frames:
             continue
         first, last = max(at - 2, 0), min(at + 2, motion.frames)
@@ -205,8 +205,8 @@ def _turn_at_jumps(motion: Motion, joint: int, level: _Level, turn: float) -> fl
     return _mean(np.array(jumps)) if jumps else turn
 
 
-def _goes_along(motion: Motion, joint: int, level: _Level) -> bool:
-    """True if the joints below a joint jump along with it at the edges of a level.
+def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
+    """True if the joints below a joint jump along with it at the edges of a stretch.
 
     Their own rotations then jump less than their orientation, seen from the joint's parent. Also
     True if a joint below cannot turn back, because it lacks rotation channels.
@@ -215,7 +215,7 @@ def _goes_along(motion: Motion, joint: int, level: _Level) -> bool:
     if rotatable is not None and not all(rotatable[child] for child in children):
         return True
     own = seen = 0.0
-    for at in (level.start, level.stop):
+    for at in edges:
         if 0 < at < motion.frames:
             above = motion.rotations[at - 1 : at + 1, joint]
             for child in children:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
+from twistcore.analysis.correction.joint_repairs import joint_of
 from twistcore.detection import Interval, Kind
 from twistcore.detection.interval import circular_median
 from twistcore.detection.limb_flips import BENT, LimbFlips
+from twistcore.detection.stretches import goes_along, turn_at_jumps
 from twistcore.review.model import constant, off_line
 from twistcore.skeleton.medians import median
+from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
 from twistcore.skeleton.signals import TwistSignals
 
@@ -61,6 +65,31 @@ def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
         level = float(limb.departures[start])
     flip = replace(constant(limb.limb.name, start, stop, level), kind=Kind.LIMB_FLIP)
     return replace(flip, carried=limb.end_carried(start, flip.offset))
+
+
+def proposed_stretch(motion: Motion, jump: Interval, others: Iterable[Interval]) -> Interval:
+    """Return the stretch that a lone jump begins or ends, as a suggestion that nothing confirms.
+
+    It reaches to the nearest other lone jump of the joint, or to the nearest end of the clip.
+    others: the other intervals of the clip. Raises TwistError if the clip has no such joint.
+    """
+    joint, frames = joint_of(motion.skeleton, jump), motion.frames
+    same = (i.start for i in others if (i.kind, i.joint) == (jump.kind, jump.joint))
+    edges = sorted({0, frames, jump.start, *same})
+    at = edges.index(jump.start)
+    spans = [(jump.start, edges[at + 1], jump.residual)]
+    if at:
+        spans.append((edges[at - 1], jump.start, -jump.residual))
+    start, stop, turn = min(spans, key=lambda span: span[1] - span[0])
+    delta = turn_at_jumps(motion, joint, (start, stop), turn)
+    return replace(
+        constant(jump.chain, start, stop, delta),
+        open=True,
+        residual=turn,
+        kind=Kind.STRETCH,
+        carried=goes_along(motion, joint, (start, stop)),
+        joint=jump.joint,
+    )
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
