@@ -11,8 +11,10 @@ from tests.conftest import ASSETS
 from tests.twistcore.test_registry import run
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.batch import severity
-from twistcore.detection.backward_bends import Hinge, hinge_of
+from twistcore.detection.backward_bends import Hinge, find_backward_bends, hinge_of
 from twistcore.detection.evidence import Witnesses
+from twistcore.detection.finding import KindSearch
+from twistcore.detection.interval import Interval
 from twistcore.skeleton.rotation import multiply, normalise, quaternion_from_axis_angle, rotate
 
 WALK = tc.read_clip(ASSETS / "walk.bvh").motion
@@ -77,11 +79,18 @@ def test_a_few_degrees_are_natural():
 
 
 def test_a_moment_is_no_bend():
-    assert not bends(bent(WALK, "LeftUpLeg", 25.0, 150, 155, border=2))
+    assert not bends(bent(WALK, "LeftUpLeg", 16.0, 150, 164, border=7))
 
 
 def test_a_jump_is_an_error_of_another_kind():
     assert not bends(bent(WALK, "LeftUpLeg", 60.0, 150, 200, border=1))
+
+
+def test_a_jump_near_the_start_of_a_clip_is_one_too():
+    """Where jumps of joints are not searched for."""
+    soft = bent(WALK, "LeftUpLeg", 60.0, 100, 160)
+    assert bends(soft.sliced(114, 300))
+    assert not bends(soft.at(np.r_[90:92, 114:300]))
 
 
 def test_all_other_intervals_stay_as_they_are():
@@ -106,6 +115,32 @@ def test_a_thigh_that_is_turned_around_is_not_listed_twice(start, stop):
     assert not [i for i in found if i.kind == tc.Kind.BACKWARD_BEND]
 
 
+@pytest.mark.parametrize(
+    ("chain", "start", "stop", "listed"),
+    [
+        ("LeftUpLeg", 140, 210, False),  # it covers the bend
+        ("LeftUpLeg", 155, 250, False),  # it begins with it
+        ("LeftUpLeg-LeftFoot", 100, 194, False),  # it ends with it
+        ("LeftUpLeg", 170, 180, True),  # it is a part
+        ("LeftLeg", 140, 210, True),  # it turns the shin about itself
+        ("RightUpLeg", 140, 210, True),
+    ],
+)
+def test_it_is_left_out_if_another_error_explains_it(chain, start, stop, listed):
+    motion = bent(WALK, "LeftUpLeg", 30.0, 150, 200)
+    analysis = tc.analyse(motion)
+    error = Interval(chain, start, stop, np.ones(stop - start))
+    search = KindSearch(
+        motion,
+        analysis.chains,
+        analysis.chains,
+        named=analysis.chains_and_limbs,
+        errors=lambda: (error,),
+        captured=KindSearch(motion, analysis.chains, analysis.chains),
+    )
+    assert bool(find_backward_bends(search)) == listed
+
+
 def test_a_joint_with_play_may_bend_further_back():
     """An elbow that leaves the hinge plane in all its motion may also leave it backward."""
     chain = CHAINS["LeftArm"]
@@ -128,6 +163,7 @@ def test_what_a_joint_does_all_the_time_is_no_error():
     assert not [*Hinge(flexion, 0.0, extended=18.0).backward(3)]
     flexion[40:50] = -35.0
     assert [*Hinge(flexion, 0.0, extended=18.0).backward(3)] == [(40, 50, 35.0)]
+    assert not [*Hinge(flexion, 0.0, extended=18.0).backward(11)]
 
 
 def test_a_clip_that_does_not_show_the_hinge_has_none():
