@@ -42,6 +42,7 @@ DEEP = "[" * 100_000 + "]" * 100_000
 DAMAGED = {  # what is written for a field, what is left of it
     "skin": [("1", True), ("null", True)],
     "side_by_side": [("0", True), ('"x"', True)],
+    "looks_by_kind": [('{"jump": ["skin", "red"], "stretch": "skin"}', {}), ("[1]", {})],
     "theme": [('"pink"', "system"), ("null", "system"), ("3", "system")],
     "recent": [
         (json.dumps(["/a", *["/b"] * 100_000]), ["/a", *["/b"] * (RECENT - 1)]),
