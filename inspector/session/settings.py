@@ -54,6 +54,8 @@ class Settings:
     - group_errors: True to list errors that belong together as a group
     - skin: True to draw limbs with the striped skin instead of wedges
     - side_by_side: True to draw the poses before and after in two pictures
+    - looks_by_kind: by kind of error, which of 'skin' and 'side_by_side' are on; the kinds that
+      are missing have the last choice
     - language: 'system' or a language code such as 'de'; an unknown code means 'system'
     - of_features: the value of each FeatureSetting by its name
     - of_others: entries that this version does not know, kept for a newer version
@@ -77,6 +79,7 @@ class Settings:
     group_errors: bool = True
     skin: bool = True
     side_by_side: bool = True
+    looks_by_kind: dict[str, list[str]] = field(default_factory=dict)
     language: str = "system"
     of_features: dict[str, Any] = field(default_factory=dict)
     of_others: dict[str, Any] = field(default_factory=dict)
@@ -157,6 +160,9 @@ CHECKS: dict[str, Check] = {
     "group_errors": checks.truth,
     "skin": checks.truth,
     "side_by_side": checks.truth,
+    "looks_by_kind": checks.last_by(
+        checks.text_up_to(100), checks.list_of(checks.any_of("skin", "side_by_side"), 2), 100
+    ),
     "language": checks.text_up_to(20),
 }
 

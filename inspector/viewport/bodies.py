@@ -6,6 +6,7 @@ All vertices of a clip are built once, in joint coordinates; a frame only applie
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,6 +63,19 @@ class Soup:
 
 
 @dataclass(frozen=True, eq=False)
+class Attached:
+    """A body that is rigidly attached to a joint, without a bone.
+
+    vertices: (c, 3) in the joint's coordinates; part: (c,); faces: triangles (n, 3).
+    """
+
+    joint: int
+    vertices: Array
+    part: Index
+    faces: Index
+
+
+@dataclass(frozen=True, eq=False)
 class _Shape:
     """The shape of a bone or a joint: corners (c, 3), their parts (c,), faces and edges."""
 
@@ -98,10 +112,11 @@ def build_soup(
     grown: float = 1.0,
     joints: bool = True,
     without: frozenset[int] = frozenset(),
+    attached: Sequence[Attached] = (),
 ) -> Soup:
     """Return the wedges of all bones, `grown` times as thick, and spheres at joints.
 
-    without: indices of bones that a skin covers.
+    without: indices of bones that a skin covers; attached: more bodies, with bone −1.
     """
     kept = [(n, bone) for n, bone in enumerate(bones) if n not in without]
     radius: dict[int, float] = {}
@@ -123,6 +138,13 @@ def build_soup(
         if placed:
             blocks.append((first, first + size * count, np.array([joint for joint, *_ in placed])))
         first += size * count
+    for body in attached:
+        size = len(body.vertices)
+        vertices.append(body.vertices)
+        tags += [(body.joint, -1, part) for part in body.part.tolist()]
+        faces.append(first + body.faces)
+        blocks.append((first, first + size, np.array([body.joint])))
+        first += size
     joint_of, bone_of, part = np.array(tags, dtype=np.int64).reshape(-1, 3).T
     corners = np.concatenate([np.zeros((0, 3)), *vertices])
     return Soup(

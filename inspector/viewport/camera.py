@@ -12,7 +12,7 @@ from twistcore.skeleton.rotation import Array, normalise
 
 VIEW_ANGLE = np.radians(28.0)  # vertical field of view
 _STEEPEST = np.radians(89.0)
-_TILTS = np.array([0.0, -0.4, 0.4])  # of a view along a bone, where across it something hides it
+_TILTS = np.array([-0.65, 0.65, -0.4, 0.4, -0.9, 0.9])  # of views along a bone, the best first
 _HIDDEN = 6.0  # weight of the hidden share of a limb
 _SLANT = 0.6  # best cosine between a limb's line and the view
 VIEWS = {  # degrees from the figure's front, degrees above the horizon
@@ -39,19 +39,19 @@ class OrbitCamera:
     up: Array
     ahead: Array
 
-    @property
+    @cached_property
     def direction(self) -> Array:
         """Unit vector from the target to the camera, (3,)."""
         level = np.cos(self.azimuth) * self.ahead + np.sin(self.azimuth) * self.sideways
         towards: Array = np.cos(self.elevation) * level + np.sin(self.elevation) * self.up
         return towards
 
-    @property
+    @cached_property
     def sideways(self) -> Array:
         """The level unit vector of azimuth 90°, (3,)."""
         return np.cross(self.up, self.ahead)
 
-    @property
+    @cached_property
     def position(self) -> Array:
         """The position of the camera, (3,)."""
         return self.target + self.distance * self.direction
@@ -159,8 +159,9 @@ def roll_direction(
 
     axis: along the bone; after, before: its front normals; outward: from the body to the limb;
     facing: the figure's front; all (3,); hidden: the hidden share of the limb. The best view shows
-    the whole limb. It is across the bone or nearly so, from outside and not from below, with one
-    front almost frontal and the other almost edge-on.
+    the whole limb. It is at an angle to the bone, so that the circle about it is open, from
+    outside and not from below, with both fronts on the near side, one of them almost frontal and
+    the other almost edge-on.
     """
     first = np.cross(axis, up)
     if np.linalg.norm(first) < 0.1:
@@ -174,17 +175,20 @@ def roll_direction(
     seen /= np.linalg.norm(seen, axis=1, keepdims=True)
     full, other = seen @ after, seen @ before
     level = seen @ up
+    between = after + before
+    between /= max(float(np.linalg.norm(between)), 0.5)  # opposite fronts have no middle
     score = (
         -3.0 * (np.abs(full) - 0.9) ** 2
         + 0.2 * full
         + 0.7 * np.abs(np.abs(full) - np.abs(other))
+        + 0.5 * (seen @ between)
         + 0.9 * (seen @ outward)
         + 0.3 * (seen @ facing)
         - 2.0 * np.maximum(-0.05 - level, 0.0)
         - 1.5 * np.maximum(level - 0.6, 0.0)
-        - 0.5 * np.abs(tilts)
+        - 2.0 * np.abs(np.abs(tilts) - _TILTS[1])
     )
-    seen = normalise(seen + 0.12 * up)
+    seen = normalise(seen + 0.05 * up)
     best: Array = seen[int(np.argmax(score - _HIDDEN * hidden(seen)))]
     return best
 

@@ -23,6 +23,8 @@ _EDGE = 0.03  # share of the picture at the border that counts as outside
 _TINY = 0.03  # share of the picture's height
 _HALF_VIEW = float(np.tan(VIEW_ANGLE / 2.0))
 
+Aim = tuple[Array, Array]  # points (n, 3) to frame, and the unit vector (3,) to look from
+
 
 class Steering(QWidget):
     """Camera control for a view; subclasses draw in `_schedule`."""
@@ -139,7 +141,14 @@ class Steering(QWidget):
 
     # -- the limb's best side -----------------------------------------------------------------
 
+    def _aim(self, scene: Scene) -> Aim | None:
+        """Return the aim to show instead of a limb, or None."""
+        return None
+
     def _towards(self, chain: Chain, scene: Scene, camera: OrbitCamera) -> OrbitCamera | None:
+        """Return the camera for the aim, or for the limb's best side."""
+        if (aim := self._aim(scene)) is not None:
+            return camera.looking_from(aim[1]).framing(aim[0], self._aspect(), margin=1.25)
         data, frame = scene.data, self.document.frame
         before = data.rotations[frame], data.positions[frame]
         after = self.document.pose(frame, after=True)

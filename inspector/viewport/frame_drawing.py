@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.open_clip import Show
 from inspector.viewport.bodies import BoneSegment
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.dashed_figure import Companion
-from inspector.viewport.limb_circle import circle_of, helper_circle, limb_bones
+from inspector.viewport.legend import frame_legend, trails_text
+from inspector.viewport.limb_circle import limb_bones
+from inspector.viewport.limb_turn import LEAST_ANGLE, Turn, turn_of
 from inspector.viewport.mesh_actor import Index
-from inspector.viewport.overlays import legend_text, trails_text
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose, Style
-from inspector.widgets.labels import inked
-from inspector.widgets.signed_numbers import plain, signed
 from inspector.widgets.theme import Theme
 from twistcore.detection import Interval
 from twistcore.skeleton.chain import Chain
@@ -29,9 +28,6 @@ from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array
-
-_LEAST_ANGLE = 0.5  # degrees, to be written at a bone
-_NO_CIRCLE = tr("the limb is straight or folded, so it has no swivel angle")
 
 
 class Guest(Protocol):
@@ -64,6 +60,21 @@ class Looks:
     triads: bool = True  # axes of the selected chain's parent and child
 
 
+@dataclass(frozen=True, eq=False)
+class AngleSign:
+    """An angle to write into the picture.
+
+    degrees: the offset; times: how many times as wide its fan is drawn; bone: the ends of its bone
+    before correction, (2, 3); spoke: the centre and the middle of the rim of its fan, (2, 3), or
+    None without a fan.
+    """
+
+    degrees: float
+    times: int
+    bone: Array
+    spoke: Array | None
+
+
 class FrameDrawing:
     """Draws the document's frame, with a third figure or a guest if there is one.
 
@@ -75,6 +86,8 @@ class FrameDrawing:
         self.guest: Guest | None = None
         self.companion: Companion | None = None
         self._document = document
+        self.left: Pose | None = None  # the pose that was drawn, in the left picture
+        self.roles: frozenset[int] = frozenset()  # of the bones that were drawn, in all pictures
         self._drawn_offsets: tuple[object, ...] = ()
 
     def draw(self, scene: Scene, camera: OrbitCamera) -> None:
@@ -85,43 +98,45 @@ class FrameDrawing:
         if (scene.trails is not None) != looks.trails:
             scene.set_trails(looks.trails)
         if scene.split:
-            pose = self.pose(scene, Show.AFTER)
-            scene.draw(self.pose(scene, Show.BEFORE), pose)
+            self.left, pose = self.pose(scene, Show.BEFORE), self.pose(scene, Show.AFTER)
+            scene.draw(self.left, pose)
         else:
-            pose = self.pose(scene)
+            self.left = pose = self.pose(scene)
             scene.draw(pose)
+        self.roles = frozenset(np.unique((self.left.roles, pose.roles)).tolist())
         seen = self.guest is None and (scene.split or document.show != Show.BEFORE)
         third = self.companion.pose(document.frame) if self.companion and seen else None
         scene.draw_companion(third, pose)
-        triads = looks.triads and self.guest is None
-        scene.draw_triads(pose, selected_chain(document) if triads else None)
+        turn = self.turn(scene, camera)
+        # Axes would lie in the fan.
+        triads = looks.triads and self.guest is None and (turn is None or not turn.drawn)
+        scene.draw_triads(pose, _ends(selected_chain(document)) if triads else ())
         both = scene.split or document.show == Show.BOTH
         before, after = both or document.show == Show.BEFORE, both or document.show == Show.AFTER
-        self._draw_circle(scene, pose, before=before, after=after)
+        if turn is None:
+            scene.draw_circle(None)
+        else:
+            scene.draw_circle(
+                turn.circle, turn.drawn, before=before, after=turn.after if after else None,
+                line=turn.line,
+            )  # fmt: skip
         if scene.trails is not None:
             scene.trails.draw(document.frame, camera.position, before=before, after=after)
         scene.show_from(camera)
         if self.guest is not None:
             self.guest.draw(scene, pose, camera)
 
-    def _draw_circle(self, scene: Scene, pose: Pose, *, before: bool, after: bool) -> None:
-        """Draw the circle of the selected limb or twist bone; before, after: marks to show."""
+    def turn(self, scene: Scene, camera: OrbitCamera) -> Turn | None:
+        """Return the turn of the selected chain or limb; None if it has none, or with a guest."""
         document, chain = self._document, selected_chain(self._document)
-        if not isinstance(chain, Limb | Helper) or self.guest is not None:
-            scene.draw_circle(None)
-            return
-        now = document.pose(document.frame, after=False)
+        if chain is None or self.guest is not None:
+            return None
+        now, then = (document.pose(document.frame, after=after) for after in (False, True))
         offset = float(document.offset(chain.name)[document.frame])
-        if isinstance(chain, Limb):
-            circle = circle_of(chain, now[1])
-            there = pose.positions[chain.child]
-        else:
-            skeleton = scene.data.motion.skeleton
-            circle = helper_circle(chain, skeleton, now, scene.height)
-            turned = pose.rotations, pose.positions
-            placed = helper_circle(chain, skeleton, turned, scene.height) or circle
-            there = np.zeros(3) if placed is None else placed.centre + placed.aside
-        scene.draw_circle(circle, offset, before=before, after=there if after else None)
+        skeleton = scene.data.motion.skeleton
+        return turn_of(
+            chain, offset, now, then, scene.bones, skeleton, scene.height, camera.direction
+        )
 
     def pose(self, scene: Scene, show: Show | None = None) -> Pose:
         """Return the pose of the frame; show: by default the document's choice."""
@@ -133,9 +148,13 @@ class FrameDrawing:
         after, after_positions = document.pose(frame, after=True)
         differs = scene.shapes.differing(before, after)
         roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
-        roles[differs] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
+        turned = scene.shapes.turned(before, after)
+        if (turned & (roles == Role.CHOSEN)).any():  # colour the selected limb, and nothing else
+            turned &= roles == Role.CHOSEN
+            roles[:] = Role.PLAIN
+        roles[turned] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
         if show != Show.BEFORE:
-            roles[differs & suggested_bones(document, scene)] = Role.SUGGESTED
+            roles[turned & suggested_bones(document, scene)] = Role.SUGGESTED
         offsets = _bone_offsets(document, scene) if self.looks.by_offset else None
         if show == Show.BEFORE:
             return Pose(before, positions, roles, None, offsets)
@@ -144,43 +163,49 @@ class FrameDrawing:
 
     def legend(self, scene: Scene, theme: Theme) -> str:
         """Return the legend of the picture as rich text."""
-        document = self._document
         if self.guest is not None:
             text = self.guest.legend()
         else:
-            chain, degrees = selected_chain(document), 0.0
-            fault = fault_at(document)
-            if chain is not None:
-                degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
-            name = of_core(chain.label) if chain is not None else ""
-            show = "split" if scene.split else document.show
-            tracked, swivel = scene.accompanied, isinstance(chain, Limb)
-            text = legend_text(
-                theme, show, name, degrees,
-                tracked=tracked, swivel=swivel, fault=_fault_words(fault) if fault else "",
-                suggested=bool(suggested_bones(document, scene).any()),
-            )  # fmt: skip
-            if swivel and not scene.circled:
-                text += inked(f"&nbsp;&nbsp; {_NO_CIRCLE}", theme.soft)
+            chain, fault = selected_chain(self._document), fault_at(self._document)
+            text = frame_legend(self._document, scene, theme, chain, fault, self.roles)
         if scene.trails is not None:
             text += trails_text(scene.trails.apart / scene.height)
         return text
 
-    def angle_to_show(self, scene: Scene) -> tuple[float, Array | None]:
-        """Return the offset at the frame, degrees, and the ends of its bone before correction,
-        (2, 3); None if there is no offset, or if before is not shown.
-        """
+    def angle_to_show(self, scene: Scene, camera: OrbitCamera) -> AngleSign | None:
+        """Return the offset at the frame; None if there is none, or if before is not shown."""
         document, chain = self._document, selected_chain(self._document)
         hidden = not scene.split and document.show == Show.AFTER
         if chain is None or self.guest is not None or hidden:
-            return 0.0, None
+            return None
         fault = fault_at(document)
         offset = float(document.offset(chain.name)[document.frame])
         degrees = float(np.degrees(fault.size if fault else offset))
-        if abs(degrees) < _LEAST_ANGLE:
-            return degrees, None
+        if abs(degrees) < LEAST_ANGLE:
+            return None
         _, positions = document.pose(document.frame, after=False)
-        return degrees, positions[[chain.parent, chain.child]]
+        turn = None if fault else self.turn(scene, camera)
+        times, spoke = (1, None) if turn is None else (turn.times, turn.spoke)
+        return AngleSign(degrees, times, positions[[chain.parent, chain.child]], spoke)
+
+    def own_joints(self, scene: Scene) -> tuple[int, ...]:
+        """Return the joints of the person with the selected chain, or of the first person."""
+        chain = selected_chain(self._document)
+        first = next(iter(scene.people.values()))
+        return first if chain is None else scene.people.get(chain.person, first)
+
+    def sides(self) -> Mapping[str, int]:
+        """Return the joint C of the selected chain or limb, the last, and of the other side's."""
+        document, chosen = self._document, selected_chain(self._document)
+        if chosen is None or not chosen.side or not chosen.segment or document.data is None:
+            return {}
+        found = {
+            c.side: c.child
+            for c in reversed(document.data.chains_and_limbs)
+            if (type(c), c.segment, c.person) == (type(chosen), chosen.segment, chosen.person)
+        }
+        found.pop(chosen.side)
+        return {**found, chosen.side: chosen.child}
 
     def is_current(self) -> bool:
         """True if the offsets at the frame are the same as when it was drawn."""
@@ -205,6 +230,13 @@ def selected_chain(document: Document) -> Chain | None:
         return None
 
 
+def _ends(chain: Chain | None) -> tuple[int, ...]:
+    """Return P and C of a chain, or P and E of a limb."""
+    if chain is None:
+        return ()
+    return chain.parent, chain.end if isinstance(chain, Limb) else chain.child
+
+
 def fault_at(document: Document) -> Interval | None:
     """Return the selected interval if it contains the frame and is no twist error."""
     judged = document.interval
@@ -212,14 +244,6 @@ def fault_at(document: Document) -> Interval | None:
         return None
     interval = judged.interval
     return interval if interval.start <= document.frame < interval.stop else None
-
-
-def _fault_words(interval: Interval) -> str:
-    """Return the legend of an interval that is no twist error."""
-    degrees = float(np.degrees(interval.size))
-    fields = {"size": f"{plain(degrees)}°", "angle": f"{signed(degrees)}°", "joint": interval.joint}
-    kind = interval.kind
-    return of_core(kind.info.legend.format(**fields) if kind.info.legend else kind)
 
 
 def selected_limb(document: Document) -> Limb | None:

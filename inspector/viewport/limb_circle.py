@@ -2,7 +2,8 @@
 
 A flip moves the knee or elbow along this circle; the other joints of the limb stay. A twist bone
 has a circle about the bone around it, with a mark that shows its roll, because a twist bone often
-has no visible body.
+has no visible body. A bone that is turned about itself has a circle about its middle, with a fan
+from its front before correction to its front after correction.
 """
 
 from __future__ import annotations
@@ -23,15 +24,18 @@ from twistcore.skeleton.limb import Limb, joint_path
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, quaternion_from_axis_angle, rotate
 
+_FAN = 0.5, (0.08, 0.13)  # radius in lengths of the bone; its bounds in figure heights
+_SMALL, _SEEN = np.radians(15.0), np.radians(45.0)  # smaller turns are drawn about as wide as that
+_TIMES = 3, 5  # bounds of the factor
 _DIAL = 0.06  # radius of a twist bone's circle, in figure heights
 _DIAL_AT = 0.25, 0.75  # place on its bone; closer to an end, the joint would hide it
 _FOLDED = 0.02  # of the limb's length; an end closer to the first joint defines no line
-_STEPS = 72  # steps of the circle
-_ARC = 40  # steps of the arc from before to after
+_STEPS = 60  # steps of the circle
+_ARC = 30  # steps of the arc from before to after
 _DASHES = 11
-_MARK = 0.015  # radius of a mark, in figure heights
+_MARK = 0.015, 0.13  # radius of a mark, in figure heights; about a bone, at most in radii
 _HOLLOW = 1.25  # size of a hollow mark relative to a full one
-_CLEAR = 0.18  # opacity of the swept area
+_CLEAR = 0.35  # opacity of the swept area
 _ROUND = segments(np.arange(_STEPS + 1))
 _RING = 20
 _TURNS = np.linspace(0.0, 2.0 * np.pi, _RING, endpoint=False)
@@ -99,13 +103,43 @@ def helper_circle(
     return Circle(first, end, axis, first + share * length * axis, radius * normalise(across))
 
 
+def bone_circle(ends: Array, front: Array, height: float) -> Circle | None:
+    """Return the circle about the middle of a bone from its ends, (2, 3).
+
+    front: the direction of the bone's front, (3,); height: of the figure. None if the bone has no
+    length, or if its front points along it.
+    """
+    first, end = ends
+    length = float(np.linalg.norm(end - first))
+    if length <= _FOLDED * height:
+        return None
+    axis = (end - first) / length
+    across = front - (front @ axis) * axis
+    if np.linalg.norm(across) < _FOLDED:
+        return None
+    share, bounds = _FAN
+    radius = float(np.clip(share * length, *(height * np.array(bounds))))
+    return Circle(first, end, axis, (first + end) / 2.0, radius * normalise(across))
+
+
+def times_drawn(offset: float) -> int:
+    """Return how many times as wide as it is a turn about a bone is drawn; offset: radians."""
+    size = abs(offset)
+    if size >= _SMALL:
+        return 1
+    return int(np.clip(round(_SEEN / max(size, 1e-9)), *_TIMES))
+
+
 def limb_bones(limb: Limb, skeleton: Skeleton) -> list[tuple[int, int]]:
     """Return the bones of a limb from P to E, as pairs (parent, joint)."""
     return [(int(skeleton.parents[j]), j) for j in joint_path(skeleton, limb.parent, limb.end)]
 
 
 class LimbCircle:
-    """The line and circle of a limb, marks for before (hollow) and after (full), and an arrow."""
+    """The line and circle of a limb or bone, and a fan from before to after, with an arrow.
+
+    The marks on the rim are hollow for before and full for after.
+    """
 
     def __init__(self, height: float, renderers: list[vtkRenderer]) -> None:
         dashes = np.arange(2 * _DASHES).reshape(-1, 2)
@@ -116,11 +150,12 @@ class LimbCircle:
         self.circle = Piece(_STEPS + 1, lines=_ROUND, channels=0).unlit(width=2.0)
         self.swept = Piece(_ARC + 2, faces=fan, channels=0).unlit().blended()
         self.swept.actor.GetProperty().SetOpacity(_CLEAR)
-        self.way = Piece(_ARC + 3, lines=np.vstack([way, tip]), channels=0).unlit(width=4.0)
+        edges = _ARC + 3 + np.arange(4).reshape(2, 2)  # of the fan
+        self.way = Piece(_ARC + 7, lines=np.vstack([way, tip, edges])).unlit(width=4.0)
         self.before = Piece(len(_HOOPS), lines=_WIRES, channels=0).unlit(width=2.0)
         self.after = Piece(len(SPHERE), faces=TRIANGLES, channels=0).lit()
         self.pieces = self.line, self.circle, self.swept, self.way, self.before, self.after
-        self._mark = _MARK * height
+        self._most, self._mark = _MARK[0] * height, 0.0
         for renderer in renderers:
             for piece in self.pieces:
                 piece.add_to(renderer)
@@ -134,22 +169,31 @@ class LimbCircle:
         """Apply the theme's colours."""
         for piece in (self.line, self.circle):
             piece.tint(rgb(theme.soft))
-        self.before.tint(rgb(theme.before))
-        for piece in (self.swept, self.way, self.after):
-            piece.tint(rgb(theme.after))
+        for piece in (self.swept, self.before):
+            piece.tint(rgb(theme.before))
+        self.after.tint(rgb(theme.after))
+        first = np.arange(_ARC + 7) >= _ARC + 5  # the edge at before
+        self.way.paint(np.where(first[:, None], rgb(theme.before), rgb(theme.after)))
 
     def draw(
-        self, circle: Circle | None, offset: float, *, before: bool, after: Array | None
+        self,
+        circle: Circle | None,
+        offset: float,
+        *,
+        before: bool,
+        after: Array | None,
+        line: bool = True,
     ) -> None:
         """Draw the circle, or nothing if there is none.
 
         circle: of the pose before; offset: of the limb, radians; before: draw the mark of before;
-        after: the middle joint's place after correction, (3,), or None for no mark.
+        after: the middle joint's place after correction, (3,), or None for no mark; line: draw the
+        limb's line.
         """
         turned = circle is not None and bool(abs(offset) > SAME)
         both = turned and before and after is not None
-        for piece in (self.line, self.circle):
-            piece.show(circle is not None)
+        self.line.show(circle is not None and line)
+        self.circle.show(circle is not None)
         for piece in (self.swept, self.way):
             piece.show(both)
         self.before.show(turned and before)
@@ -161,6 +205,8 @@ class LimbCircle:
         self.circle.move(circle.at(np.linspace(0.0, 2.0 * np.pi, _STEPS + 1)))
         if not turned:
             return
+        radius = float(np.linalg.norm(circle.aside))
+        self._mark = self._most if line else min(self._most, _MARK[1] * radius)
         if before:
             self.before.move(circle.centre + circle.aside + _HOLLOW * self._mark * _HOOPS)
         if after is not None:
@@ -168,7 +214,8 @@ class LimbCircle:
         if both:
             rim = circle.at(np.linspace(0.0, -offset, _ARC + 1))
             self.swept.move(np.vstack([circle.centre, rim]))
-            self.way.move(self._arrow(circle, -offset))
+            edges = [circle.centre, rim[-1], circle.centre, rim[0]]
+            self.way.move(np.vstack([self._arrow(circle, -offset), edges]))
 
     def _arrow(self, circle: Circle, turn: float) -> Array:
         """Return the points of the arrow along the circle to the mark of after."""

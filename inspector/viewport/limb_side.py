@@ -11,7 +11,7 @@ import numpy as np
 
 from inspector.viewport.bodies import BoneSegment
 from inspector.viewport.camera import OrbitCamera, circle_direction, roll_direction
-from inspector.viewport.limb_circle import Circle, circle_of, helper_circle
+from inspector.viewport.limb_circle import Circle, bone_circle, circle_of, helper_circle
 from inspector.viewport.occlusion import occluders
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
@@ -20,6 +20,7 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
 _ON_BONE = (0.15, 0.4, 0.65, 0.9)  # places on a bone that should be seen
+_AROUND = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
 _AIR = 0.045  # margin around the limb, in figure heights
 
 
@@ -84,13 +85,11 @@ def limb_side(
     hidden = partial(_hidden_share, chain, bones, before, after, height)
     if circle is not None:
         direction = circle_direction(circle.axis, circle.aside, outward, facing, up, hidden)
-        around = circle.at(np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False))
-        return LimbSide(direction, np.vstack([limb, around]))
+        return LimbSide(direction, np.vstack([limb, circle.at(_AROUND)]))
     if above >= 0:
         limb = np.vstack([limb, positions[above]])
         outward = limb.mean(axis=0) - middle
-    own = [b for b in bones if b.parent == chain.parent]
-    bone = min(own, key=lambda b: b.child != chain.child, default=None)
+    bone = main_bone(chain, bones)
     if bone is None:
         return None
     size = float(np.linalg.norm(outward))
@@ -103,7 +102,17 @@ def limb_side(
         up,
         hidden,
     )
+    front = rotate(before[0][chain.parent], bone.normal)
+    circle = bone_circle(before[1][[chain.parent, chain.child]], front, height)
+    if circle is not None:
+        limb = np.vstack([limb, circle.at(_AROUND)])
     return LimbSide(direction, limb)
+
+
+def main_bone(chain: Chain, bones: Sequence[BoneSegment]) -> BoneSegment | None:
+    """Return the body of a chain's bone P→C, or another one that P turns, or None."""
+    own = [b for b in bones if b.parent == chain.parent]
+    return min(own, key=lambda b: b.child != chain.child, default=None)
 
 
 def _hidden_share(

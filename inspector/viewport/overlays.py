@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TypeVar
 
 import numpy as np
@@ -9,16 +10,15 @@ from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QLabel, QWidget
 
-from inspector.language import tr
-from inspector.session.open_clip import Show
+from inspector.language import tr, tr_as
 from inspector.viewport.bone_colours import scale_colour
-from inspector.widgets.labels import bold, inked
-from inspector.widgets.signed_numbers import signed
+from inspector.viewport.whole_figure import Miniature, WholeFigure
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.rotation import Array
 
 _Shown = TypeVar("_Shown", bound=QWidget)
-_MARGIN = 10  # pixels between the legend and the corner
+_MARGIN = 8  # pixels between overlays and the border
+SIDES = {"Left": tr_as("side", "L"), "Right": tr_as("side", "R")}  # letters in the picture
 EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")
 
 
@@ -38,14 +38,18 @@ class Overlays:
         self.angle = _let_through(QLabel(view))  # at the wrong bone
         self.angle.hide()
         self.scale = OffsetScale(view)
+        self.sides = {side: _let_through(QLabel(letter, view)) for side, letter in SIDES.items()}
+        for label in self.sides.values():
+            label.hide()
+        self.whole = WholeFigure(view)
         self._split = False
 
     def colour(self, theme: Theme, points: float) -> None:
         """Apply the theme's colours; points: font size of the legend."""
         self.notice.setStyleSheet(f"color: {theme.soft}; background: transparent; font-size: 15px")
         self.legend.setStyleSheet(
-            f"background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.line};"
-            f"border-radius: 4px; padding: 4px 8px; font-size: {points:.1f}pt;"
+            f"background: {theme.raised}; color: {theme.text}; padding: 4px 8px;"
+            f"border-bottom: 1px solid {theme.line}; font-size: {points:.1f}pt;"
         )
         self.fit()
         self.angle.setStyleSheet(
@@ -53,6 +57,12 @@ class Overlays:
             f"padding: 1px 5px; font-weight: bold; font-size: {1.3 * points:.1f}pt;"
         )
         self.divider.setStyleSheet(f"background: {theme.line}")
+        for label in self.sides.values():
+            label.setStyleSheet(
+                f"background: {theme.text}; color: {theme.raised}; border-radius: 3px;"
+                f"padding: 0px 4px; font-weight: bold; font-size: {points:.1f}pt;"
+            )
+        self.whole.colour(theme)
         self.scale.colour(theme)
 
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
@@ -66,6 +76,9 @@ class Overlays:
         self.scale.setVisible(drawing and by_offset)
         self.scale.move(_MARGIN, high - self.scale.height() - _MARGIN)
         self.divider.setVisible(drawing and split)
+        if not drawing:
+            self.show_sides({})
+            self.whole.hide()
         self.fit()
 
     def show_legend(self, text: str) -> None:
@@ -74,10 +87,17 @@ class Overlays:
             self.legend.setText(text)
             self.fit()
 
-    def show_angle(self, text: str, bone: Array | None = None, thick: float = 0.0) -> None:
-        """Show an angle next to a bone in the left picture, or hide it.
+    def show_angle(
+        self,
+        text: str,
+        bone: Array | None = None,
+        thick: float = 0.0,
+        spoke: Array | None = None,
+    ) -> None:
+        """Show an angle in the left picture, or hide it.
 
-        bone: its ends in pixels, (2, 2); thick: its radius in pixels.
+        bone: its ends in pixels, (2, 2); thick: its radius in pixels; spoke: from the centre of a
+        fan to its rim, in pixels, (2, 2), to show the angle outside; by default next to the bone.
         """
         view = self.notice.parentWidget()
         assert view is not None
@@ -88,89 +108,87 @@ class Overlays:
             self.angle.setText(text)
         size = self.angle.sizeHint()
         room = QSize(view.width() // (2 if self._split else 1), view.height())
+        wide, high = size.width(), size.height()
         (x, y), (across, down) = bone.mean(axis=0), np.abs(bone[1] - bone[0])
-        if down >= across:
-            left, top = x + thick, y - size.height() / 2
-            if left + size.width() > room.width():
-                left = x - thick - size.width()
+        if spoke is not None:
+            away = (spoke[1] - spoke[0]) / max(float(np.linalg.norm(spoke[1] - spoke[0])), 1.0)
+            x, y = spoke[1] + away * (np.abs(away) @ (wide, high) / 2 + _MARGIN)
+            left, top = x - wide / 2, y - high / 2
+        elif down >= across:
+            left, top = x + thick, y - high / 2
+            if left + wide > room.width():
+                left = x - thick - wide
         else:
-            left, top = x - size.width() / 2, y - thick - size.height()
+            left, top = x - wide / 2, y - thick - high
             if top < self.top:
                 top = y + thick
-        left = min(max(left, 0), room.width() - size.width())
-        top = min(max(top, self.top), room.height() - size.height())
+        left = min(max(left, 0), room.width() - wide)
+        top = min(max(top, self.top), room.height() - high)
         self.angle.setGeometry(QRect(QPoint(round(left), round(top)), size))
         self.angle.show()
+
+    def show_sides(self, places: Mapping[str, Array]) -> None:
+        """Show the letters of the left and the right side centred at pixels (2,) of the left
+        picture; a letter that does not fit into the picture is hidden.
+        """
+        room = self._room()
+        for side, label in self.sides.items():
+            if (at := places.get(side)) is not None:
+                box = QRect(QPoint(0, 0), label.sizeHint())
+                box.moveCenter(QPoint(*np.round(at).astype(int).tolist()))
+                angle = self.angle.geometry()
+                if not self.angle.isHidden() and angle.intersects(box):
+                    box.moveTop(angle.bottom() + 2)
+                label.setGeometry(box)
+            label.setVisible(at is not None and room.contains(box))
+
+    def show_whole(self, drawn: Miniature | None, size: QSize, busy: Array) -> None:
+        """Show the whole figure in the corner of the left picture that has most room, or hide it.
+
+        busy: pixels that should stay in view, (n, 2).
+        """
+        room = self._room().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
+        if drawn is None or room.width() < size.width() or room.height() < size.height():
+            self.whole.hide()
+            return
+        low, right = room.bottom() - size.height() + 1, room.right() - size.width() + 1
+        corners = [
+            QRect(QPoint(x, y), size) for y in (low, room.top()) for x in (room.left(), right)
+        ]
+
+        def covered(box: QRect) -> int:
+            first, last = np.array(box.topLeft().toTuple()), np.array(box.bottomRight().toTuple())
+            return int(((busy > first - _MARGIN) & (busy < last + _MARGIN)).all(axis=1).sum())
+
+        self.whole.show_miniature(drawn, min(corners, key=covered), SIDES)
+
+    def _room(self) -> QRect:
+        """Return the left picture below the legend."""
+        view = self.notice.parentWidget()
+        assert view is not None
+        wide = view.width() // (2 if self._split else 1)
+        return QRect(0, self.top, wide, view.height() - self.top)
 
     @property
     def top(self) -> int:
         """The height in pixels of the legend, at least one line."""
-        line = 2 * _MARGIN + self.legend.fontMetrics().height()
+        line = _MARGIN + self.legend.fontMetrics().height()
         return max(self.legend.geometry().bottom() + 1, line)
 
     def fit(self) -> None:
-        """Fit the legend into its picture, and start the divider below it if they overlap."""
+        """Fit the legend above the picture, over the whole width, and the divider below it."""
         view, legend = self.notice.parentWidget(), self.legend
         assert view is not None
-        middle = view.width() // 2
-        room = (middle if self._split else view.width()) - 2 * _MARGIN
+        wide, middle = view.width(), view.width() // 2
         if legend.wordWrap():  # setting it lays out the text again
             legend.setWordWrap(False)
-        size = legend.sizeHint()
-        if size.width() > room:
+        high = legend.sizeHint().height()
+        if legend.sizeHint().width() > wide:
             legend.setWordWrap(True)
-            wide = max(room, legend.minimumSizeHint().width())
-            size = QSize(wide, legend.heightForWidth(wide))
-        legend.setGeometry(QRect(QPoint(_MARGIN, _MARGIN), size))
-        top = 0  # in a very narrow view the line begins below the legend
-        if legend.geometry().right() >= middle - _MARGIN // 2:
-            top = legend.geometry().bottom() + _MARGIN
-        self.divider.setGeometry(middle - 1, top, 2, view.height() - top)
-
-
-def legend_text(
-    theme: Theme,
-    show: str,
-    chain: str,
-    degrees: float,
-    *,
-    tracked: bool,
-    swivel: bool = False,
-    fault: str = "",
-    suggested: bool = False,
-) -> str:
-    """Return the legend as rich text: the colours of before and after, and the chain's offset.
-
-    show: one of document.Show, or 'split' for two pictures; tracked: with a third figure; swivel:
-    the offset is a limb's; fault: text about an error that is only shown, instead of the offset;
-    suggested: the picture after correction contains corrections that nobody has decided on.
-    """
-    before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
-    after = _key("■", theme.after, tr("after"))
-    if show == "split":
-        text = f"◧&nbsp;{before}&nbsp;&nbsp; ◨&nbsp;{after}"
-    else:
-        both = f"{before}&nbsp;&nbsp; {after}"
-        text = {Show.BEFORE: before, Show.AFTER: after, Show.BOTH: both}[Show(show)]
-    if suggested and show != Show.BEFORE:
-        text += f"&nbsp;&nbsp; {_key('▥', theme.after, tr('suggested'))}"
-    if chain:
-        colour = theme.before if fault or abs(degrees) >= 0.05 else theme.soft
-        angle = f"{signed(degrees)}°"
-        words = (
-            tr("swivel off by {angle}", angle=angle) if swivel else tr("{angle} off", angle=angle)
-        )
-        text += f"&nbsp;&nbsp;&nbsp; {_unbroken(bold(chain))}&nbsp; "
-        text += inked(_unbroken(fault or words), colour)
-    if tracked:
-        text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, tr('tracked'))}"
-    return text
-
-
-def trails_text(apart: float) -> str:
-    """Return rich text about the distance of hands and feet before and after, in figure heights."""
-    same = "&lt; 0.001 %" if apart < 1e-5 else f"{100.0 * apart:.3f} %"
-    return "<br>" + tr("hands and feet differ by {share} of the height", share=same)
+            wide = max(wide, legend.minimumSizeHint().width())
+            high = legend.heightForWidth(wide)
+        legend.setGeometry(QRect(0, 0, wide, high))
+        self.divider.setGeometry(middle - 1, high, 2, view.height() - high)
 
 
 class OffsetScale(QWidget):
@@ -212,14 +230,6 @@ class OffsetScale(QWidget):
             middle = bar.left() + bar.width() * degrees / 180.0
             left = min(max(middle - wide / 2.0, bar.left()), bar.right() - wide + 1)
             painter.drawText(QPointF(left, self.height() - 4 - self.fontMetrics().descent()), text)
-
-
-def _unbroken(text: str) -> str:
-    return text.replace(" ", "&nbsp;")
-
-
-def _key(mark: str, colour: str, text: str) -> str:
-    return f"{inked(mark, colour)}&nbsp;{text}"
 
 
 def _let_through(widget: _Shown) -> _Shown:

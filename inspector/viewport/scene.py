@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
@@ -16,15 +18,15 @@ from inspector.viewport.bone_colours import mix
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.dashed_figure import DashedOutline
 from inspector.viewport.ground import Ground, ground_lines, lowest
+from inspector.viewport.head_and_chest import Front, heads_and_chests
 from inspector.viewport.lights import background, light
 from inspector.viewport.limb_circle import Circle, LimbCircle
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
 from inspector.viewport.trails import Trails
 from inspector.widgets.theme import Theme
-from twistcore.skeleton.chain import Chain, find_chains
+from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.figure import figure_size, guess_up, heading
-from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array, matrix_from_quaternion
 
@@ -47,6 +49,9 @@ class Scene:
         self.up = guess_up(data.positions, self._limbs, data.motion.skeleton)
         self.height = figure_size(data.positions, data.motion.skeleton)
         self.bones: tuple[BoneSegment, ...] = find_bones(data.motion, self.up, self.height)
+        self.fronts: tuple[Front, ...] = heads_and_chests(
+            self._limbs, data.motion.skeleton, data.rotations, data.positions, self.height
+        )
         self.ground: Ground = lowest(data.positions, self.up, self.height, self.roots)
         self._left: vtkRenderer = plotter.renderer
         self._right: vtkRenderer | None = None
@@ -150,12 +155,12 @@ class Scene:
         """True if the third figure is visible."""
         return self._third is not None and self._third.shown
 
-    def draw_triads(self, pose: Pose, chain: Chain | None) -> None:
-        """Draw the axes of a chain's P and C, or of a limb's P and E; None hides them."""
-        self._triads.show(chain is not None)
-        if chain is None:
+    def draw_triads(self, pose: Pose, joints: Sequence[int]) -> None:
+        """Draw the axes of two joints; without joints, hide them."""
+        self._triads.show(bool(joints))
+        if not joints:
             return
-        joints = [chain.parent, chain.end if isinstance(chain, Limb) else chain.child]
+        joints = list(joints)
         axes = matrix_from_quaternion(pose.rotations[joints]).transpose(0, 2, 1)  # rows: x, y, z
         start = np.repeat(pose.positions[joints], 3, axis=0)
         stop = start + 0.06 * self.height * axes.reshape(6, 3)
@@ -168,13 +173,14 @@ class Scene:
         *,
         before: bool = False,
         after: Array | None = None,
+        line: bool = True,
     ) -> None:
-        """Draw the circle of the selected limb, as LimbCircle.draw; None hides it."""
+        """Draw the circle of the selected limb or bone, as LimbCircle.draw; None hides it."""
         if circle is not None and self._circle is None:
             self._circle = LimbCircle(self.height, self.renderers())
             self._circle.colour(self._theme)
         if self._circle is not None:
-            self._circle.draw(circle, offset, before=before, after=after)
+            self._circle.draw(circle, offset, before=before, after=after, line=line)
 
     @property
     def circled(self) -> bool:
@@ -216,14 +222,14 @@ class Scene:
         """Remove everything from the plotter."""
         self.set_trails(False)
         self._undress()
-        self._grid.remove()
-        self._triads.remove()
         self._drop_right()
+        self._grid.remove()
 
     # -- building -----------------------------------------------------------------------------
 
     def _dress(self, style: Style) -> None:
-        self.shapes = Shapes(style, self.bones, self.data.chains, self.height)
+        bodies = [front.body for front in self.fronts]
+        self.shapes = Shapes(style, self.bones, self.data.chains, self.height, attached=bodies)
         self._solid = Solid(self.shapes, self.ground, self._left)
         self._ghost = Ghost(self.shapes, self._left)
         if self._right is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -10,7 +11,15 @@ from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from inspector.viewport import opengl
-from inspector.viewport.bodies import JOINT, STRIPE, BoneSegment, Soup, build_soup, place
+from inspector.viewport.bodies import (
+    JOINT,
+    STRIPE,
+    Attached,
+    BoneSegment,
+    Soup,
+    build_soup,
+    place,
+)
 from inspector.viewport.bone_colours import (
     ghost_paint,
     mix,
@@ -68,13 +77,14 @@ class Shapes:
         height: float,
         *,
         fine: bool | None = None,
+        attached: Sequence[Attached] = (),
     ) -> None:
-        """fine: a rounder skin; by default depends on the OpenGL driver."""
+        """fine: a rounder skin, by default depends on the OpenGL driver; attached: more bodies."""
         self.style = style
         worn = chains if style == Style.SKIN else ()
         fine = not opengl.is_software() if fine is None else fine
         self.skin: Skin = build_skin(bones, worn, height, fine=fine)
-        self.bodies: Soup = build_soup(bones, without=self.skin.covered)
+        self.bodies: Soup = build_soup(bones, without=self.skin.covered, attached=attached)
         self.around: Soup = build_soup(bones, grown=_GROWN, joints=False, without=self.skin.covered)
         self._parents = np.array([b.parent for b in bones], dtype=np.int64)
         self._ends = [(b.parent, b.child) for b in bones]
@@ -89,6 +99,13 @@ class Shapes:
         """
         differs = geodesic_angle(before, after) > SAME
         found: NDArray[np.bool_] = differs[self._parents] | differs[self._other]
+        return found
+
+    def turned(self, before: Array, after: Array) -> NDArray[np.bool_]:
+        """Return the mask of bones that turn themselves between two poses, as `differing`, without
+        the bones whose skin is only wrung by the bone below.
+        """
+        found: NDArray[np.bool_] = (geodesic_angle(before, after) > SAME)[self._parents]
         return found
 
     def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -15,8 +15,8 @@ from inspector.language import tr
 from inspector.session.document import Document
 from inspector.viewport import opengl
 from inspector.viewport.bone_under_mouse import Pointing
-from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
-from inspector.viewport.camera_moves import Steering
+from inspector.viewport.camera import OrbitCamera
+from inspector.viewport.camera_moves import Aim, Steering
 from inspector.viewport.dashed_figure import Companion
 from inspector.viewport.frame_drawing import FrameDrawing, Guest
 from inspector.viewport.lights import background
@@ -24,17 +24,16 @@ from inspector.viewport.mesh_actor import Piece, specimens
 from inspector.viewport.navigation import Navigation
 from inspector.viewport.overlays import EMPTY, Overlays
 from inspector.viewport.scene import Scene, make_plotter
+from inspector.viewport.signs import show_signs
 from inspector.widgets.building import vbox
 from inspector.widgets.labels import plain_text
 from inspector.widgets.later import Stale
 from inspector.widgets.theme import Colours, Theme
-from twistcore.skeleton.chain import Chain
 
 _AFTER_CURVES_MS = 12  # while τ is dragged, tables and curves are painted first
 _WARM_MS = 60  # after the window is shown
 _MOST_COVERED = 0.25  # largest share of the height covered by the legend
 _REST_MS = 400  # no description while the figure moves
-_GIRTH = 0.035  # half the width of a limb and some air, in figure heights
 _FIGURE_MS = 30  # tables and curves of a new clip come first, then the figure
 
 
@@ -142,19 +141,9 @@ class Viewport(Steering):
             self.drawing.draw(scene, self.camera)
             self._drawn = self.document.interval_id
             self.overlays.show_legend(self.drawing.legend(scene, self.theme))
-            self._show_angle(scene, self.camera)
+            show_signs(self.overlays, self.drawing, scene, self.camera, self.picture_size())
             self._rest.start()
         self._repaint()
-
-    def _show_angle(self, scene: Scene, camera: OrbitCamera) -> None:
-        """Show the offset at the frame next to its bone, in the picture of before."""
-        degrees, joints = self.drawing.angle_to_show(scene)
-        if joints is None:
-            self.overlays.show_angle("")
-            return
-        pixels, depth = camera.project(joints, *self.picture_size())
-        size = _GIRTH * scene.height * self.height() / (2.0 * np.tan(VIEW_ANGLE / 2.0))
-        self.overlays.show_angle(f"{abs(degrees):.0f}°", pixels, size / float(depth.mean()))
 
     def _repaint(self) -> None:
         """Repaint with Qt's next repaint; pyvista's `update` would render at once."""
@@ -257,13 +246,9 @@ class Viewport(Steering):
         if not self._timer.isActive() and not self._builder.isActive():
             self._timer.start()
 
-    def _towards(self, chain: Chain, scene: Scene, camera: OrbitCamera) -> OrbitCamera | None:
-        """Return the camera for a guest's aim, or for the limb's best side."""
+    def _aim(self, scene: Scene) -> Aim | None:
         guest = self.drawing.guest
-        aim = guest.aim(scene) if guest else None
-        if aim is None:
-            return super()._towards(chain, scene, camera)
-        return camera.looking_from(aim[1]).framing(aim[0], self._aspect(), margin=1.25)
+        return guest.aim(scene) if guest else None
 
     # -- Qt -----------------------------------------------------------------------------------
 

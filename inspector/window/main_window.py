@@ -35,7 +35,7 @@ from inspector.window.parts import Parts
 from inspector.window.presentation import Presentation
 from inspector.window.program_actions import ProgramActions
 from inspector.window.review_signs import ReviewSigns
-from inspector.window.settings_keeper import SettingsKeeper
+from inspector.window.settings_keeper import KeptLooks, SettingsKeeper
 from inspector.window.toolbar import ToolBar
 from inspector.window.usual_layout import UsualLayout
 from twistcore.files.encoding import legible
@@ -170,11 +170,13 @@ class MainWindow(Parts):
             self.actions_by_id[chosen].setChecked(True)
         self.actions_by_id["zoom_each"].setChecked(self.settings.zoom_to_interval)
         self.actions_by_id["group_errors"].setChecked(self.settings.group_errors)
-        for look in ("skin", "side_by_side"):
-            action = self.actions_by_id[look]
-            action.setChecked(self.settings.value(look))
-            # Not `toggled`: lessons switch both for a while.
-            action.triggered.connect(lambda on, name=look: self.settings.put(name, on))
+        self._kept_looks = KeptLooks(
+            self.document, self.settings, self.actions_by_id, self._is_guided, self
+        )
+
+    def _is_guided(self) -> bool:
+        """Return True if a lesson, an exercise or teaching decides how the figure is drawn."""
+        return self.document.borrowed is not None or self.viewport.drawing.guest is not None
 
     def _keyboard_home(self) -> QWidget:
         table = self.intervals.table

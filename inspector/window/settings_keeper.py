@@ -1,16 +1,60 @@
-"""Write changed settings to disk within a second, so that they survive a crash."""
+"""Write changed settings to disk within a second, so that they survive a crash.
+
+It also remembers how the figure is drawn for each kind of error.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import deepcopy
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer
+from PySide6.QtGui import QAction
 
+from inspector.session.document import Document
 from inspector.session.settings import Settings, save_changes
 
 _LOOK_MS = 450  # a change that stays the same for two looks is written, within a second
+
+_LOOKS = "skin", "side_by_side"
+
+
+class KeptLooks(QObject):
+    """Draws the figure as the person chose for the kind of the selected interval."""
+
+    def __init__(
+        self,
+        document: Document,
+        settings: Settings,
+        actions: Mapping[str, QAction],
+        is_busy: Callable[[], bool],
+        parent: QObject,
+    ) -> None:
+        """Show the last choice. is_busy: True while something else decides how it is drawn."""
+        super().__init__(parent)
+        self._document, self._settings, self._is_busy = document, settings, is_busy
+        self._actions = {look: actions[look] for look in _LOOKS}
+        for look, action in self._actions.items():
+            action.setChecked(settings.value(look))
+            # Not `toggled`: lessons switch both for a while.
+            action.triggered.connect(lambda on, name=look: self._remember(name, on))
+        document.interval_changed.connect(self._follow)
+
+    def _remember(self, look: str, on: bool) -> None:
+        self._settings.put(look, on)
+        if (judged := self._document.interval) is not None and not self._is_busy():
+            shown = [name for name, action in self._actions.items() if action.isChecked()]
+            kept = self._settings.looks_by_kind
+            self._settings.looks_by_kind = {**kept, str(judged.interval.kind): shown}
+
+    def _follow(self) -> None:
+        if (judged := self._document.interval) is None or self._is_busy():
+            return
+        last = [look for look in _LOOKS if self._settings.value(look)]
+        shown = self._settings.looks_by_kind.get(str(judged.interval.kind), last)
+        for look, action in self._actions.items():
+            action.setChecked(look in shown)
 
 
 class SettingsKeeper(QObject):

@@ -19,12 +19,16 @@ def settle(qtbot, view):
 
 
 def picture(qtbot, view):
-    """What the window shows, (height, width, 3), without the legend."""
+    """What the window shows, (height, width, 3), without the legend and the signs."""
     settle(qtbot, view)
-    shown = view.overlays.legend.isVisible()
-    view.overlays.legend.hide()
+    overlays = view.overlays
+    signs = (overlays.legend, overlays.angle, overlays.whole, *overlays.sides.values())
+    shown = [sign for sign in signs if not sign.isHidden()]
+    for sign in shown:
+        sign.hide()
     image = view.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
-    view.overlays.legend.setVisible(shown)
+    for sign in shown:
+        sign.show()
     lines = np.frombuffer(image.constBits(), dtype=np.uint8)
     lines = lines.reshape(image.height(), image.bytesPerLine())[:, : 3 * image.width()]
     return lines.reshape(image.height(), image.width(), 3).astype(np.int16)

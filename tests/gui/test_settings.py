@@ -43,6 +43,7 @@ DAMAGED = {  # what is written for a field, what is left of it
     "group_errors": [("1", True), ("null", True)],
     "skin": [("1", True), ("null", True)],
     "side_by_side": [("0", True), ('"x"', True)],
+    "looks_by_kind": [('{"jump": ["skin", "red"], "stretch": "skin"}', {}), ("[1]", {})],
     "theme": [('"pink"', "system"), ("null", "system"), ("3", "system")],
     "recent": [
         (json.dumps(["/a", *["/b"] * 100_000]), ["/a", *["/b"] * (RECENT - 1)]),

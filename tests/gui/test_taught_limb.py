@@ -195,7 +195,7 @@ def test_all_but_the_chain_is_faint_while_the_tab_is_shown(qtbot, taught):
     taught.docks["intervals"].raise_()
     qtbot.waitUntil(lambda: not taught.taught.active)
     assert taught.viewport.drawing.pose(scene).faint is None
-    assert bones_seen(picture(qtbot, taught.viewport)) > 2 * max(whole, 100)
+    assert bones_seen(picture(qtbot, taught.viewport)) > 1.8 * max(whole, 100)
     act(taught, "show_teaching")
     taught.viewport.look(style="skinned limbs")
     assert bones_seen(picture(qtbot, taught.viewport)) < 1.5 * max(whole, 100)

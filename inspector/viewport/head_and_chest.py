@@ -1,0 +1,168 @@
+"""A head with a face and a rib cage, which show in which direction a person looks.
+
+Joints are found by shape, not by name: the chest is the last joint above both arms, and the head
+is at the end of the line of joints that rises from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspector.viewport.bodies import (
+    BACK,
+    BAND,
+    FRONT,
+    SPHERE,
+    STRIPE,
+    TRIANGLES,
+    Attached,
+    BoneSegment,
+)
+from inspector.viewport.mesh_actor import Index
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import joint_path
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.rotation import Array, conjugate, normalise, rotate
+
+_FRAMES = 60  # of a clip, from which the usual direction of a joint is taken
+_SKULL = np.array([0.042, 0.064, 0.052])  # half sizes across, up and forward, in figure heights
+_CAGE = np.array([0.075, 0.095, 0.048])
+_RISE = 0.75  # of the head's half height: from its joint to its middle
+_DROP = 0.085  # from the middle of the shoulders down to the middle of the chest
+_SLIM = 0.62  # of half the shoulders' width: the widest chest, so that arms stay in view
+_NOSE = np.array([[0.0, 0.22, 0.86], [-0.2, -0.22, 0.9], [0.2, -0.22, 0.9], [0.0, -0.16, 1.3]])
+_NOSE_FACES = np.array([[0, 1, 3], [2, 0, 3], [1, 2, 3]])
+_EYE = np.array([[-0.16, 0.0, 0.0], [0.0, -0.12, 0.0], [0.16, 0.0, 0.0], [0.0, 0.12, 0.0]])
+_EYES_AT = np.array([0.38, 0.2, 0.99])
+
+
+@dataclass(frozen=True, eq=False)
+class Front:
+    """The head or the chest of a person: its body and the bone that stands for it.
+
+    The bone leads from its joint to its middle, and its normal points forward; face: True for a
+    head.
+    """
+
+    body: Attached
+    bone: BoneSegment
+    face: bool
+
+
+def heads_and_chests(
+    chains: Sequence[Chain],
+    skeleton: Skeleton,
+    rotations: Array,
+    positions: Array,
+    height: float,
+) -> tuple[Front, ...]:
+    """Return the head and the chest of each person with two arms, as far as there are.
+
+    rotations: global, (frames, joints, 4); positions: (frames, joints, 3); height: of the figure.
+    """
+    some = slice(None, None, max(1, len(positions) // _FRAMES))
+    pose = rotations[some], positions[some]
+    people = dict.fromkeys(chain.person for chain in chains)
+    found: list[Front] = []
+    for person in people:
+        found += _of_person([c for c in chains if c.person == person], skeleton, *pose, height)
+    return tuple(found)
+
+
+def _of_person(
+    chains: Sequence[Chain], skeleton: Skeleton, rotations: Array, positions: Array, height: float
+) -> list[Front]:
+    arms = {c.side: c.parent for c in chains if c.segment == "Arm"}
+    legs = {c.side: c.parent for c in chains if c.segment == "UpLeg"}
+    if not {"Left", "Right"} <= arms.keys():
+        return []
+    shoulders = positions[:, [arms["Left"], arms["Right"]]]
+    hips = positions[:, list(legs.values()) or [0]].mean(axis=1)
+    across, middle = shoulders[:, 0] - shoulders[:, 1], shoulders.mean(axis=1)
+    rise = middle - hips
+    ahead = np.cross(across, rise)
+    if np.linalg.norm(ahead, axis=1).min() < 1e-9 * height**2:
+        return []
+    chest, head = _chest_and_head(skeleton, list(arms.values()), positions, rise)
+    wide = min(_CAGE[0] * height, _SLIM * 0.5 * float(np.median(np.linalg.norm(across, axis=1))))
+    cage = np.array([wide, *(_CAGE[1:] * height)])
+    place = middle - _DROP * height * normalise(rise)
+    turn = conjugate(rotations[:, chest])
+    centre = rotate(turn, place - positions[:, chest]).mean(axis=0)
+    axes = _axes(rotate(turn, ahead), rotate(turn, rise))
+    fronts = [_front(chest, centre, axes, cage, face=False)]
+    if head >= 0:
+        turn = conjugate(rotations[:, head])
+        axes = _axes(rotate(turn, ahead), rotate(turn, rise))
+        skull = _SKULL * height
+        fronts.append(_front(head, _RISE * skull[1] * axes[1], axes, skull, face=True))
+    return fronts
+
+
+def _chest_and_head(
+    skeleton: Skeleton, arms: Sequence[int], positions: Array, rise: Array
+) -> tuple[int, int]:
+    """Return the last joint above both arms, and the head's joint, −1 if there is none."""
+    above = [set(joint_path(skeleton, -1, joint)) for joint in arms]
+    chest, on_the_way = max(set.intersection(*above)), set.union(*above)
+    upright = normalise(rise)
+
+    def level(joint: int) -> float:
+        return float(((positions[:, joint] - positions[:, chest]) * upright).sum(axis=-1).mean())
+
+    line = chest
+    while below := [j for j in skeleton.children[line] if j not in on_the_way]:
+        if line != chest and len(below) > 1:
+            break  # the eyes and the jaw
+        line = max(below, key=level)
+    if level(line) <= 0.0 or line == chest:
+        return chest, -1
+    ends = {joint for joint, offset in skeleton.ends if np.linalg.norm(offset) > 0.0}
+    parent = int(skeleton.parents[line])
+    is_top = not skeleton.children[line] and line not in ends  # of the head, without a bone
+    return chest, parent if is_top and parent != chest else line
+
+
+def _axes(ahead: Array, rise: Array) -> Array:
+    """Return the usual axes across, up and forward of a joint, rows (3, 3), from vectors (n, 3)."""
+    up = normalise(normalise(rise).mean(axis=0))
+    forward = normalise(ahead).mean(axis=0)
+    forward = normalise(forward - (forward @ up) * up)
+    return np.stack([np.cross(up, forward), up, forward])
+
+
+def _front(joint: int, centre: Array, axes: Array, half: Array, *, face: bool) -> Front:
+    """Return an ellipsoid with half sizes (3,), light in front and dark behind."""
+    corners = SPHERE[TRIANGLES]
+    middle = normalise(corners.mean(axis=1))
+    ahead = middle[:, 2] - (0.45 * np.maximum(middle[:, 1], 0.0) if face else 0.0)
+    part = np.repeat(np.where(ahead > 0.1, FRONT, BAND if face else BACK), 3)
+    points = corners.reshape(-1, 3)
+    faces = np.arange(len(points)).reshape(-1, 3)
+    if face:
+        points, part, faces = _with_face(points, part, faces)
+    body = Attached(joint, centre + (points * half) @ axes, part, faces)
+    return Front(body, BoneSegment(joint, -1, centre, axes[2], float(half[0])), face)
+
+
+def _with_face(points: Array, part: Index, faces: Index) -> tuple[Array, Index, Index]:
+    """Return a unit sphere with a nose and two eyes in front."""
+    nose = _NOSE[_NOSE_FACES].reshape(-1, 3)
+    eyes = np.vstack([_EYE + _EYES_AT * (side, 1.0, 1.0) for side in (-1.0, 1.0)])
+    diamond = np.array([[0, 1, 2], [0, 2, 3]])
+    start, after = len(points), len(points) + len(nose)
+    return (
+        np.vstack([points, nose, eyes]),
+        np.concatenate([part, np.full(len(nose), BACK), np.full(len(eyes), STRIPE)]),
+        np.vstack(
+            [
+                faces,
+                start + np.arange(len(nose)).reshape(-1, 3),
+                after + diamond,
+                after + 4 + diamond,
+            ]
+        ),
+    )

@@ -1,0 +1,119 @@
+"""The legend above the picture: what the colours mean, and how far the selected limb is off."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+
+from inspector.language import of_core, tr
+from inspector.session.document import Document
+from inspector.session.open_clip import Show
+from inspector.viewport.bone_colours import Role
+from inspector.viewport.scene import Scene
+from inspector.widgets.labels import bold, inked
+from inspector.widgets.signed_numbers import plain, signed
+from inspector.widgets.theme import Theme
+from twistcore.detection import Interval
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import Limb
+
+_NO_CIRCLE = tr("the limb is straight or folded, so it has no swivel angle")
+
+
+def frame_legend(
+    document: Document,
+    scene: Scene,
+    theme: Theme,
+    chain: Chain | None,
+    fault: Interval | None,
+    roles: Collection[int] = (),
+) -> str:
+    """Return the legend of the document's frame as rich text.
+
+    `chain` is the selected chain, `fault` is an error at the frame that is no twist error, and
+    `roles` are the roles of the bones in the picture.
+    """
+    degrees = 0.0
+    if chain is not None:
+        degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
+    swivel = isinstance(chain, Limb)
+    text = legend_text(
+        theme,
+        "split" if scene.split else document.show,
+        of_core(chain.label) if chain is not None else "",
+        degrees,
+        tracked=scene.accompanied,
+        swivel=swivel,
+        fault=_fault_words(fault) if fault else "",
+        chosen=Role.CHOSEN in roles,
+        suggested=Role.SUGGESTED in roles,
+    )
+    if swivel and not scene.circled:
+        text += inked(f"&nbsp;&nbsp; {_NO_CIRCLE}", theme.soft)
+    return text
+
+
+def legend_text(
+    theme: Theme,
+    show: str,
+    chain: str,
+    degrees: float,
+    *,
+    tracked: bool,
+    swivel: bool = False,
+    fault: str = "",
+    chosen: bool = False,
+    suggested: bool = False,
+) -> str:
+    """Return the legend as rich text: the colours of before and after, and the chain's offset.
+
+    show: one of document.Show, or 'split' for two pictures; tracked: with a third figure; swivel:
+    the offset is a limb's; fault: text about an error that is only shown, instead of the offset;
+    chosen: a limb has the colour of the selection; suggested: the picture after the correction
+    contains corrections that nobody has decided on.
+    """
+    before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
+    after = _key("■", theme.after, tr("after"))
+    if show == "split":
+        text = f"◧&nbsp;{before}&nbsp;&nbsp; ◨&nbsp;{after}"
+    else:
+        both = f"{before}&nbsp;&nbsp; {after}"
+        text = {Show.BEFORE: before, Show.AFTER: after, Show.BOTH: both}[Show(show)]
+    if suggested and show != Show.BEFORE:
+        text += f"&nbsp;&nbsp; {_key('▥', theme.after, tr('suggested'))}"
+    if chosen:
+        text += f"&nbsp;&nbsp; {_key('■', theme.accent, tr('selected'))}"
+    if chain:
+        colour = theme.before if fault or abs(degrees) >= 0.05 else theme.soft
+        angle = f"{signed(degrees)}°"
+        words = (
+            tr("swivel off by {angle}", angle=angle) if swivel else tr("{angle} off", angle=angle)
+        )
+        text += f"&nbsp;&nbsp;&nbsp; {_unbroken(bold(chain))}&nbsp; "
+        text += inked(_unbroken(fault or words), colour)
+    if tracked:
+        text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, tr('tracked'))}"
+    return text
+
+
+def trails_text(apart: float) -> str:
+    """Return rich text about the distance of hands and feet before and after, in figure heights."""
+    same = "&lt; 0.001 %" if apart < 1e-5 else f"{100.0 * apart:.3f} %"
+    return "<br>" + tr("hands and feet differ by {share} of the height", share=same)
+
+
+def _fault_words(interval: Interval) -> str:
+    """Return the legend of an interval that is no twist error."""
+    degrees = float(np.degrees(interval.size))
+    fields = {"size": f"{plain(degrees)}°", "angle": f"{signed(degrees)}°", "joint": interval.joint}
+    kind = interval.kind
+    return of_core(kind.info.legend.format(**fields) if kind.info.legend else kind)
+
+
+def _unbroken(text: str) -> str:
+    return text.replace(" ", "&nbsp;")
+
+
+def _key(mark: str, colour: str, text: str) -> str:
+    return f"{inked(mark, colour)}&nbsp;{text}"

@@ -1,0 +1,87 @@
+"""How far the selected limb or bone is turned at a frame, and the circle on which that shows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from inspector.viewport.bodies import BoneSegment
+from inspector.viewport.limb_circle import (
+    Circle,
+    bone_circle,
+    circle_of,
+    helper_circle,
+    times_drawn,
+)
+from inspector.viewport.limb_side import main_bone
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.rotation import Array, rotate
+
+LEAST_ANGLE = 0.5  # degrees, to be shown at a bone
+
+
+@dataclass(frozen=True, eq=False)
+class Turn:
+    """The circle of a turned limb or bone before correction, and how far its mark moves.
+
+    drawn: the turn as drawn, radians, `times` as wide as it is; after: the mark's place after
+    correction, (3,); line: True if the circle is about a limb's line, not about a bone.
+    """
+
+    circle: Circle
+    drawn: float
+    after: Array
+    times: int = 1
+    line: bool = True
+
+    @property
+    def spoke(self) -> Array:
+        """The centre and the middle of the fan's rim, (2, 3)."""
+        return np.stack([self.circle.centre, self.circle.at(np.array([-0.5 * self.drawn]))[0]])
+
+
+def turn_of(
+    chain: Chain,
+    offset: float,
+    before: tuple[Array, Array],
+    after: tuple[Array, Array],
+    bones: Sequence[BoneSegment],
+    skeleton: Skeleton,
+    height: float,
+    towards: Array,
+) -> Turn | None:
+    """Return the turn of a chain or limb at a frame, or None if it has no circle.
+
+    The bone of a chain has a circle only if it is turned; its fan is on the near side. offset:
+    radians; before, after: global rotations (joints, 4) and positions (joints, 3); height: of the
+    figure; towards: unit vector towards the viewer, (3,).
+    """
+    if isinstance(chain, Limb):
+        circle = circle_of(chain, before[1])
+        return None if circle is None else Turn(circle, offset, after[1][chain.child])
+    if isinstance(chain, Helper):
+        circle = helper_circle(chain, skeleton, before, height)
+        if circle is None:
+            return None
+        placed = helper_circle(chain, skeleton, after, height) or circle
+        return Turn(circle, offset, placed.centre + placed.aside)
+    bone = main_bone(chain, bones)
+    if bone is None or abs(offset) < np.radians(LEAST_ANGLE):
+        return None
+    front = rotate(before[0][chain.parent], bone.normal)
+    circle = bone_circle(before[1][[chain.parent, chain.child]], front, height)
+    if circle is None:
+        return None
+    times = times_drawn(offset)
+    # The fan may begin at the front, at the back or at a side of the bone.
+    quarters = np.pi / 2.0 * np.arange(4.0)
+    middles = circle.at(quarters - 0.5 * times * offset) - circle.centre
+    start = circle.at(quarters)[int(np.argmax(middles @ towards))]
+    circle = replace(circle, aside=start - circle.centre)
+    mark = circle.at(np.array([-times * offset]))[0]
+    return Turn(circle, times * offset, mark, times, line=False)

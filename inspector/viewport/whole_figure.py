@@ -1,0 +1,158 @@
+"""The whole figure as a small drawing, for a picture that shows only a part of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QWidget
+
+from inspector.viewport.bone_colours import Role
+from inspector.viewport.camera import OrbitCamera
+from inspector.viewport.scene import Scene
+from inspector.viewport.solid_and_ghost import Pose
+from inspector.widgets.theme import Theme
+from twistcore.skeleton.rotation import Array, rotate
+
+_SHARE, _BOUNDS = 0.30, (64, 150)  # of a picture's width; pixels
+_TALL = 1.3  # height to width
+_AIR = 1.3  # around the figure
+_NOSE = 1.9  # from the middle of the head to the tip, in half widths
+_GAP = 9.0  # pixels from a joint to the letter of its side
+
+
+@dataclass(frozen=True, eq=False)
+class Miniature:
+    """A drawing of the figure in pixels.
+
+    bones: ends, (n, 2, 2); roles: of bone_colours.Role, (n,); heads: centre, nose,
+    (heads, 2, 2); radius: of the heads, (heads,); facing: True for a face towards the viewer,
+    (heads,); letters: the pixel of each side's letter, (2,).
+    """
+
+    bones: Array
+    roles: NDArray[np.int64]
+    heads: Array
+    radius: Array
+    facing: NDArray[np.bool_]
+    letters: Mapping[str, Array]
+
+
+def miniature_size(picture: tuple[int, int]) -> QSize:
+    """Return the size of the drawing for a picture of this width and height, pixels."""
+    wide = round(min(max(_SHARE * picture[0], _BOUNDS[0]), _BOUNDS[1]))
+    return QSize(wide, round(_TALL * wide))
+
+
+def bone_ends(scene: Scene, pose: Pose) -> Array:
+    """Return the ends of all bones, (bones, 2, 3)."""
+    start = pose.positions[[b.parent for b in scene.bones]]
+    tips = np.array([b.tip for b in scene.bones]).reshape(-1, 3)
+    return np.stack([start, start + rotate(pose.rotations[[b.parent for b in scene.bones]], tips)],
+                    axis=1)  # fmt: skip
+
+
+def miniature(
+    scene: Scene,
+    pose: Pose,
+    ends: Array,
+    own: NDArray[np.bool_],
+    sides: Mapping[str, int],
+    camera: OrbitCamera,
+    size: QSize,
+) -> Miniature:
+    """Return a drawing of the figure as the camera sees it, in whole.
+
+    ends: of all bones, (bones, 2, 3); own: the bones to draw, (bones,); sides: the joint at which
+    to write the letter of each side.
+    """
+    wide, high = size.toTuple()
+    shown = ends[own]
+    whole = camera.framing(shown.reshape(-1, 3), wide / high, margin=_AIR)
+    owners = {scene.bones[k].parent for k in np.flatnonzero(own)}
+    fronts = [f.bone for f in scene.fronts if f.face and f.bone.parent in owners]
+    parents, widths = [b.parent for b in fronts], np.array([b.width for b in fronts])
+    vectors = np.array([(b.tip, b.normal) for b in fronts]).reshape(-1, 2, 3)
+    tip, ahead = rotate(pose.rotations[parents][:, None], vectors).swapaxes(0, 1)
+    heads = pose.positions[parents] + tip
+    rim = heads + widths[:, None] * whole.axes[0]
+    nose = heads + _NOSE * widths[:, None] * ahead
+    at = pose.positions[list(sides.values())].reshape(-1, 3)
+    points, _ = whole.project(np.vstack([shown.reshape(-1, 3), heads, rim, nose, at]), wide, high)
+    cuts = np.cumsum([2 * len(shown), len(heads), len(heads), len(heads)])
+    bones, centre, rims, noses, places = np.split(points, cuts)
+    middle = places.mean(axis=0) if len(places) else places
+    aside = [_GAP if at[0] >= middle[0] else -_GAP for at in places]
+    return Miniature(
+        bones.reshape(-1, 2, 2),
+        pose.roles[own],
+        np.stack([centre, noses], axis=1),
+        1.2 * np.linalg.norm(rims - centre, axis=1),
+        ahead @ whole.direction > 0.0,
+        {s: at + np.array([by, 0.0]) for s, at, by in zip(sides, places, aside, strict=True)},
+    )
+
+
+class WholeFigure(QWidget):
+    """The small drawing of the whole figure."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._miniature: Miniature | None = None
+        self._words: Mapping[str, str] = {}
+        self.hide()
+
+    def colour(self, theme: Theme) -> None:
+        """Apply the theme's colours."""
+        self._theme = theme
+        self.update()
+
+    def show_miniature(self, drawn: Miniature, at: QRect, words: Mapping[str, str]) -> None:
+        """Show a drawing at a place in the view; words: the letter of each side."""
+        self._miniature, self._words = drawn, words
+        self.setGeometry(at)
+        self.show()
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the figure, with the selected limb in its colour."""
+        if self._miniature is None:
+            return
+        drawn, theme, painter = self._miniature, self._theme, QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        paper = QColor(theme.raised)
+        paper.setAlpha(235)
+        painter.setPen(QColor(theme.line))
+        painter.setBrush(paper)
+        painter.drawRoundedRect(self.rect().adjusted(0, 0, -1, -1), 4, 4)
+        inks = {Role.CHOSEN: theme.accent, Role.BEFORE: theme.before, Role.AFTER: theme.after}
+        for role in Role:
+            pen = QPen(QColor(inks.get(role, theme.soft)), 4.0 if role in inks else 2.0)
+            pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+            painter.setPen(pen)
+            painter.drawLines(
+                [QLineF(*a, *b) for a, b in drawn.bones[drawn.roles == role].tolist()]
+            )
+        for head, radius, facing in zip(drawn.heads, drawn.radius, drawn.facing, strict=True):
+            centre, nose = (QPointF(*point) for point in head.tolist())
+            face = QColor(theme.surface if facing else theme.soft)
+            middle = centre + (nose - centre) * 0.4  # of the eyes
+            aside = QPointF(0.45 * radius, 0.0)
+            painter.setPen(QPen(QColor(theme.soft), 2.5))
+            painter.setBrush(face)
+            if facing:
+                painter.drawEllipse(centre, radius, 1.25 * radius)
+                painter.drawPoints([middle - aside, middle + aside])
+            else:
+                painter.drawLine(centre, nose)
+                painter.drawEllipse(centre, radius, 1.25 * radius)
+        painter.setPen(QColor(theme.text))
+        for side, at in drawn.letters.items():
+            box = QRectF(0.0, 0.0, 20.0, 20.0)
+            box.moveCenter(QPointF(*at.tolist()))
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self._words.get(side, ""))
