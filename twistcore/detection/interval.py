@@ -198,6 +198,11 @@ class Interval:
         """True if the kind of error may be corrected without a person's decision."""
         return self.repairable and self.kind.info.automatic
 
+    def may_be_same(self, other: Interval) -> bool:
+        """True if both have the same chain and kind, and for a single joint the same joint."""
+        same = (self.chain, self.kind) == (other.chain, other.kind)
+        return same and (self.joint == other.joint or not self.kind.info.repairer)
+
     def with_offset(self, start: int, offset: Array) -> Interval:
         """Return the interval with another start and offset."""
         return replace(self, start=start, stop=start + len(offset), offset=offset)

@@ -18,7 +18,6 @@ from twistcore.review.model import (
     as_written,
     carried_over,
     chain_places,
-    may_be_same,
 )
 from twistcore.skeleton.rig import Rig
 from twistcore.work.frozen import dataclass
@@ -404,7 +403,7 @@ def _overlaps(earlier: tuple[Judged, ...], found: list[Interval]) -> Iterator[tu
         for at in range(bisect_left(starts, start - longest), bisect_left(starts, stop)):
             n = by_start[at]
             common = min(stop, found[n].stop) - max(start, found[n].start)
-            if common > 0 and may_be_same(found[n], judged.interval):
+            if common > 0 and found[n].may_be_same(judged.interval):
                 yield -common, k, n
 
 

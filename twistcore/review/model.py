@@ -319,12 +319,6 @@ def resized(interval: Interval, start: int, stop: int) -> Interval:
     return interval.with_offset(start, interval.offset[at])
 
 
-def may_be_same(one: Interval, other: Interval) -> bool:
-    """True if two intervals have the same chain, kind and, for a single joint, the same joint."""
-    same = (one.chain, one.kind) == (other.chain, other.kind)
-    return same and (one.joint == other.joint or not one.kind.info.repairer)
-
-
 def same_offsets(one: Interval, other: Interval) -> bool:
     """True if two intervals of a chain have the same frames and, up to rounding, offsets."""
     frames = (one.start, one.stop, one.carried) == (other.start, other.stop, other.carried)
@@ -410,7 +404,7 @@ def _common(one: Interval, other: Interval) -> int:
 
     It is also 0 or less for errors that cannot be the same.
     """
-    if not may_be_same(one, other):
+    if not one.may_be_same(other):
         return 0
     return min(one.stop, other.stop) - max(one.start, other.start)
 
