@@ -135,10 +135,11 @@ class IntervalsPanel(QWidget):
             action.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Unfold or fold a group with Right and Left, or with a click on its arrow."""
+        """Unfold or fold a group with a click on its arrow or, if it is in view, with a key."""
         if isinstance(event, QShortcutEvent):
             on, group = _FOLDING.get(event.key().toString()), self._groups.selected
-            if on is not None and group is not None and group.unfolded != on:
+            seen = not self.table.visibleRegion().isEmpty()
+            if seen and on is not None and group is not None and group.unfolded != on:
                 self._unfold(group, on)
                 return True
         elif isinstance(event, QMouseEvent) and event.type() == QEvent.Type.MouseButtonPress:

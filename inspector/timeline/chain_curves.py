@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from inspector.language import tr
 from inspector.session.document import Document
 from inspector.timeline.curve_values import centre_of, unreliable_spans
-from inspector.timeline.curves import Curves, Title, number
+from inspector.timeline.curves import NOTHING, Curves, Title, number
 from twistcore.analysis.correction import Angles
 from twistcore.detection import DETECTORS
+from twistcore.detection.paper import running_offset
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import TwistSignals
 
@@ -20,7 +21,8 @@ class ChainCurves(Curves):
     """The curves of the document's selected chain.
 
     before, after: the chain's angles as captured and after correction; centres: the usual values of
-    θp and θc, in radians.
+    θp and θc, in radians; running: the offset(t) of the paper at the chain's τ, in radians, empty
+    in an exercise.
     """
 
     unreliable_words = tr("azimuth unreliable")
@@ -37,10 +39,14 @@ class ChainCurves(Curves):
         self.is_m = DETECTORS.info(document.method).is_m
         self.centres = {k: centre_of(getattr(self.before, name)) for k, name in ANGLES}
         self.after: Angles | TwistSignals = self.before
+        self.running = NOTHING
 
     def follow_review(self) -> None:
-        """Update the values after correction from the review's intervals."""
+        """Update the values after correction from the review's intervals and τ."""
         self.after = self.document.corrected.angles(self._chain)
+        tau = self.document.review.state.tau.get(self._chain.name)
+        blind = self.document.data is None or self.document.data.blind
+        self.running = NOTHING if blind or tau is None else running_offset(self.before, tau)
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
         """Return the values with θc added: θc at the previous frame plus the edited change."""

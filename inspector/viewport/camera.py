@@ -168,7 +168,7 @@ def roll_direction(
         first = np.cross(axis, facing)
     first = normalise(first)
     second = np.cross(axis, first)
-    turns = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)[:, None]
+    turns = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)[:, None]
     across = np.cos(turns) * first + np.sin(turns) * second
     tilts = np.repeat(_TILTS, len(turns))
     seen = np.tile(across, (len(_TILTS), 1)) + tilts[:, None] * axis

@@ -157,7 +157,7 @@ class Steering(QWidget):
             above = int(data.motion.skeleton.parents[chain.parent])  # its skin is twisted as well
         facing = scene.facing(after[1], chain.person)
         side = limb_side(
-            chain, scene.bones, before, after, facing, scene.up,
+            chain, scene.bodies, before, after, facing, scene.up,
             skeleton=data.motion.skeleton, height=scene.height, above=above,
             body=scene.people.get(chain.person, ()),
         )  # fmt: skip

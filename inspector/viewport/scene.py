@@ -183,6 +183,11 @@ class Scene:
             self._circle.draw(circle, offset, before=before, after=after, line=line)
 
     @property
+    def bodies(self) -> tuple[BoneSegment, ...]:
+        """All bones, and the heads and chests as bones."""
+        return (*self.bones, *(front.bone for front in self.fronts))
+
+    @property
     def circled(self) -> bool:
         """True if a limb's circle is visible."""
         return self._circle is not None and self._circle.circle.shown

@@ -127,6 +127,10 @@ def test_right_unfolds_and_left_folds_wherever_the_focus_is(qtbot, kick):
         press_in(qtbot, kick, focus, KEY.Key_Period)  # only moves
         assert (len(things(kick)), document.frame) == (3, frame + 1)
         document.go_to(frame)
+    kick.docks["history"].raise_()  # in front of the list
+    qtbot.waitUntil(lambda: kick.intervals.table.visibleRegion().isEmpty())
+    press(qtbot, kick, KEY.Key_Right)
+    assert (len(things(kick)), document.frame) == (3, frame + 1)
     assert decided(kick) == []
 
 

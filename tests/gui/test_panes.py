@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from inspector.timeline import panes
 from inspector.timeline.plot import plots
 from inspector.timeline.timeline import Timeline
 from inspector.widgets.theme import DARK, Colours
+from twistcore.detection.paper import running_offset
+from twistcore.skeleton.rotation import wrap
 
 SPEED = """
 import numpy as np
@@ -80,3 +84,26 @@ def test_where_room_is_short_the_pane_of_least_priority_goes(qtbot, document, on
     timeline.show()
     timeline.refresh()
     assert timeline.grid.shown == [one_more]
+
+
+def test_the_papers_offset_is_drawn_next_to_the_removed_one(qtbot, document):
+    timeline = Timeline(document, Colours(DARK))
+    qtbot.addWidget(timeline)
+    timeline.resize(600, 900)
+    timeline.show()
+    document.select_chain("LeftForeArm")
+    timeline.refresh()
+    pane, tau = timeline.panes["offset"], document.review.state.tau["LeftForeArm"]
+    signals = document.data.signals["LeftForeArm"]
+    expected = np.degrees(wrap(running_offset(signals, tau)))
+    np.testing.assert_allclose(pane.values["running"][0], expected, atol=1e-9)
+    document.set_tau(2.0 * tau)
+    timeline.refresh()
+    expected = np.degrees(wrap(running_offset(signals, 2.0 * tau)))
+    np.testing.assert_allclose(pane.values["running"][0], expected, atol=1e-9)
+    assert "paper's offset" in "".join(text for text, _ in pane.front.title)
+    # In an exercise it would show where the hidden errors are.
+    document.show_clip(replace(document.data, blind=True))
+    document.select_chain("LeftForeArm")
+    timeline.refresh()
+    assert not len(pane.values["running"][0])

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from inspector.language import tr
-from inspector.timeline.curves import Curves, Title, number
+from inspector.timeline.chain_curves import ChainCurves
+from inspector.timeline.curve_values import degrees_about
+from inspector.timeline.curves import NOTHING, Curves, Title, number
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.plot import Plot
 
@@ -16,10 +18,19 @@ def _draw(curves: Curves, pane: Pane) -> None:
     degrees = np.degrees(curves.offset)
     pane.set_curve("offset", degrees)
     curves.grow(pane, degrees, _LEAST)
+    running = curves.running if isinstance(curves, ChainCurves) else NOTHING
+    y, seams = degrees_about(running, 0.0)
+    pane.set_curve("running", y, seams)
+    if len(y):
+        curves.grow(pane, y, _LEAST)
 
 
 def _describe(curves: Curves, frame: int) -> Title:
-    return [(f"{tr('Offset removed')} ", "soft"), (number(curves.offset, frame), "text")]
+    title = [(f"{tr('Offset removed')} ", "soft"), (number(curves.offset, frame), "text")]
+    if isinstance(curves, ChainCurves) and len(curves.running):
+        title.append(("   " + tr("paper's offset ╌"), "soft"))
+        title.append((number(curves.running, frame), "soft"))
+    return title
 
 
 plot = Plot(
@@ -31,6 +42,7 @@ plot = Plot(
     axis=lambda _: tr("offset (°)"),
     draw=_draw,
     describe=_describe,
-    styles=(CurveStyle("offset", "text"),),
+    # The paper's offset(t) is drawn dimmed under the offset that the review removes.
+    styles=(CurveStyle("running", "soft", dashed=True), CurveStyle("offset", "text")),
     shade=False,
 )
