@@ -35,7 +35,8 @@ from twistcore.synthesis import draw_errors, generator, inject
 
 _CHAINS = 1  # with errors in a clip
 _SIZE = (1440, 900)
-_NAMED = {"reviewer": "Kim"}  # so that the first decision does not ask for a name
+# So that the first decision does not ask for a name, and each decides one interval.
+_NAMED = {"reviewer": "Kim", "group_errors": False}
 _FOREIGN = "another program wrote this"
 
 

@@ -53,9 +53,9 @@ def own_copy(bundled: Path) -> Path:
 
 
 def _begin(parts: Parts) -> None:
-    for look in ("skin", "side_by_side"):
-        parts.actions_by_id[look].setChecked(True)
     worst = parts.review_actions.go_to_worst()
+    for look in ("skin", "side_by_side"):  # whatever is remembered for the kind of error
+        parts.actions_by_id[look].setChecked(True)
     if worst is not None and worst.interval.kind == Kind.COUNTER_TWIST:
         parts.bar.offer(_sentence(parts, worst), ())
 

@@ -60,7 +60,7 @@ def test_a_folder_from_its_worst_clip_to_the_next(tmp_path, takes, look):
     """Opened, counted, exported, gone on with, gone back, and no box in the way."""
     with (
         real_screen(tmp_path, size=(1440, 900), look=look) as screen,
-        watched(screen, tmp_path, takes, settings={"reviewer": "Kim"}) as p,
+        watched(screen, tmp_path, takes, settings={"reviewer": "Kim", "group_errors": False}) as p,
     ):
         p.until("window.document.data is not None")
         p.until("not window.queue.running")
@@ -128,7 +128,9 @@ def test_a_folder_from_its_worst_clip_to_the_next(tmp_path, takes, look):
 def test_after_a_crash_the_program_offers_what_was_not_saved(tmp_path, takes, look):
     """Started with nothing: it names the clip, counts the decisions, and goes on in the folder."""
     with real_screen(tmp_path, look=look) as screen:
-        with watched(screen, tmp_path, takes, settings={"reviewer": "Kim"}) as p:
+        with watched(
+            screen, tmp_path, takes, settings={"reviewer": "Kim", "group_errors": False}
+        ) as p:
             p.until("window.document.data is not None")
             p.settle()
             name = p.ask(NAME)

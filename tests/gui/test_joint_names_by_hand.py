@@ -77,6 +77,8 @@ def test_the_roll_of_a_twist_bone_is_reviewed_to_the_end(screen, tmp_path):
         p.until("'Ctrl+E' in window.bar.label.text()")
         assert p.decisions() == ["accepted"]
         screen.key("ctrl+shift+e")
+        path = str(tmp_path / "popped_refined.bvh")
+        p.until(f"__import__('os').path.isfile({path!r})", 60.0)
         p.until("'popped_refined' in window.bar.label.text()", 60.0)
     written, j = read_bvh(tmp_path / "popped_refined.bvh").motion, UNREAL.skeleton.index(HELPER)
     assert np.degrees(geodesic_angle(written.rotations, UNREAL.rotations)[:, j].max()) < 4.0
