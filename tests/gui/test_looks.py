@@ -12,6 +12,7 @@ from PySide6.QtCore import QPoint, QRect
 from PySide6.QtGui import QGuiApplication, QTextTable
 from PySide6.QtWidgets import QWidget
 
+import twistcore as tc
 from inspector.app import make_application
 from inspector.panels.position_line import FrameLine
 from inspector.session.settings import Settings
@@ -25,11 +26,15 @@ from tests.conftest import ASSETS
 from tests.gui.looks import EVERY
 from tests.gui.windows import act, open_clip
 from tests.twistcore.test_capture_faults import faulty_clip
+from tests.twistcore.test_joint_repairs import SKELETON, WALK, spiked, turned
 from tests.twistcore.test_strangers import flipping_helper
 from twistcore.detection import Kind
 from twistcore.formats.bvh.compose import bvh_text
 
 CHECK = Path(__file__).with_name("layout_check.py")
+_FAULTS = Kind.NOISE_BURST, Kind.FROZEN
+_OF_JOINTS = Kind.STRETCH, Kind.SPIKE
+_OF_LIMBS = Kind.COUNTER_TWIST, Kind.LIMB_FLIP, Kind.LONE_JUMP
 
 
 # What fits a narrow window in German, whose words are longer, and English at a large scale fits the
@@ -107,14 +112,20 @@ def test_a_dock_alone_in_a_low_window_has_its_title(qtbot, show_window):
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("kind", list(Kind), ids=str)
+@pytest.mark.parametrize("kind", [*_FAULTS, *_OF_JOINTS, *_OF_LIMBS, Kind.HELPER_ROLL], ids=str)
 def test_a_low_window_lists_four_intervals_above_a_whole_card(qtbot, show_window, tmp_path, kind):
     window = show_window(Settings())
     resize(qtbot, window, LAPTOP)
     if kind == Kind.HELPER_ROLL:
         clip = tmp_path / "flipping.bvh"
         clip.write_bytes(bvh_text(flipping_helper()).encode())
-    elif kind.of_capture:
+    elif kind in _OF_JOINTS:
+        clip = tmp_path / "joints.bvh"
+        both = turned("LeftFoot", 200, 260).rotations.copy()
+        arm = SKELETON.index("LeftForeArm")
+        both[:, arm] = spiked("LeftForeArm", 150, 152).rotations[:, arm]
+        tc.write_clip(WALK, WALK.motion.with_rotations(both), clip)
+    elif kind in _FAULTS:
         clip = tmp_path / "faulty.bvh"
         clip.write_bytes(faulty_clip().data)
     else:
@@ -125,7 +136,7 @@ def test_a_low_window_lists_four_intervals_above_a_whole_card(qtbot, show_window
     window.document.select_interval(judged.id, jump=True)
     area, table, card = window.docks["intervals"].widget(), window.intervals.table, window.detail
     qtbot.waitUntil(lambda: rows_seen(table) >= 4)
-    link = [card.to_quality] if kind.of_capture else []
+    link = [card.to_quality] if kind in _FAULTS else []
     for part in (card.title, card.why, *link, card.start, card.reason, *card.buttons.values()):
         assert whole(part, area), part
     assert not any(
