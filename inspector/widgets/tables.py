@@ -299,7 +299,9 @@ class RowTable(QTableView):
     def numbers_width(self) -> int:
         """The width of the column of numbers, 0 if it is not shown."""
         numbers = self.verticalHeader()
-        return 0 if numbers.isHidden() else numbers.sizeHint().width()
+        if numbers.isHidden():
+            return 0
+        return max(numbers.sizeHint().width(), numbers.minimumWidth())
 
     def keep_room(self, first: int, spared: Sequence[int]) -> None:
         """Hide the columns `spared`, one by one, while the first column is
