@@ -6,7 +6,17 @@ from typing import Any
 
 
 class TwistError(Exception):
-    """Base of all errors that users should see; the message is one sentence."""
+    """Base of all errors that users should see; the message is one sentence.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> try:
+    ...     tc.read_clip("none.bvh")
+    ... except tc.TwistError as error:
+    ...     print(error)
+    none.bvh: expected a BVH file, but there is no such file
+    """
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle sentence and attributes without __init__, so that errors can cross processes."""

@@ -32,7 +32,33 @@ LEAST = float(np.radians(0.1))  # where the tail of a filtered offset is cut
 
 @dataclass(frozen=True, eq=False)
 class InjectedError:
-    """A known error that `inject` puts into a motion."""
+    """A known error that `inject` puts into a motion.
+
+    Parameters
+    ----------
+    chain : str
+        Name of the chain or limb.
+    start, stop : int
+        Frames from 0; `stop` is exclusive.
+    offset : ndarray, shape (stop − start,)
+        The angles by which the parent is turned, in radians.
+    leak : ndarray, shape (stop − start,), optional
+        The angles by which the compensation of the child, or of a limb's end, is wrong, in radians.
+    kind : Kind
+        A counter-twist, a limb flip or a carried roll.
+    carried : bool
+        For a flip, True if the limb's end turns along. True for a carried roll, in which C rolls
+        along.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import twistcore as tc
+    >>> error = tc.InjectedError("LeftArm", 100, 120, np.radians(np.full(20, 60.0)))
+    >>> dirty = tc.inject(tc.read_clip("assets/walk.bvh"), [error])
+    >>> tc.detect(dirty)["LeftArm"][0]
+    <Interval LeftArm 100–120: +60.0°, confidence 1.00>
+    """
 
     chain: str
     start: int
