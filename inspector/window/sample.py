@@ -54,7 +54,7 @@ def own_copy(bundled: Path) -> Path:
 
 def _begin(parts: Parts) -> None:
     worst = parts.review_actions.go_to_worst()
-    for look in ("skin", "side_by_side"):  # whatever is remembered for the kind of error
+    for look in ("skin", "side_by_side"):  # even if the kind of error has another look
         parts.actions_by_id[look].setChecked(True)
     if worst is not None and worst.interval.kind == Kind.COUNTER_TWIST:
         parts.bar.offer(_sentence(parts, worst), ())
