@@ -139,9 +139,10 @@ class IntervalColumns(QObject):
         """Fit the columns and their widths to the width of the table, if anything has changed."""
         table, header = self._table, self._table.horizontalHeader()
         room = table.width() - table.verticalScrollBar().sizeHint().width() - 2
-        room -= table.numbers_width
+        numbers = table.numbers_width
         laid = (
             room,
+            numbers,
             tuple(self._samples.items()),
             self._with_text,
             tuple(self._settings.columns),
@@ -154,11 +155,15 @@ class IntervalColumns(QObject):
         widths = {column.id: self._width(column) for column in COLUMNS}
         chosen, names = self._settings.columns, widths[_ALWAYS]
         least = names if chosen else min(_LEAST, names)
-        if chosen:  # the table scrolls if they do not fit
-            shown = [c.id for c in COLUMNS if c.id in {_ALWAYS, *chosen}]
-        else:
-            shown = shown_by_room(widths, self._with_text, room, least)
-        rest = room - sum(widths[name] for name in shown if name != _ALWAYS)
+        for numbered in (numbers, 0):  # in a very narrow table, the numbers give way
+            if chosen:  # the table scrolls if they do not fit
+                shown = [c.id for c in COLUMNS if c.id in {_ALWAYS, *chosen}]
+            else:
+                shown = shown_by_room(widths, self._with_text, room - numbered, least)
+            rest = room - numbered - sum(widths[name] for name in shown if name != _ALWAYS)
+            if chosen or rest >= least:
+                break
+        table.verticalHeader().setVisible(numbered > 0)
         last_grows = shown[-1] in ("note", "joints")  # if not, the chains' names take the rest
         header.setStretchLastSection(last_grows)
         widths[_ALWAYS] = max(least, min(rest, names) if last_grows else rest)

@@ -277,6 +277,7 @@ class RowTable(QTableView):
         self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
         self.setSelectionMode(mode.ExtendedSelection if several else mode.SingleSelection)
         self.verticalHeader().hide()
+        self._has_numbers = False
         self.set_room(room)
         self._first, self._spared = 0, tuple[int, ...]()
         self._widths: dict[int, int] = {}  # widths of columns before any was hidden
@@ -294,14 +295,14 @@ class RowTable(QTableView):
         numbers.setDefaultAlignment(_RIGHT)
         numbers.setMinimumWidth(numbers.fontMetrics().horizontalAdvance("00") + _BESIDE)
         numbers.show()
+        self._has_numbers = True
 
     @property
     def numbers_width(self) -> int:
-        """The width of the column of numbers, 0 if it is not shown."""
+        """The width that the column of numbers needs, even if it is hidden, or 0 without numbers."""
         numbers = self.verticalHeader()
-        if numbers.isHidden():
-            return 0
-        return max(numbers.sizeHint().width(), numbers.minimumWidth())
+        needs = max(numbers.sizeHint().width(), numbers.minimumWidth())
+        return needs if self._has_numbers else 0
 
     def keep_room(self, first: int, spared: Sequence[int]) -> None:
         """Hide the columns `spared`, one by one, while the first column is
