@@ -299,7 +299,7 @@ class RowTable(QTableView):
 
     @property
     def numbers_width(self) -> int:
-        """The width that the column of numbers needs, even if it is hidden, or 0 without numbers."""
+        """The width that the column of numbers needs, even if hidden; 0 without numbers."""
         numbers = self.verticalHeader()
         needs = max(numbers.sizeHint().width(), numbers.minimumWidth())
         return needs if self._has_numbers else 0
