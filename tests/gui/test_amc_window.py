@@ -53,7 +53,7 @@ def test_the_export_says_before_what_the_figure_cannot_turn(qtbot, window, tmp_p
     open_clip(qtbot, window, dirty(tmp_path / "in", False))
     act(window, "next_interval")
     act(window, "turn_end")  # a kept foot would have to turn about an axis that it has not
-    window.document.accept_undecided()
+    act(window, "accept")
     dialog = ExportDialog(window.document, window)
     qtbot.addWidget(dialog)
     assert "rfoot" in " ".join(label.text() for label in dialog.findChildren(QLabel))
