@@ -37,7 +37,7 @@ from PySide6.QtWidgets import QApplication
 app = QApplication([])
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
-window = MainWindow(Settings(turn_ms=0), None)
+window = MainWindow(Settings(turn_ms=0, group_errors=False), None)
 window.show()
 document, timeline, told = window.document, window.timeline, {}
 

@@ -35,6 +35,11 @@ def changed(one, other):
     return float((np.abs(before - now) > DIFFERS).mean())
 
 
+@pytest.fixture(autouse=True)
+def chain_by_chain():
+    """The worst interval first: pictures show what a new user sees."""
+
+
 @pytest.fixture
 def taken(qapp, tmp_path, monkeypatch):
     """Pictures taken now, elsewhere than those of the docs."""
