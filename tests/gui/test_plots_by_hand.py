@@ -22,7 +22,7 @@ def one_program(screen, tmp_path_factory):
     """One for all: starting it takes longer than most that is done with it."""
     screen.park()
     folder = tmp_path_factory.mktemp("program")
-    with watched(screen, folder, INJECTED) as started:
+    with watched(screen, folder, INJECTED, settings={"reviewer": "Kim"}) as started:
         yield started
 
 
