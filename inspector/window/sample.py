@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import platformdirs
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence
 
 from inspector.bundled import SAMPLE
@@ -57,7 +58,11 @@ def _begin(parts: Parts) -> None:
     for look in ("skin", "side_by_side"):  # even if the kind of error has another look
         parts.actions_by_id[look].setChecked(True)
     if worst is not None and worst.interval.kind == Kind.COUNTER_TWIST:
-        parts.bar.offer(_sentence(parts, worst), ())
+        sentence = _sentence(parts, worst)
+        parts.bar.offer(sentence, ())
+        parts.document.interval_changed.connect(
+            lambda: parts.bar.withdraw(sentence), Qt.ConnectionType.SingleShotConnection
+        )
 
 
 def _sentence(parts: Parts, worst: Judged) -> str:

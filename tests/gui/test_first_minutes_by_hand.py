@@ -73,6 +73,8 @@ def test_the_sample_is_ones_own_and_opens_where_it_is_worst(tmp_path, look):
                 assert not p.ask(f"window.settings.{name}"), "the sample changes a setting"
             p.press("a")
             p.until("window.document.review.position == 1")
+            # The sentence is about the worst interval alone.
+            p.until(f"not window.bar.isVisible() or window.bar.label.text() != {said!r}")
             p.press("ctrl+s")
             wait_until(lambda: list(documents.glob("*/*.twist.json")))
         with watched(screen, tmp_path) as p:  # the next day: where one was
