@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAccessible, QAccessibleEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
 from inspector.language import of_core, tr
 from inspector.widgets.building import hbox, soft, tool_button
 from inspector.widgets.labels import as_tip
 
 _SHOWN_MS = 8000
+_AROUND = 90  # pixels of margins, gaps and the button that closes the bar
 
 Answers = Sequence[tuple[str, Callable[[], object]]]
 
@@ -107,6 +108,17 @@ class MessageBar(QFrame):
             button.clicked.connect(lambda _=False, do=slot: do())
             self._answers.addWidget(button)
         self._keys.setText(", ".join(f"Alt+{k}" for k in range(1, len(answers) + 1)))
+        self._stack()
+
+    def _stack(self) -> None:
+        """Put the buttons below one another, without their keys, if the view is too narrow."""
+        parts = (self.label, *self.buttons(), self._keys)
+        wide = sum(part.minimumSizeHint().width() for part in parts) + _AROUND
+        view = self.parentWidget()
+        narrow = view is not None and wide > view.width()
+        directions = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
+        self._answers.setDirection(directions[narrow])
+        self._keys.setVisible(not narrow)
 
     def clear(self) -> None:
         """Hide the bar and discard its question."""
