@@ -140,7 +140,7 @@ class _SearchLine(QLineEdit):
     def __init__(self) -> None:
         super().__init__(placeholderText=tr("Search"), clearButtonEnabled=True)
         self.setAccessibleName(tr("Search the intervals"))
-        self.setMinimumWidth(60)
+        self.setMinimumWidth(48)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus | Qt.FocusPolicy.TabFocus)
         tip = tr(
             "Search for words of the chain, joints, kind, decision, note or reason.\nTo search "
