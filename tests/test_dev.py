@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import textwrap
+import threading
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ import pytest
 import dev
 from checkout import all_tests, environment, places, screens, starting, system_packages
 from inspector import system_libraries
+from tests.gui import forked
 
 needs_xvfb = pytest.mark.skipif(
     not sys.platform.startswith("linux") or not shutil.which("Xvfb"), reason="needs Xvfb"
@@ -317,6 +319,25 @@ def test_tests_run_although_what_they_are_forked_off_is_gone(bare_project, monke
             assert all_tests.run_part(["test_a.py"], output, parent) == passed
             assert lost.wait(20) == -signal.SIGKILL
     assert not starting.RUNNING
+
+
+@pytest.mark.thorough
+def test_a_program_that_is_left_over_does_not_keep_the_run_from_ending(tmp_path):
+    script = tmp_path / "stays.py"
+    script.write_text("import time\ntime.sleep(600)\n")
+    parent = forked.Parent()
+    program = parent.start([script], dict(os.environ))
+    ended = threading.Thread(target=parent.end, daemon=True)
+    try:
+        ended.start()
+        ended.join(60)
+        assert not ended.is_alive()
+        assert program.poll() is None
+    finally:
+        program.kill()
+        program.wait()
+        program.close()
+        ended.join()
 
 
 @pytest.mark.parametrize(

@@ -387,8 +387,8 @@ def explanation(
     if why := interval.kind.info.why:
         size = f"{plain(np.degrees(interval.size))}°"
         offer = interval.kind.info.offer if interval.correctable else ""
-        told = {"joint": interval.joint, "size": size}
-        said = " ".join(f"{of_core(part.format(**told))}." for part in (why, offer) if part)
+        fields = {"joint": interval.joint, "size": size}
+        said = " ".join(f"{of_core(part.format(**fields))}." for part in (why, offer) if part)
         rest = worse_line(measures) if offer else _NOT_CORRECTED
         made = tr("Made by hand.") if judged.by_hand else ""
         return " ".join(filter(None, (said, rest, made)))

@@ -122,10 +122,10 @@ class StartPage(QScrollArea):
         """Arrange the buttons in a row or, in a narrow window, one below the other."""
         sides = 2 * _MARGIN + self.verticalScrollBar().sizeHint().width()
         widths = [[self.buttons[k].sizeHint().width() + _APART for k in r] for r in (_FIRST, _OWN)]
-        beside, way = max(map(sum, widths)) + sides <= width, QBoxLayout.Direction
+        fits, way = max(map(sum, widths)) + sides <= width, QBoxLayout.Direction
         for row in self._rows:
-            row.setDirection(way.LeftToRight if beside else way.TopToBottom)
-            row.setSpacing(_APART if beside else _APART // 3)
+            row.setDirection(way.LeftToRight if fits else way.TopToBottom)
+            row.setSpacing(_APART if fits else _APART // 3)
 
 
 def _button(action: QAction, text: str) -> QPushButton:

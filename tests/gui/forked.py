@@ -125,7 +125,9 @@ class Parent:
         """No more programs; those that were forked off go on."""
         atexit.unregister(self._at_exit)
         self._asked.close()
-        self._process.communicate()
+        self._process.stdin.close()
+        self._process.wait()
+        self._process.stdout.close()  # not read to its end: programs that go on hold it, too
 
 
 _parents: dict[int, Parent] = {}

@@ -34,7 +34,7 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
     }
 )
 _LONG = 0.7  # seconds: longer intervals are mostly motion, with one exception:
-_LONG_TOLD = 2.0  # seconds: as long may an interval last that a silent joint shows
+_LONG_SILENT = 2.0  # seconds: as long may an interval last that a silent joint shows
 _CLEAR, _SILENT = 3.0, 20.0  # nats: the azimuth is clear, or a joint that is silent elsewhere
 _AGAINST = -5.0  # nats by which one of both bones speaks against an error of a straight limb
 _QUIET = 0.1  # degrees: a bone that hardly turns
@@ -45,7 +45,7 @@ _SMALL = 3.0  # degrees: a smaller turn is left to a person, unless it is clear
 _NEVER = -3.0
 _MOTION = -3.0  # log odds below which a turn is taken for motion
 _SURE = 1.5  # log odds from which doubts are not listed
-_TOLD = -0.4  # log odds from which a term is listed as a doubt
+_LISTED_BELOW = -0.4  # log odds from which a term is listed as a doubt
 
 _USUAL = 10.0  # degrees: a fast turn of a joint for which the clip has no comparison
 _UNNAMED = "joint"
@@ -96,7 +96,7 @@ def weighed(t: Terms) -> dict[str, float]:
     told = t.hinged and t.edge_bend > BENT and t.for_azimuth < _SPEAKS and t.for_side < _SPEAKS
     known = not math.isnan(t.off_before)
     nearer = math.log((t.off_before + 1.0) / (t.off_after + 1.0)) if known else 0.0
-    long = _LONG_TOLD if t.silent else _LONG
+    long = _LONG_SILENT if t.silent else _LONG
     together = math.log(max(t.together, 0.05) / 2.0)
     beside = math.log(max(t.step / (t.natural or _USUAL), 0.2) / 2.5)
     return {
@@ -151,11 +151,11 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
     small = t.step < _SMALL and not (_clear(t) or t.silent)
     joint = MIDDLE.get(segment, _UNNAMED)
     score = sum(parts.values())
-    against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD]
-    told = dict.fromkeys([*reversed(vetoes), *against])
-    if "off_its_hinge" in told:  # that doubt says the same
-        told.pop("off_its_side", None)
-    doubts = [_in_words(name, t, joint) for name in told if score < _SURE]
+    against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _LISTED_BELOW]
+    listed = dict.fromkeys([*reversed(vetoes), *against])
+    if "off_its_hinge" in listed:  # "off_its_side" would repeat this doubt
+        listed.pop("off_its_side", None)
+    doubts = [_in_words(name, t, joint) for name in listed if score < _SURE]
     if small:
         doubts.insert(0, _in_words("small", t, joint))
     words = tuple(d for d in doubts if d)

@@ -17,7 +17,7 @@ Mask = NDArray[np.bool_]
 BENT = float(np.radians(30.0))  # bend from which a limb's twist is well determined
 # for so long a clip's limb must be bent to show anything about the straight one
 ANCHOR_SECONDS = 0.1
-TOLD = float(np.radians(0.5))  # bend below which the side to which C's bone leaves P's is unknown
+SIDE_KNOWN = float(np.radians(0.5))  # below this bend, the side of the bend is unknown
 WINDOW = 0.13  # seconds of a mirrored transition
 LEAST_TURN = float(np.radians(8.0))  # least turn of either joint in a transition
 LEAST_SHARE = 0.35  # least ratio of the smaller turn to the larger
@@ -74,7 +74,7 @@ class Bend:
         if self.azimuth is None or (where is not None and not where.any()):
             return None
         off, weight = self.azimuth[frames], np.sin(self.angle[frames]) ** 2
-        weight[self.angle[frames] < TOLD] = 0.0
+        weight[self.angle[frames] < SIDE_KNOWN] = 0.0
         back = off + offset
         off, back = (np.where(self.bent[frames], wrap(v), 0.5 * wrap(2.0 * v)) for v in (off, back))
         if where is not None:
