@@ -4,8 +4,17 @@ import json
 
 import pytest
 
+import twistcore as tc
+from tests.conftest import ASSETS
+from tests.twistcore.reviews import spun
+from twistcore.batch.clip_task import process
+from twistcore.batch.inputs import find_inputs
+from twistcore.batch.manifest import Manifest
+from twistcore.batch.parameters import Parameters
+from twistcore.batch.run import run_batch
 from twistcore.batch.stored_rows import decisions_of_clip, result_of
 from twistcore.errors import FormatError
+from twistcore.work.processes import each
 
 JUMP = {
     "chain": "LeftLeg", "start": 3, "stop": 9, "kind": "lone jump", "delta_deg": 139.6,
@@ -32,3 +41,16 @@ def test_a_lone_jump_is_told_with_its_joint_and_its_speed():
 def test_of_decisions_what_is_written_again_is_what_is_known():
     document = '{"accepted": 1, "rejected": 0, "undecided": 2, "also": [1e300]}'
     assert decisions_of_clip(document) == {"accepted": 1, "rejected": 0, "undecided": 2}
+
+
+def test_a_batch_reads_again_what_it_wrote_of_a_stretch(tmp_path):
+    walk = tc.read_clip(ASSETS / "walk.bvh")
+    motion = spun("LeftFoot", 200, 280, 180.0, walk.motion)
+    (tmp_path / "in").mkdir()
+    tc.write_clip(walk, motion, tmp_path / "in" / "clip.bvh")
+    sources = find_inputs([str(tmp_path / "in")], tmp_path / "out").sources
+    run_batch(tmp_path / "out", sources, Parameters(), lambda tasks, _: each(process, tasks, 1))
+    with Manifest.open(tmp_path / "out") as manifest:
+        (record,) = manifest.records()
+    kinds = {entry["kind"] for entry in record.result["intervals"]}
+    assert {"stretch", "lone jump"} <= kinds

@@ -184,7 +184,7 @@ def _interval(entry: Any, last: int) -> None:
     for key, check in _OF_INTERVAL.items():
         if entry.get(key) is not None:
             check(entry[key], key)
-    if entry.get("turn_deg") is not None:  # a lone jump also has these
+    if entry["kind"] == Kind.LONE_JUMP and entry.get("turn_deg") is not None:
         text(has(entry, "joint", "speed_deg_s")["joint"], "joint")
         number(entry["speed_deg_s"], "speed_deg_s")
 
