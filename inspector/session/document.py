@@ -71,6 +71,7 @@ class Document(OpenClip):
         # Decisions made in this run without a reviewer's name, as (id, time).
         self._unsigned: set[tuple[int, str]] = set()
         self._drag = secrets.randbits(52)  # unlike any number in an earlier journal
+        self.interval_changed.connect(self._preview_selected)
 
     # -- opening clips -----------------------------------------------------------------------------
 
@@ -130,7 +131,7 @@ class Document(OpenClip):
         self.method = data.analysis.usable(review.state.method)
         self.rigs.begin(data)
         self._corrected = Corrected(data.analysis)
-        self._corrected.take(review.state.chosen(undecided=True))
+        self._corrected.take(self._previewed())
 
     def snapshot(self, parent: QObject | None = None) -> Document:
         """Return a copy with the same clip, review and selection that writes nothing to disk."""
@@ -402,13 +403,18 @@ class Document(OpenClip):
 
     def _review_changed(self) -> None:
         others = self._take_chains()
-        self.corrected.take(self.review.state.chosen(undecided=True))
+        self.corrected.take(self._previewed())
         for signal in others:
             signal.emit()
         self._follows_review()
         if self.interval is None:
             self.select_interval(None)
         self.intervals_changed.emit()
+
+    def _preview_selected(self) -> None:
+        """Show the correction of the selected interval instead of an alternative to it."""
+        if self.data is not None and self.corrected.take(self._previewed()):
+            self.intervals_changed.emit()
 
     def _take_chains(self) -> Sequence[SignalInstance]:
         """Use the chains of the review; return the signals to emit."""

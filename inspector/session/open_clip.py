@@ -13,6 +13,7 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.session.opening import Analysed
 from twistcore.analysis.correction import Corrected
+from twistcore.analysis.error_groups import without_alternatives
 from twistcore.batch.how_bad import root_mean_square
 from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
@@ -176,6 +177,20 @@ class OpenClip(QObject):
         """
         assert self._corrected is not None
         return self._corrected
+
+    def _previewed(self) -> tuple[Interval, ...]:
+        """Return the intervals whose corrections are shown: all that are not rejected, but of
+        alternative corrections of the same frames only the accepted, selected or surest one.
+        """
+        assert self.data is not None
+        state, chains = self.review.state, self.data.chains_and_limbs
+        first = [
+            j.interval
+            for j in state.intervals
+            if j.decision == Decision.ACCEPTED or j.id == self.interval_id
+        ]
+        skeleton = self.data.motion.skeleton
+        return without_alternatives(state.chosen(undecided=True), chains, skeleton, chosen=first)
 
     @property
     def suggested_chains(self) -> frozenset[str]:

@@ -18,6 +18,7 @@ _LIGHT = np.array([0.34, -0.24, -0.06, -0.60, -0.28, 0.50, -0.45])
 _DARK = np.array([0.10, -0.24, -0.06, 0.55, -0.28, 0.34, -0.52])
 _SCALED = np.array([0.10, -0.24, -0.06, -0.55, -0.28, 0.15, -0.45])
 GHOST_ALPHA = (50.0, 80.0, 45.0, 240.0, 45.0, 0.0, 32.0)  # alpha of the ghost's PARTS
+_SUGGESTED = 0.35  # share of the colour of after in a suggestion
 _SCALE = ("#f3cf52", "#e8603c", "#b0308f")  # |offset| of 60°, 120°, 180°, which differ in lightness
 
 
@@ -28,7 +29,7 @@ class Role(IntEnum):
     CHOSEN = 1  # in the selected chain
     BEFORE = 2
     AFTER = 3
-    SUGGESTED = 4  # corrected, but nobody has decided so: only the stripes have the colour of after
+    SUGGESTED = 4  # corrected, but nobody has decided so: pale, with the stripes of after
 
 
 def rgb(colour: str) -> Floats:
@@ -50,8 +51,8 @@ def shaded(colour: Floats, share: Floats) -> Floats:
 
 def palette(theme: Theme) -> Floats:
     """Return the colours by role and part, (5, 7, 3) in 0…255."""
-    by_role = theme.bone, theme.bone, theme.before, theme.after, theme.bone
-    colours = np.stack([rgb(c) for c in by_role])
+    by_role = theme.bone, theme.bone, theme.before, theme.after
+    colours = np.stack([*(rgb(c) for c in by_role), mix(theme.bone, theme.after, _SUGGESTED)])
     out = shaded(colours[:, None], _DARK if theme.dark else _LIGHT)
     if theme.dark:
         out[:, JOINT] = mix(theme.bone, theme.surface, 0.28)

@@ -66,13 +66,14 @@ class AngleSign:
 
     degrees: the offset; times: how many times as wide its fan is drawn; bone: the ends of its bone
     before correction, (2, 3); spoke: the centre and the middle of the rim of its fan, (2, 3), or
-    None without a fan.
+    None without a fan; rim: points all along the fan's rim, (n, 3).
     """
 
     degrees: float
     times: int
     bone: Array
     spoke: Array | None
+    rim: Array
 
 
 class FrameDrawing:
@@ -185,8 +186,10 @@ class FrameDrawing:
             return None
         _, positions = document.pose(document.frame, after=False)
         turn = None if fault else self.turn(scene, camera)
-        times, spoke = (1, None) if turn is None else (turn.times, turn.spoke)
-        return AngleSign(degrees, times, positions[[chain.parent, chain.child]], spoke)
+        bone = positions[[chain.parent, chain.child]]
+        if turn is None:
+            return AngleSign(degrees, 1, bone, None, bone)
+        return AngleSign(degrees, turn.times, bone, turn.spoke, turn.rim)
 
     def own_joints(self, scene: Scene) -> tuple[int, ...]:
         """Return the joints of the person with the selected chain, or of the first person."""
@@ -293,8 +296,14 @@ def suggested_bones(document: Document, scene: Scene) -> NDArray[np.bool_]:
     """Return which bones only suggested corrections turn at the frame, (bones,)."""
     skeleton = scene.data.motion.skeleton
     chains = map(document.find_chain, document.suggested_chains)
-    wanted = {pair for chain in chains for pair in _turned_bones(chain, skeleton)}
+    wanted = {pair for chain in chains for pair in _moved_bones(chain, skeleton)}
     return np.array([(b.parent, b.child) in wanted for b in scene.bones], dtype=bool)
+
+
+def _moved_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
+    """Return the bones of `_turned_bones`, and C's bone, which a carried roll turns as well."""
+    turned = _turned_bones(chain, skeleton)
+    return [*turned, (chain.child, chain.grandchild)] if type(chain) is Chain else turned
 
 
 def _turned_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:

@@ -221,7 +221,7 @@ class LimbCircle:
         """Return the points of the arrow along the circle to the mark of after."""
         radius = float(np.linalg.norm(circle.aside))
         stop = turn - np.sign(turn) * min(self._mark / radius, 0.5 * abs(turn))
-        size = min(2.0 * self._mark, 0.5 * radius * abs(stop))
+        size = min(2.0 * self._mark, 0.3 * radius * abs(stop))
         back = stop - np.sign(turn) * size / radius
         way = circle.at(np.append(np.linspace(0.0, stop, _ARC + 1), back))
         out = (way[-1] - circle.centre) / radius

@@ -22,6 +22,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, rotate
 
+_RIM = 12
 LEAST_ANGLE = 0.5  # degrees, to be shown at a bone
 
 
@@ -43,6 +44,12 @@ class Turn:
     def spoke(self) -> Array:
         """The centre and the middle of the fan's rim, (2, 3)."""
         return np.stack([self.circle.centre, self.circle.at(np.array([-0.5 * self.drawn]))[0]])
+
+    @property
+    def rim(self) -> Array:
+        """Points on the fan's rim from before to after, and half as far from its centre, (n, 3)."""
+        rim = self.circle.at(np.linspace(0.0, -self.drawn, _RIM))
+        return np.vstack([rim, (rim + self.circle.centre) / 2.0])
 
 
 def turn_of(

@@ -18,6 +18,12 @@ from twistcore.skeleton.rotation import Array
 
 _Shown = TypeVar("_Shown", bound=QWidget)
 _MARGIN = 8  # pixels between overlays and the border
+NOTHING: Array = np.zeros((0, 2))
+_WAYS = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+_COMPASS = np.stack([np.cos(_WAYS), np.sin(_WAYS)], axis=1)
+_REACHES = 14.0, 32.0, 54.0, 80.0  # pixels from a place to a label that would cover something there
+_FAR = 0.08  # covered samples for which a label moves away by a pixel
+_SAMPLE = 6  # pixels
 SIDES = {"Left": tr_as("side", "L"), "Right": tr_as("side", "R")}  # letters in the picture
 EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")
 
@@ -93,54 +99,63 @@ class Overlays:
         bone: Array | None = None,
         thick: float = 0.0,
         spoke: Array | None = None,
+        busy: Array = NOTHING,
     ) -> None:
         """Show an angle in the left picture, or hide it.
 
         bone: its ends in pixels, (2, 2); thick: its radius in pixels; spoke: from the centre of a
-        fan to its rim, in pixels, (2, 2), to show the angle outside; by default next to the bone.
+        fan to its rim, in pixels, (2, 2), to show the angle outside; by default next to the bone;
+        busy: pixels that should stay in view, (n, 2).
         """
-        view = self.notice.parentWidget()
-        assert view is not None
         if not text or bone is None:
             self.angle.hide()
             return
         if text != self.angle.text():
             self.angle.setText(text)
         size = self.angle.sizeHint()
-        room = QSize(view.width() // (2 if self._split else 1), view.height())
-        wide, high = size.width(), size.height()
-        (x, y), (across, down) = bone.mean(axis=0), np.abs(bone[1] - bone[0])
+        middle, turn = bone.mean(axis=0), bone[1] - bone[0]
         if spoke is not None:
-            away = (spoke[1] - spoke[0]) / max(float(np.linalg.norm(spoke[1] - spoke[0])), 1.0)
-            x, y = spoke[1] + away * (np.abs(away) @ (wide, high) / 2 + _MARGIN)
-            left, top = x - wide / 2, y - high / 2
-        elif down >= across:
-            left, top = x + thick, y - high / 2
-            if left + wide > room.width():
-                left = x - thick - wide
-        else:
-            left, top = x - wide / 2, y - thick - high
-            if top < self.top:
-                top = y + thick
-        left = min(max(left, 0), room.width() - wide)
-        top = min(max(top, self.top), room.height() - high)
-        self.angle.setGeometry(QRect(QPoint(round(left), round(top)), size))
+            middle, turn = spoke[1], spoke[1] - spoke[0]
+        away = turn / max(float(np.linalg.norm(turn)), 1.0)
+        if spoke is None:
+            away = np.array([-away[1], away[0]])
+        reach = (_MARGIN if spoke is not None else thick) + _half(size, away)
+        first = middle + reach * away
+        self.angle.setGeometry(self._clear_place(first, size, busy, around=middle))
         self.angle.show()
 
-    def show_sides(self, places: Mapping[str, Array]) -> None:
-        """Show the letters of the left and the right side centred at pixels (2,) of the left
-        picture; a letter that does not fit into the picture is hidden.
+    def show_sides(self, places: Mapping[str, Array], busy: Array = NOTHING) -> None:
+        """Show the letters of the left and the right side at pixels (2,) of the left picture, or
+        near them if something else is there; a letter that does not fit into the picture is hidden.
+
+        busy: pixels that should stay in view, (n, 2).
         """
         room = self._room()
         for side, label in self.sides.items():
-            if (at := places.get(side)) is not None:
-                box = QRect(QPoint(0, 0), label.sizeHint())
-                box.moveCenter(QPoint(*np.round(at).astype(int).tolist()))
-                angle = self.angle.geometry()
-                if not self.angle.isHidden() and angle.intersects(box):
-                    box.moveTop(angle.bottom() + 2)
-                label.setGeometry(box)
-            label.setVisible(at is not None and room.contains(box))
+            at = places.get(side)
+            if at is not None and room.contains(QPoint(*np.round(at).astype(int).tolist())):
+                label.setGeometry(self._clear_place(at, label.sizeHint(), busy, around=at))
+                busy = np.vstack([busy, sampled(label.geometry())])
+                label.show()
+            else:
+                label.hide()
+
+    def _clear_place(self, first: Array, size: QSize, busy: Array, *, around: Array) -> QRect:
+        """Return where a label of a size covers least: with its centre at `first`, or not far
+        from `around`; both are pixels, (2,).
+        """
+        room = self._room()
+        least = np.array(room.topLeft().toTuple()) + np.array(size.toTuple()) / 2.0
+        most = np.array(room.bottomRight().toTuple()) + 1.0 - np.array(size.toTuple()) / 2.0
+        near = [around + (reach + _half(size, way)) * way for reach in _REACHES for way in _COMPASS]
+        centres = np.clip(np.vstack([first, *near]), least, np.maximum(least, most))
+        half = np.array(size.toTuple()) / 2.0 + 1.0
+        covered = (np.abs(busy[None] - centres[:, None]) < half).all(axis=2).sum(axis=1)
+        far = np.linalg.norm(centres - first, axis=1)
+        at = centres[int(np.argmin(covered + _FAR * far))]
+        box = QRect(QPoint(0, 0), size)
+        box.moveTopLeft(QPoint(*np.round(at - np.array(size.toTuple()) / 2.0).astype(int).tolist()))
+        return box
 
     def show_whole(self, drawn: Miniature | None, size: QSize, busy: Array) -> None:
         """Show the whole figure in the corner of the left picture that has most room, or hide it.
@@ -230,6 +245,20 @@ class OffsetScale(QWidget):
             middle = bar.left() + bar.width() * degrees / 180.0
             left = min(max(middle - wide / 2.0, bar.left()), bar.right() - wide + 1)
             painter.drawText(QPointF(left, self.height() - 4 - self.fontMetrics().descent()), text)
+
+
+def _half(size: QSize, way: Array) -> float:
+    """Return how far the border of a box is from its centre in a direction, about; pixels."""
+    return float(np.abs(way) @ size.toTuple()) / 2.0
+
+
+def sampled(box: QRect) -> Array:
+    """Return pixels all over a box, (n, 2)."""
+    x, y = (
+        np.arange(box.left(), box.right() + 1, _SAMPLE),
+        np.arange(box.top(), box.bottom() + 1, _SAMPLE),
+    )
+    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2).astype(float)
 
 
 def _let_through(widget: _Shown) -> _Shown:

@@ -177,7 +177,8 @@ class Scene:
     ) -> None:
         """Draw the circle of the selected limb or bone, as LimbCircle.draw; None hides it."""
         if circle is not None and self._circle is None:
-            self._circle = LimbCircle(self.height, self.renderers())
+            # In two pictures, only before has the circle: after is shown as it would be.
+            self._circle = LimbCircle(self.height, self.renderers()[:1])
             self._circle.colour(self._theme)
         if self._circle is not None:
             self._circle.draw(circle, offset, before=before, after=after, line=line)

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
+from inspector.language import tr
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.frame_drawing import FrameDrawing
-from inspector.viewport.overlays import Overlays
+from inspector.viewport.overlays import NOTHING, Overlays, sampled
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.whole_figure import bone_ends, miniature, miniature_size
-from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.rotation import Array, rotate
 
 _GIRTH = 0.035  # half the width of a limb and some air, in figure heights
 _BESIDE = 14.0  # pixels from a limb to the letter of its side
+_HEAVY = 3  # a fan or another label weighs as much as so many bones
+_THIN = 0.02  # half the width of a bone, in figure heights
+_ALONG = np.linspace(0.0, 1.0, 12)
 _TOO_LARGE = 0.02  # share of the picture by which a figure may be outside
 
 
@@ -28,24 +32,42 @@ def show_signs(
     """Show the signs of the pose that was drawn; size: of a picture, pixels."""
     thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
     sign, pose = drawing.angle_to_show(scene, camera), drawing.left
-    busy, spoke = np.zeros((0, 2)), None
+    busy, spoke = NOTHING, None
+    body = NOTHING if pose is None else _body(scene, pose, camera, size)
     if sign is None:
         overlays.show_angle("")
     else:
         bone, depth = camera.project(sign.bone, *size)
         spoke = None if sign.spoke is None else camera.project(sign.spoke, *size)[0]
-        text = f"{abs(sign.degrees):.0f}°" + (f"  (×{sign.times})" if sign.times > 1 else "")
-        overlays.show_angle(text, bone, thick / float(depth.mean()), spoke)
-        corners = overlays.angle.geometry()
-        box = np.array([corners.topLeft().toTuple(), corners.bottomRight().toTuple()])
-        busy = np.vstack([bone, box] if spoke is None else [bone, box, spoke])
+        rim = camera.project(sign.rim, *size)[0]
+        body = np.vstack([body, *(rim,) * _HEAVY])
+        text = f"{abs(sign.degrees):.0f}°"
+        if sign.times > 1:
+            text = tr("{angle} (arc {times}× as wide)", angle=text, times=sign.times)
+        overlays.show_angle(text, bone, thick / float(depth.mean()), spoke, body)
+        angle = sampled(overlays.angle.geometry())
+        body = np.vstack([body, *(angle,) * _HEAVY])
+        busy = np.vstack([bone, angle] if spoke is None else [bone, angle, spoke])
     if pose is None or drawing.guest is not None:
         overlays.show_sides({})
         overlays.show_whole(None, miniature_size(size), busy)
         return
     places = _letters(drawing, pose, camera, size, thick, spoke)
-    overlays.show_sides(places)
+    overlays.show_sides(places, body)
     _show_whole(overlays, drawing, scene, pose, camera, size, np.vstack([busy, *places.values()]))
+
+
+def _body(scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]) -> Array:
+    """Return pixels all over the bones, heads and chests of a pose, (n, 2)."""
+    parents = [b.parent for b in scene.bodies]
+    start = pose.positions[parents]
+    stop = start + rotate(pose.rotations[parents], np.array([b.tip for b in scene.bodies]))
+    points = start[:, None] + _ALONG[:, None] * (stop - start)[:, None]
+    pixels, depth = camera.project(points, *size)
+    wide = np.array([max(b.width, _THIN * scene.height) for b in scene.bodies])[:, None]
+    reach = wide * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
+    across = np.stack([reach, np.zeros_like(reach)], axis=-1)
+    return np.concatenate([pixels, pixels + across, pixels - across]).reshape(-1, 2)
 
 
 def _letters(

@@ -3,18 +3,20 @@
 As with the twist bones of a game character, the roll of the skin changes evenly along a bone, from
 the joint above to the joint below. Correct joints give straight stripes. A joint that is wrongly
 turned winds the stripes up on one side and back on the other, although no joint has moved
-[Choi26 Fig. 1].
+[Choi26 Fig. 1]. A rigid fin along the front of each bone shows the bone's own roll: the fins of
+correct bones form a line, and the fin of a bone that is turned leaves it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inspector.viewport.bodies import BAND, SKIN, BoneSegment
+from inspector.viewport.bodies import BAND, SKIN, STRIPE, BoneSegment
 from inspector.viewport.mesh_actor import Index, segments
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import (
@@ -40,18 +42,20 @@ _GIRTH = {
     "Leg": (0.028, 0.017),
 }
 _USUAL = (0.024, 0.020)
+_FIN = 0.10, 0.90  # where the fin begins and ends, as shares of the bone
+_FOOT, _EDGE = (0.36, 0.80), (0.22, 1.40)  # half its width, and distance from the bone, in radii
 
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """Tubes of B bones with K rings of M vertices; vertices in the order (B, K, M).
+    """Tubes of B bones with K rings of M vertices, in the order (B, K, M), then the fins' vertices.
 
     parent, child: joints of the bones, (B,); below: the bone after C, or the bone itself, (B,);
     above: the bone before P, likewise; axis: P→C in P's coordinates, (B, 3); across: two unit
     vectors perpendicular to it, (B, 2, 3), aligned along the limb in the rest pose, so that stripes
     meet; radius: (B, K); circle: cosine and sine of the vertices, (M, 2); bone: index of the body's
-    bone, (B·K·M,); part: of bodies.PARTS, likewise; faces: (n, 4); edges: lines (n, 2) along the
-    dark stripes.
+    bone, (V,); part: of bodies.PARTS, likewise; faces: (n, 4); edges: lines (n, 2) along the dark
+    stripes; fin: vertices of the fins in P's coordinates, (B, F, 3); fin_normals: likewise.
     """
 
     parent: Index
@@ -66,6 +70,8 @@ class Skin:
     part: Index
     faces: Index
     edges: Index
+    fin: Array
+    fin_normals: Array
 
     @property
     def covered(self) -> frozenset[int]:
@@ -106,10 +112,14 @@ def build_skin(
     circle, dark, faces, edges = _ring(6 if fine else 3, count)
     size = len(STATIONS) * len(circle)
     part = np.tile(np.where(dark, BAND, SKIN), count * len(STATIONS))
-    bone_of = np.repeat([number for _, number in pairs], size).astype(np.int64)
+    fin, fin_normals, fin_part, fin_faces = _fins(bones, pairs, across, radius)
+    numbers_of = np.array([number for _, number in pairs], dtype=np.int64)
+    bone_of = np.append(np.repeat(numbers_of, size), np.repeat(numbers_of, len(fin_part)))
     return Skin(
-        parent, child, below, above, axis, across, radius, circle, bone_of, part, faces, edges
-    )
+        parent, child, below, above, axis, across, radius, circle, bone_of,
+        np.append(part, np.tile(fin_part, count)),
+        np.vstack([faces, count * size + fin_faces]), edges, fin, fin_normals,
+    )  # fmt: skip
 
 
 def roll(skin: Skin, rotations: Array) -> Array:
@@ -146,7 +156,12 @@ def drape(
     frame = frame / np.maximum(np.linalg.norm(frame, axis=-1, keepdims=True), 1e-6)
     normals = skin.circle @ frame  # (B, K, M, 3)
     points = centre[:, :, None] + grown * skin.radius[:, :, None, None] * normals
-    return points.reshape(-1, 3), normals.reshape(-1, 3)
+    turn = matrices.transpose(0, 2, 1)
+    fins, across = start[:, None] + skin.fin @ turn, skin.fin_normals @ turn
+    return (
+        np.vstack([points.reshape(-1, 3), fins.reshape(-1, 3)]),
+        np.vstack([normals.reshape(-1, 3), across.reshape(-1, 3)]),
+    )
 
 
 def _turned(angle: Array, sides: Array) -> Array:
@@ -164,6 +179,37 @@ def _carried(vector: Array, start: Array, stop: Array) -> Array:
     moved = vector - across * (2.0 * (across @ vector) / (across @ across))  # two mirrors: at
     moved = moved - stop * (2.0 * (stop @ moved))  # the middle, then at the end
     return normalise(moved - (moved @ stop) * stop)
+
+
+def _fins(
+    bones: Sequence[BoneSegment], pairs: Sequence[tuple[Chain, int]], across: Array, radius: Array
+) -> tuple[Array, Array, Index, Index]:
+    """Return the fins' vertices and normals (B, F, 3) in P's coordinates, the parts (F,) of a fin,
+    and all faces (n, 4).
+
+    A fin has a light edge and dark flanks. Its faces share no vertices, because each has its own
+    colour.
+    """
+    (foot, inside), (edge, outside) = _FOOT, _EDGE
+    section = np.array([[inside, -foot], [outside, -edge], [outside, edge], [inside, foot]])
+    sides, normals = [], []
+    for a, b in pairwise(section):  # flank, edge, flank
+        out = np.array([b[1] - a[1], a[0] - b[0]])
+        sides.append([(0, *a), (1, *a), (1, *b), (0, *b)])
+        normals.append(np.tile([0.0, *normalise(out)], (4, 1)))
+    for at in (0, 1):
+        sides.append([(at, *corner) for corner in section])
+        normals.append(np.tile([2.0 * at - 1.0, 0.0, 0.0], (4, 1)))
+    corners, out = np.array(sides, dtype=float).reshape(-1, 3), np.concatenate(normals)
+    part = np.repeat([STRIPE, SKIN, STRIPE, STRIPE, STRIPE], 4)
+    tips = np.array([bones[number].tip for _, number in pairs]).reshape(-1, 3)
+    along = np.array(_FIN)[corners[:, 0].astype(int)]  # (F,)
+    thick = np.array([np.interp(along, STATIONS, row) for row in radius]).reshape(-1, len(along), 1)
+    frame = np.concatenate([normalise(tips)[:, None], across], axis=1)
+    placed = along[:, None] * tips[:, None] + thick * (corners[:, 1:] @ across)
+    first = np.arange(len(pairs))[:, None, None] * len(corners)
+    faces = (first + np.arange(len(corners)).reshape(-1, 4)).reshape(-1, 4)
+    return placed, out @ frame, part, faces
 
 
 def _ring(pieces: int, bones: int) -> tuple[Array, NDArray[np.bool_], Index, Index]:

@@ -54,6 +54,13 @@ def dressed():
     return motion, chains, skin, rotations[0], positions[0]
 
 
+def tubes(skin, vertices):
+    """The vertices (bones, rings, M, 3) of the tubes, and (bones, F, 3) of the fins."""
+    size = skin.radius.size * len(skin.circle)
+    shape = (len(skin.parent), skin.radius.shape[1], -1, 3)
+    return vertices[:size].reshape(shape), vertices[size:].reshape(len(skin.parent), -1, 3)
+
+
 def skin_pixels(qtbot, view):
     """Pixels that the limbs' skin takes up."""
     whole = picture(qtbot, view)
@@ -93,6 +100,7 @@ def test_a_twist_of_90_degrees_wrings_the_skin(qtbot, document, show_view, tmp_p
     after = picture(qtbot, view)
     change = changed(before, after)
     assert limb.sum() > 3000
+    limb |= skin_pixels(qtbot, view)  # the fin now stands off elsewhere
     assert (change & limb).sum() >= 0.05 * limb.sum()
     assert (change & ~limb).sum() <= 0.002 * limb.size
 
@@ -114,20 +122,28 @@ def test_a_twist_runs_evenly_along_the_bone_and_back_on_the_next(dressed):
     assert change[above] == pytest.approx(delta, abs=np.radians(15))
     np.testing.assert_allclose(change[~own & ~above], 0.0, atol=1e-9)
     # The middle ring of the forearm has turned by half of it.
-    shape = (len(skin.parent), skin.radius.shape[1], -1, 3)
-    first = drape(skin, rotations, positions)[1].reshape(shape)
-    second = drape(skin, wrong, positions)[1].reshape(shape)
+    first, fins = tubes(skin, drape(skin, rotations, positions)[1])
+    second, turned = tubes(skin, drape(skin, wrong, positions)[1])
     middle = int(np.flatnonzero(own)[0]), 5
     angle = np.arccos(np.clip((first[middle] * second[middle]).sum(axis=-1), -1, 1))
     np.testing.assert_allclose(angle, delta * (1.0 - 0.42), atol=1e-6)
+    # The fin of the forearm, and no other, has turned by all of it.
+    edge = 6  # a vertex whose normal points out of the front
+    angles = np.arccos(np.clip((fins * turned).sum(axis=-1), -1, 1))[:, edge]
+    np.testing.assert_allclose(angles, np.abs(delta) * own, atol=1e-6)
 
 
 def test_the_skin_is_whole_and_has_unit_normals(dressed):
     motion, _, skin, rotations, positions = dressed
     points, normals = drape(skin, rotations, positions)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=0.3)
-    shape = (len(skin.parent), skin.radius.shape[1], -1, 3)
-    rings = points.reshape(shape)
+    rings, fins = tubes(skin, points)
+    height = motion.skeleton.height
+    starts, stops = positions[skin.parent][:, None], positions[skin.child][:, None]
+    along = (stops - starts) / np.linalg.norm(stops - starts, axis=2, keepdims=True)
+    out = np.linalg.norm(np.cross(fins - starts, along), axis=2)
+    assert (out.max(axis=1) > 1.2 * skin.radius[:, 5]).all()  # every fin stands off its tube
+    assert out.max() < 0.07 * height
     for bone, next_bone in enumerate(skin.below):
         if next_bone != bone:  # where one tube ends the next begins
             gap = np.linalg.norm(rings[bone, -1] - rings[next_bone, 0], axis=1).max()

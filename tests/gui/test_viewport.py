@@ -110,12 +110,13 @@ def test_what_nobody_decided_is_suggested_until_it_is_selected_or_accepted(
     qtbot.waitUntil(lambda: not shown()[1])  # nothing is suggested in the picture of before
 
 
-def test_the_suggested_form_is_grey_with_stripes_of_after():
+def test_the_suggested_form_is_paler_than_after_and_has_its_stripes():
     for theme in (DARK, LIGHT):
         colours = palette(theme)
         form = colours[Role.SUGGESTED]
         np.testing.assert_array_equal(form[BAND], colours[Role.AFTER, BAND])
-        np.testing.assert_array_equal(form[SKIN], colours[Role.PLAIN, SKIN])
+        plain, after = colours[Role.PLAIN, SKIN], colours[Role.AFTER, SKIN]
+        assert 0.0 < np.linalg.norm(form[SKIN] - plain) < np.linalg.norm(after - plain)
 
 
 def test_before_and_after_differ_in_colour_and_form(qtbot, document, show_view):

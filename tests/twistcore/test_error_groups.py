@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import twistcore as tc
-from twistcore.analysis.error_groups import error_groups
+from twistcore.analysis.error_groups import error_groups, without_alternatives
 from twistcore.detection import Interval, Kind
 
 ASSETS = Path(__file__).resolve().parents[2] / "assets"
@@ -164,3 +164,27 @@ def test_ten_times_as_many_intervals_take_about_ten_times_as_long(walk):
         return min(times)
 
     assert seconds(5000) < 30 * seconds(500)
+
+
+def test_of_two_corrections_of_the_same_frames_a_group_has_the_surer_one(walk):
+    roll = replace(made(KNEE, 20, 30, Kind.CARRIED_ROLL), confidence=0.9)
+    doubtful = replace(flip(20, 30), confidence=1.0, open=True)
+    assert groups_of(walk, roll, doubtful) == []
+    ((members, _),) = groups_of(walk, doubtful, roll, jump(30))
+    assert members == {1, 2}
+    later = replace(flip(30, 40), confidence=1.0)
+    ((members, _),) = groups_of(walk, roll, jump(30), later)  # not in the same frames
+    assert members == {0, 1, 2}
+
+
+def test_alternatives_are_not_corrected_together(walk):
+    chains, skeleton = walk
+    roll = replace(made(KNEE, 20, 30, Kind.CARRIED_ROLL), confidence=0.9)
+    doubtful = replace(flip(20, 30), confidence=1.0, open=True)
+    other_leg = made("LeftUpLeg", 20, 30)
+    every = (doubtful, roll, other_leg)
+    assert without_alternatives(every, chains, skeleton) == (roll, other_leg)
+    assert without_alternatives(every, chains, skeleton, chosen=[doubtful]) == (
+        doubtful, other_leg,
+    )  # fmt: skip
+    assert without_alternatives(every, chains, skeleton, chosen=[doubtful, roll]) == every

@@ -10,6 +10,9 @@ Three rules make the groups; none of them depends on decisions:
 3. *Series*: if at least three of these groups have the same kind of error in the same chain, in the
    same direction and of similar size in the middle, they are one group.
 
+Two corrections of different kinds for the same frames of a limb are alternatives, of which a
+reviewer chooses one: only the surer one is in the group.
+
 The limb of an interval is the limb of its joint: the nearest joint above it at which a limb begins,
 or the root. The cost grows linearly with the number of intervals, apart from sorting.
 """
@@ -17,7 +20,7 @@ or the root. The cost grows linearly with the number of intervals, apart from so
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -66,7 +69,7 @@ def error_groups(
     for members in of_limb.values():
         for one, other in (*_touching(intervals, members), *_overlapping(intervals, members)):
             union.join(one, other)
-    parts = [_led(intervals, part) for part in union.parts()]
+    parts = [_led(intervals, _without_alternatives(intervals, part)) for part in union.parts()]
     groups = [
         ErrorGroup(members, _name(intervals, members, by_name, repeated))
         for members, repeated in _with_series(intervals, parts)
@@ -160,6 +163,66 @@ def _overlapping(
             if common >= _SHARED * max(here.frames, there.frames):
                 yield k, other
         last[here.chain] = k
+
+
+def without_alternatives(
+    intervals: Sequence[Interval],
+    chains: Iterable[Chain],
+    skeleton: Skeleton,
+    *,
+    chosen: Iterable[Interval] = (),
+) -> tuple[Interval, ...]:
+    """Return the intervals without the corrections that are alternatives to surer ones.
+
+    Corrected together, two alternatives would turn a limb away from where each of them alone puts
+    it.
+
+    Parameters
+    ----------
+    intervals
+        The intervals whose corrections are to be shown together.
+    chains
+        All chains and limbs that they refer to.
+    skeleton
+        The skeleton of the clip.
+    chosen
+        The intervals that a person has accepted or selected. They are kept.
+    """
+    if len({i.kind for i in intervals if i.repairable}) < 2:
+        return tuple(intervals)
+    by_name = {chain.name: chain for chain in chains}
+    starts = _limb_starts(skeleton, by_name.values())
+    of_limb = defaultdict[int, list[int]](list)
+    for k, interval in enumerate(intervals):
+        chain = by_name.get(interval.chain)
+        of_limb[starts[chain.parent] if chain else -1].append(k)
+    first = {id(interval) for interval in chosen}
+    kept = {
+        k for members in of_limb.values() for k in _without_alternatives(intervals, members, first)
+    }
+    return tuple(interval for k, interval in enumerate(intervals) if k in kept)
+
+
+def _without_alternatives(
+    intervals: Sequence[Interval], part: list[int], chosen: Collection[int] = ()
+) -> list[int]:
+    """Return a part without the corrections that are alternatives to surer ones; chosen: the id()
+    of the intervals that are kept.
+    """
+    repairs = sorted((k for k in part if intervals[k].repairable), key=lambda k: intervals[k].start)
+    left: set[int] = set()
+    near: list[int] = []  # corrections that may share frames with the next one
+    for k in repairs:
+        near = [other for other in near if intervals[other].stop > intervals[k].start]
+        for other in near:
+            if intervals[other].kind != intervals[k].kind:
+                left.add(max(k, other, key=lambda n: _doubt(intervals[n], chosen)))
+        near.append(k)
+    return [k for k in part if k not in left or id(intervals[k]) in chosen]
+
+
+def _doubt(interval: Interval, chosen: Collection[int]) -> tuple[bool, bool, float]:
+    return id(interval) not in chosen, interval.open, -(interval.confidence or 0.0)
 
 
 def _led(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:

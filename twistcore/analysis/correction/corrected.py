@@ -64,12 +64,15 @@ class Corrected:
         self._offsets: dict[str, Array] = {}
         self._carried: dict[str, Array] = {}
         self._repairs = JointRepairs(())
+        self._alone: list[Interval] = []  # the intervals of single joints
         # the intervals that each of them is the sum of
         self._summed: dict[str, list[Interval]] = {}
         self._forms: dict[str, _ClosedForm | None] = {}
 
-    def take(self, intervals: Iterable[Interval]) -> None:
-        """Set the intervals to correct; the sums of unchanged chains are reused."""
+    def take(self, intervals: Iterable[Interval]) -> bool:
+        """Set the intervals to correct, and return whether that changes anything; the sums of
+        unchanged chains are reused.
+        """
         chosen: dict[str, list[Interval]] = {}
         alone: list[Interval] = []
         by_name = {chain.name: chain for chain in self._chains}
@@ -80,7 +83,8 @@ class Corrected:
                     alone.append(interval)
             elif interval.chain in (self._free_carried if interval.carried else self._free):
                 chosen.setdefault(interval.chain, []).append(interval)
-        self._repairs = JointRepairs(alone)
+        changed = chosen != self._summed or alone != self._alone
+        self._repairs, self._alone = JointRepairs(alone), alone
         for chain in [c for c in self._summed if self._summed[c] != chosen.get(c)]:
             del self._summed[chain], self._offsets[chain]
             self._carried.pop(chain, None)
@@ -89,6 +93,7 @@ class Corrected:
                 self._offsets |= offsets_by_chain(own, self._motion.frames)
                 self._carried |= carried_by_limb(own, self._motion.frames)
                 self._summed[chain] = own
+        return changed
 
     def offset(self, chain: str) -> Array:
         """Return the angle that is removed from the twist of a chain's P, radians, (frames,)."""
