@@ -1,4 +1,4 @@
-"""The command line of `twist-inspector` or `python -m inspector`, checked before Qt is loaded."""
+"""The command line of `twist-inspector` and `python -m inspector`, checked before Qt is loaded."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _NO_SCREEN = (
 )
 
 
-# Worker processes import this module and need no Qt, so `main` imports the window.
+# Worker processes import this module and need no Qt, so only `main` imports the window.
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `twist-inspector` and return its exit code."""
     arguments = _parser().parse_args(argv)
@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _wrong_arguments(arguments: argparse.Namespace) -> str:
-    """Return an error message if the arguments are wrong, or '' if they are fine."""
+    """Return an error message if the arguments are wrong, or ''."""
     file, picture, folder = arguments.file, arguments.screenshot, arguments.demo
     if arguments.language not in ("", "system", *codes()):
         return f"--language {arguments.language}: expected one of {', '.join(codes())} or system."
@@ -75,7 +75,7 @@ def _wrong_arguments(arguments: argparse.Namespace) -> str:
 
 
 def _missing_for_window() -> str:
-    """Return the reason why no window can be opened on this system, where Qt would crash, or ''."""
+    """Return the reason why this system cannot open a window, where Qt would crash, or ''."""
     if any(find_spec(name) is None for name in _WINDOW):
         return _NOT_INSTALLED
     platform = os.environ.get("QT_QPA_PLATFORM")

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from inspector.window.demo import Script
     from inspector.window.main_window import MainWindow
 
-_PATIENCE_MS = 500  # how long to wait for cancelled work
+_PATIENCE_MS = 500  # waiting time for cancelled work
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -48,11 +48,11 @@ def run(arguments: argparse.Namespace) -> int:
     splash = Splash(named_theme(settings.theme))
     if not (arguments.demo or arguments.screenshot):
         splash.show_at_once()
-    # After the application and the splash, because importing takes seconds from a cold disk, and
-    # builds tables of texts.
+    # After the application and the splash screen, because importing takes seconds from a cold disk,
+    # and builds tables of texts.
     from inspector.window.main_window import MainWindow
 
-    settings, complaint = load_settings(path)  # with the settings that features declare
+    settings, complaint = load_settings(path)  # including the settings that features declare
     window = MainWindow(settings, path)
     window.show()
     splash.finish(window)
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     if script is None:
         QTimer.singleShot(0, window, lambda: _begin(window, arguments.file))
 
-    stopped = 0  # not the event loop's result: closing the last window ends the loop with 0
+    stopped = 0  # not the event loop's result: the loop ends with 0 when the last window closes
 
     def end(number: int, _frame: object) -> None:
         nonlocal stopped
@@ -97,7 +97,7 @@ def _begin(window: MainWindow, path: Path | None) -> None:
 
 
 def _show_complaint(window: MainWindow, complaint: str) -> None:
-    """Show a message now, and show it again after a clip has opened with its own messages."""
+    """Show a message now, and again after a clip has opened with its own messages."""
     print(legible(complaint), file=sys.stderr)
     window.bar.show_message(complaint, True)
     again = partial(window.bar.add_error, complaint)
@@ -106,7 +106,7 @@ def _show_complaint(window: MainWindow, complaint: str) -> None:
 
 
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
-    """Return the script that drives the window for --demo or --screenshot, or None."""
+    """Return the script that runs the window for --demo or --screenshot, or None."""
     from inspector.window.demo import demo, screenshot
 
     if arguments.demo:
@@ -134,7 +134,7 @@ def make_application(language: str = "en") -> QApplication:
     app.setOrganizationName("Twist Inspector")
     app.setDesktopFileName("twist-inspector")
     app.setWindowIcon(program_icon())
-    shipped_families()  # before any text is drawn, as a system may have no fonts
+    shipped_families()  # before any text is drawn, since a system may have no fonts
     font = QFont(app.font())
     font.setFeature(QFont.Tag("tnum"), 1)  # digits of equal width, for columns of numbers
     app.setFont(font)

@@ -23,7 +23,7 @@ def collect_between_events(owner: QObject) -> None:
 
 
 def collect_due() -> None:
-    """Collect the oldest generation that is due according to Python's own thresholds."""
+    """Collect the oldest generation that is due according to Python's thresholds."""
     counts = zip(gc.get_count(), gc.get_threshold(), strict=True)
     due = [generation for generation, (count, limit) in enumerate(counts) if count > limit > 0]
     if due:
@@ -31,7 +31,7 @@ def collect_due() -> None:
 
 
 def keep_for_good() -> None:
-    """Exclude all existing objects, that is, the program itself, from future collections.
+    """Exclude all existing objects, which belong to the program, from future collections.
 
     Searching them each time would block the window for 0.15 s.
     """

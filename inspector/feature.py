@@ -36,14 +36,14 @@ Area = Qt.DockWidgetArea
 
 
 class HostWindow(QMainWindow):
-    """The window, as far as features use it.
+    """The window, as features use it.
 
     Attributes
     ----------
     docks
-        The docks by name.
+        The docks, keyed by name.
     actions_by_id
-        The actions by the ids of their rows.
+        The actions, keyed by the ids of their rows.
     """
 
     document: Document
@@ -62,7 +62,7 @@ class HostWindow(QMainWindow):
     built: dict[str, FeatureParts]
 
     def part(self, feature: Feature[Built]) -> Built:
-        """Return the parts that a feature has built in this window."""
+        """Return the parts that a feature has built for this window."""
         return cast("Built", self.built[feature.name])
 
     def open_path(self, path: Path) -> None:
@@ -70,18 +70,18 @@ class HostWindow(QMainWindow):
         raise NotImplementedError
 
     def save_quietly(self) -> bool:
-        """Save the review without a message; return True if it is on disk."""
+        """Save the review without a message. Returns True if it is on disk."""
         raise NotImplementedError
 
 
 class FeatureParts:
-    """The parts that a feature builds; their public attributes become attributes of the window."""
+    """The parts that a feature builds. Their public attributes become attributes of the window."""
 
     def connect(self, window: HostWindow) -> None:
-        """Build the parts that need the docks, and connect them with parts of other features."""
+        """Build the parts that need the docks, and connect them with other features."""
 
     def take(self, path: Path) -> bool:
-        """Show a file that was dropped on the window; return False if it is of another kind."""
+        """Show a file that was dropped on the window. Returns False for another kind of file."""
         return False
 
     def close(self) -> None:
@@ -97,11 +97,11 @@ class Tool:
     word
         The text on the button.
     place
-        Its position from the left, where a separator divides places with different tens digits (19
-        and 20, for example).
+        Its position from the left. A separator divides positions with different tens digits (19 and
+        20, for example).
     spared
-        When the word is hidden in a narrow window: first (1), second (2), or last (0), together
-        with the remaining words.
+        The step in which the word is hidden as the window gets narrower: first (1), second (2), or
+        last (0), together with the remaining words.
     """
 
     word: str
@@ -111,7 +111,7 @@ class Tool:
 
 @dataclass(frozen=True)
 class ActionRow(Generic[T]):
-    """A row of a menu. T is the type of the object on which its action works.
+    """A row of a menu. T is the type of the object to which its action applies.
 
     Attributes
     ----------
@@ -126,7 +126,7 @@ class ActionRow(Generic[T]):
     tool
         Its button in the toolbar, or None.
     verdict
-        True if the row decides on an interval, so that a held key acts once, and only on an
+        True if the row decides on an interval. A held key then acts only once, and only on an
         interval that has been drawn.
     """
 
@@ -148,7 +148,7 @@ class ActionRow(Generic[T]):
 
 @dataclass(frozen=True)
 class ActionSpec(ActionRow[T]):
-    """A row that runs a command; in a group, the command runs when the row becomes checked."""
+    """A row that runs a command. In a group, the command runs when the row becomes checked."""
 
     do: Callable[[T], object] = field(kw_only=True)
 
@@ -174,9 +174,9 @@ class Switch(ActionRow[T]):
 
 @dataclass(frozen=True)
 class MenuRows(Generic[T]):
-    """The rows of one menu; None stands for a separator.
+    """The rows of one menu, with None for a separator.
 
-    `after` is the id of the row after which they are inserted, or '' for the end of the menu.
+    `after` is the id of the row that they follow, or '' for the end of the menu.
     """
 
     menu: str
@@ -195,15 +195,15 @@ class DockPanel(Generic[T]):
     title
         Its title.
     area
-        The area where it is placed at first.
+        The initial area of the dock.
     content
         Function that returns the widget in the dock.
     shown
-        True if the dock is visible at first.
+        True if the dock is initially visible.
     empty_at_start
-        True if it is hidden at every start, because it has no content before something is opened.
+        True if the dock is hidden at every start, because it is empty until something is opened.
     tab
-        True if it is a tab next to the interval table.
+        True if the dock is a tab next to the interval table.
     before
         Name of the panel that it precedes, or '' if it comes last.
     """

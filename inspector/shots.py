@@ -117,7 +117,7 @@ def main() -> int:
             "twistcore",
             "quamo",
             "noise",
-        )  # the study's, not the window's
+        )  # the study's text, not the window's
         subprocess.run([*noise, EXERCISES[0], "-o", noisy, "--level", "A"], check=True)
         window.open_path(noisy)
         wait_for(lambda: document.data is not None and document.data.clip.path == noisy)
@@ -214,7 +214,7 @@ def main() -> int:
 
 
 def film(window: MainWindow) -> None:
-    """Record the README's film, with the striped skin before and after, at a tenth of the speed."""
+    """Record the README's film: before and after with the striped skin, at a tenth of the speed."""
     document = window.document
     with tempfile.TemporaryDirectory() as folder:
         window.resize(*_SIZE)
@@ -234,7 +234,7 @@ def film(window: MainWindow) -> None:
 
 
 def lead(window: MainWindow) -> None:
-    """Take pictures of the lessons' pages and of an exercise with its score."""
+    """Take pictures of the lessons' pages, and of an exercise with its score."""
     player, exercise = (
         window.part(of_lessons).lesson_actions.player,
         window.part(of_lessons).lesson_actions.hidden_errors,
@@ -289,7 +289,7 @@ def wait_for(ready: Callable[[], object]) -> None:
 
 
 def steady_picture(window: MainWindow) -> QImage:
-    """Return the window's picture once it has stopped changing, even on a busy machine."""
+    """Return a screenshot of the window once it has stopped changing, even on a busy machine."""
     window.statusBar().clearMessage()  # the message would disappear at some time
     seen, still_ms = window.grab().toImage(), 0
     ends = time.monotonic() + _PATIENCE_S
@@ -302,8 +302,9 @@ def steady_picture(window: MainWindow) -> QImage:
 
 
 def save(window: MainWindow, name: str, *, small: bool = False) -> None:
-    """Save a picture of the window once it is steady. If `small` is True, crop the part below the
-    3D view.
+    """Save a screenshot of the steady window.
+
+    If `small` is True, the part below the 3D view is cropped.
     """
     wait(_SETTLE_MS)
     picture = steady_picture(window)
@@ -315,7 +316,7 @@ def save(window: MainWindow, name: str, *, small: bool = False) -> None:
 
 
 def keep(picture: QImage, name: str) -> None:
-    """Write a picture to the docs' folder of images."""
+    """Write an image to the docs' folder of images."""
     path = IMAGES / f"{name}.png"
     picture.save(str(path), quality=0)
     print(path.relative_to(IMAGES.parent.parent))

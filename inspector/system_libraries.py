@@ -1,4 +1,4 @@
-"""The system libraries and the screen that windows need, and the packages that provide them.
+"""The system libraries and the screen that windows need, and the packages with the libraries.
 
 This module uses only the standard library of any Python 3, because dev.py runs it before installing
 anything.
@@ -25,7 +25,7 @@ LIBRARIES = {
     "libfontconfig.so.1": "libfontconfig1",
     "libdbus-1.so.3": "libdbus-1-3",
 }
-# Libraries that Qt needs on an X server; if one is missing, Qt ends the program.
+# Libraries that Qt needs on an X server. If one is missing, Qt ends the program.
 X_LIBRARIES = {
     "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
     "libxcb-cursor.so.0": "libxcb-cursor0",
@@ -63,7 +63,7 @@ def missing_libraries(platform: str = "xcb") -> dict[str, str]:
 
 
 def install_command(packages: Sequence[str]) -> list[str]:
-    """Return the command that installs Debian packages, to be run as root."""
+    """Return the command that installs Debian packages and must be run as root."""
     return ["apt-get", "install", "-y", "--no-install-recommends", *packages]
 
 

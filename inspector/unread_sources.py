@@ -1,4 +1,4 @@
-"""Stop PySide from reading the source of every imported module, which makes the start slower.
+"""Stop PySide from reading the source of each imported module, which slows down the start.
 
 PySide does this to support `from __feature__ import`, which this program does not use. This takes a
 sixth of the processor time of the program's start. PySide 6.10 has no setting for it; with other
@@ -13,8 +13,8 @@ from typing import Any
 
 
 def leave_sources_unread() -> None:
-    """Stop this reading, which must be done before PySide6 is imported for the first time."""
-    importlib.import_module("shiboken6")  # contains the reader; PySide6 starts it at once
+    """Stop this reading. Call this before PySide6 is imported for the first time."""
+    importlib.import_module("shiboken6")  # contains the reader, which PySide6 starts immediately
     reader: Any = sys.modules.get("shibokensupport.feature")
     if hasattr(reader, "_mod_uses_pyside"):
         reader._mod_uses_pyside = lambda _module: False

@@ -66,8 +66,8 @@ __all__ = [  # noqa: RUF022
 ]
 
 if not TYPE_CHECKING:
-    # Loaded when first used: numpy and scipy take half a second, and a program that only counts
-    # clips, such as the parent of many processes, needs neither.
+    # Loaded on first use: numpy and scipy take half a second, and a program that only counts clips,
+    # such as the parent of many processes, needs neither.
     _HOMES = {
         "analysis.clip_analysis": "ClipAnalysis Detection analyse detect",
         "analysis.correction.twist_removal": "refine",
@@ -89,7 +89,7 @@ if not TYPE_CHECKING:
     _ROOMS = {home.partition(".")[0] for home in _HOMES}
 
     def __getattr__(name: str) -> object:
-        if name == "write_bvh":  # the name of write_clip before there were other formats
+        if name == "write_bvh":  # the name of write_clip when BVH was the only format
             name = "write_clip"
         for module, names in _HOMES.items():
             if name in names.split():

@@ -1,4 +1,4 @@
-"""The errors that this package raises, each with a sentence for a person."""
+"""The errors that this package raises, each with a sentence for users."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 class TwistError(Exception):
-    """Base of all errors that users should see; the message is one sentence.
+    """The base of all errors that users should see. The message is one sentence.
 
     Examples
     --------
@@ -19,19 +19,21 @@ class TwistError(Exception):
     """
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle sentence and attributes without __init__, so that errors can cross processes."""
+        """Pickle message and attributes without __init__, so that other processes can raise the
+        error.
+        """
         return _remade, (type(self), self.args), vars(self)
 
 
 def _remade(kind: type[TwistError], arguments: tuple[Any, ...]) -> TwistError:
-    """Create the error without __init__, which needs more arguments; attributes are set
-    afterwards.
+    """Create the error without __init__, which needs more arguments, and set its attributes
+    later.
     """
     return kind.__new__(kind, *arguments)
 
 
 class ClipError(TwistError):
-    """Raised if a clip cannot be read, with the place in the file and what was expected there."""
+    """Raised if a clip cannot be read, with the position in the file and the expected text."""
 
     def __init__(
         self, path: str, expected: str, *, line: int | None = None, column: int | None = None
@@ -54,7 +56,7 @@ class AmcError(ClipError):
 
 
 class NpzError(TwistError):
-    """Raised if an .npz file cannot be read; the error has no line number."""
+    """Raised if an .npz file cannot be read. The error has no line number."""
 
 
 class ClipMismatchError(TwistError):

@@ -1,1 +1,1 @@
-"""The clips of a folder: analysed in the background and listed by severity."""
+"""Analyse the clips of a folder in the background, and list them by severity."""

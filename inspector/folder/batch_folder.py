@@ -1,4 +1,4 @@
-"""A folder written by `twistcore batch`: its results, and how far its clips are reviewed."""
+"""A folder written by `twistcore batch`: its results, and the progress of its reviews."""
 
 from __future__ import annotations
 
@@ -25,15 +25,14 @@ from twistcore.files.lock import is_held
 from twistcore.files.marks import file_mark
 from twistcore.tuning import Profile
 
-# Options of the batch that the window cannot apply, by parameter.
+# Options of the batch that the window cannot apply, keyed by parameter.
 _ELSEWHERE = {"fps": "--fps", "kinds": "--kinds", "chains": "--chain", "rig": "--rig"}
 
 
 class BatchFolder(QObject):
-    """The clips in the manifest of a batch, wherever they are; decisions are
-    recorded in the manifest.
+    """The clips in the manifest of a batch, in any folder, with the decisions recorded there.
 
-    options: description of the batch options that differ from the defaults.
+    `options` describes the batch options that differ from the defaults.
     """
 
     failed = Signal(str)  # the error message when decisions cannot be recorded
@@ -109,7 +108,7 @@ class BatchFolder(QObject):
     # -- decisions ----------------------------------------------------------------------------
 
     def note(self, path: Path) -> None:
-        """Record in the manifest how far a clip is reviewed, in the background."""
+        """Record the progress of a clip's review in the manifest, in the background."""
         if (glance := self._glances.get(path)) is None:
             return
         self._noting += 1
@@ -121,7 +120,7 @@ class BatchFolder(QObject):
         task.start()
 
     def when_noted(self, then: Callable[[], None]) -> None:
-        """Call `then` once all decisions are recorded, or at once if nothing is pending."""
+        """Call `then` when all decisions are recorded, or immediately if nothing is pending."""
         if self._noting:
             self._then = then
         else:
@@ -163,7 +162,7 @@ def _options_text(given: Mapping[str, Any]) -> str:
 
 
 def _is_same(path: Path, glance: ClipGlance) -> bool:
-    """True if a file is still the one that the batch processed."""
+    """True if a file is unchanged since the batch processed it."""
     with suppress(OSError):
         if glance.signature:
             return signature_of(path)[0] == glance.signature

@@ -1,4 +1,4 @@
-"""The clips of a folder as a CSV table for other programs."""
+"""Write the clips of a folder as a CSV table for other programs."""
 
 from __future__ import annotations
 

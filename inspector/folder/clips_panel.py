@@ -30,13 +30,13 @@ from inspector.widgets.tables import Index, RowDelegate, RowModel, RowTable, Tab
 from inspector.widgets.theme import Colours
 from twistcore.review import Decision
 
-_ROWS = 10  # rows that are visible at least, if there is room
+_ROWS = 10  # minimum number of visible rows, if there is room
 _COUNT_MS = 60  # the list follows a drag of τ with this delay
 _NEWS_MS = 160  # the list follows the analysis with this delay
 _SEVERITY, _EXPORT = 1, 3  # columns
 _HEADS = (tr("Clip"), tr("Severity"), tr_as("of a clip", "Review"), tr_as("of a clip", "Export"))
 _NAME_WIDTH = 90  # pixels
-_WIDTHS = (72, 84, 66)  # pixels of the other columns, at least
+_WIDTHS = (72, 84, 66)  # minimum width of the other columns, in pixels
 _PAD = 8  # pixels next to a word
 _BAR = 3  # pixels, height of the bar of a severity
 _CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED = (
@@ -46,7 +46,7 @@ _CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED = (
     tr_as("a clip or clips", "not checked"),
     tr_as("a clip or clips", "failed"),
 )
-# The filter's entries, and which clips each of them shows.
+# The filter's entries, and the clips that each of them shows.
 _Lets = Callable[[QueuedClip], bool]
 STATES: tuple[tuple[str, _Lets], ...] = (
     (tr_as("clips", "All"), lambda _: True),
@@ -94,7 +94,7 @@ class _ClipModel(RowModel[QueuedClip]):
 
 
 def _sorted_by(clip: QueuedClip) -> tuple[Any, ...]:
-    """Return a clip's sort values, one per column; reviews are sorted by the work left to do."""
+    """Return a clip's sort values, one per column; reviews are sorted by the remaining work."""
     decided, of = clip.counts
     left = clip.state == ClipState.READY, of - decided, of
     return clip.title.casefold(), clip.severity, left, clip.exported
@@ -151,7 +151,7 @@ def _tip(clip: QueuedClip) -> str:
 
 
 def _spoken(clip: QueuedClip) -> dict[int, str]:
-    """Return the texts that a screen reader reads for cells that show a symbol or a bar."""
+    """Return the texts that screen readers read for cells with a symbol or a bar."""
     words = {}
     if clip.waits:
         words[0] = tr("{name}: unsaved decisions can be restored", name=clip.title)
@@ -185,7 +185,7 @@ class _SeverityBar(RowDelegate):
 
 
 class ClipsPanel(QWidget):
-    """The table of the folder's clips; a double click or Enter opens a clip."""
+    """The table of the folder's clips. A double click or Enter opens a clip."""
 
     chosen = Signal(object)  # Path
 
@@ -193,7 +193,7 @@ class ClipsPanel(QWidget):
         super().__init__()
         self._queue, self._document = queue, document
         self._model = _ClipModel(colours)
-        self._order: tuple[int, bool] | None = None  # column, descending; None: worst first
+        self._order: tuple[int, bool] | None = None  # column, descending; None is worst first
         self.table = RowTable(self._model, room=2)
         self.table.setAccessibleName(tr("Clips of the folder"))
         self.table.setAccessibleDescription(tr("Enter opens the clip"))
@@ -222,7 +222,7 @@ class ClipsPanel(QWidget):
         under = hbox((self.tau, 1), margins=(4, 0, 4, 0))
         parts = (above, (self.table, 1), self.bar, foot, under)
         vbox(*parts, owner=self, margins=(0, 0, 0, 3), spacing=2)
-        # Enter or a double click. With `doubleClicked` as well a clip would open twice.
+        # Enter or a double click. With `doubleClicked` too, a clip would open twice.
         self.table.activated.connect(lambda at: self.chosen.emit(self._model.things[at.row()].path))
         self._news = QTimer(self, singleShot=True, interval=_NEWS_MS)
         self._news.timeout.connect(self._refresh)
@@ -263,7 +263,9 @@ class ClipsPanel(QWidget):
             self._queue.note(data.clip.path, (decided, len(intervals)))
 
     def _sort_by(self, column: int) -> None:
-        """Sort by a column; further clicks on it sort in reverse, then worst first again."""
+        """Sort by a column. Further clicks on the column sort in reverse, then worst first
+        again.
+        """
         downwards = column == _SEVERITY
         first, second = (column, downwards), (column, not downwards)
         self._order = {first: second, second: None}.get(self._order or (-1, False), first)
@@ -284,7 +286,7 @@ class ClipsPanel(QWidget):
         return clips
 
     def _take_news(self) -> None:
-        """Refresh at once, or after a short delay while clips are being analysed quickly."""
+        """Refresh immediately, or after a short delay while many clips are being analysed."""
         if not self._queue.running:
             self._refresh()
         elif not self._news.isActive():
@@ -298,7 +300,7 @@ class ClipsPanel(QWidget):
             self._severities.worst = worst
             self.table.viewport().update()
         done, total = self._queue.progress
-        self.bar.setUpdatesEnabled(False)  # or every value would repaint the window at once
+        self.bar.setUpdatesEnabled(False)  # or each value would repaint the window immediately
         self.bar.setRange(0, max(total, 1))
         self.bar.setValue(done)
         self.bar.setUpdatesEnabled(True)

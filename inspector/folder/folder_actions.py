@@ -1,4 +1,4 @@
-"""The actions on a folder of clips: saving its table and writing its report."""
+"""The actions on a folder of clips: save its table, and write its report."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ _PATTERN = tr("Tables (*.csv);;All files (*)")
 class FolderActions:
     """Writes the folder's clips as a CSV table, and the report of a batch.
 
-    listed: function that returns the listed clips; save: function that saves the review.
+    - listed: function that returns the listed clips
+    - save: function that saves the review
     """
 
     queue: FolderQueue
@@ -47,7 +48,7 @@ class FolderActions:
         ask_where(self.window, title, _PATTERN, then, wanted=proposed, suffix="csv")
 
     def save_clip_table_to(self, path: Path) -> None:
-        """Write the table to `path`; if writing fails, the file is left unchanged."""
+        """Write the table to `path`. If writing fails, the file is left unchanged."""
         clips = list(self.listed())
         if is_there(path) and path.suffix.lower() != ".csv":
             message = tr(
@@ -88,7 +89,7 @@ class FolderActions:
         self.bar.show_message(message, False)
 
     def _start_report(self, folder: Path) -> None:
-        # In a process of its own, as it reads all clips and draws pictures.
+        # In a separate process, since it reads all clips and draws pictures.
         self._report = report = QProcess(self.window)
         if (application := QCoreApplication.instance()) is not None:
             application.aboutToQuit.connect(self._give_up)
@@ -99,8 +100,8 @@ class FolderActions:
         report.start(program, words)
 
     def _give_up(self) -> None:
-        """Stop the report's process when the program ends; all pages
-        written so far are complete.
+        """End the report's process because the program ends. All pages written so far are
+        complete.
         """
         report, self._report = self._report, None
         if report is not None:

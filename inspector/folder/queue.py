@@ -1,4 +1,4 @@
-"""The queue of a folder's clips, which are analysed in the background."""
+"""The queue of a folder's clips, which analyses them in the background."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ from twistcore.formats.clip_files import clips_in
 from twistcore.tuning import Profile
 
 _POLL_MS = 40
-_ENOUGH = 20  # analysed clips, in a folder of any size
+_ENOUGH = 20  # maximum number of analysed clips, in a folder of any size
 _PATIENCE_S = 20.0  # time limit for a clip, plus a second per megabyte
-_BATCH_MS = 3_000  # while a batch is running: look again, in case it ends early
+_BATCH_MS = 3_000  # while a batch is running: check again, in case it ends early
 _SETTLE_MS = 500  # wait until a folder that is being written to is quiet
 
 
@@ -60,7 +60,7 @@ class _Worker:
 
 
 class FolderQueue(QObject):
-    """The clips of a folder and the processes that survey them; `changed` reports any change."""
+    """The clips of a folder, and the processes that survey them. `changed` reports every change."""
 
     changed = Signal()
     finished = Signal()
@@ -71,12 +71,12 @@ class FolderQueue(QObject):
         super().__init__(parent)
         self.folder: Path | None = None
         self.clips: dict[Path, QueuedClip] = {}
-        self.profile: Profile | None = None  # τ for all clips; None: each clip's automatic τ
+        self.profile: Profile | None = None  # τ for all clips, or None for each clip's automatic τ
         self.profile_name = ""
-        self.exports: frozenset[Path] = frozenset()  # files of the folder that we exported
+        self.exports: frozenset[Path] = frozenset()  # the folder's exports by this program
         self.batch: BatchFolder | None = None  # None if `twistcore batch` did not write the folder
-        self._from_batch: set[Path] = set()  # clips whose results are the batch's
-        self._elsewhere: dict[Path, str] = {}  # exports of this run, by their clip
+        self._from_batch: set[Path] = set()  # clips with the results of the batch
+        self._elsewhere: dict[Path, str] = {}  # exports of this run, keyed by clip
         self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # one core for the window
         self._workers: list[_Worker] = []
         self._started = 0.0
@@ -94,7 +94,7 @@ class FolderQueue(QObject):
 
     @property
     def ordered(self) -> list[QueuedClip]:
-        """The surveyed clips, worst first, then those not yet surveyed, then the failed ones."""
+        """Return the surveyed clips, worst first, then the waiting clips, then the failed ones."""
 
         def rank(clip: QueuedClip) -> tuple[int, float, str]:
             group = {ClipState.READY: 0, ClipState.FAILED: 2}.get(clip.state, 1)
@@ -117,7 +117,7 @@ class FolderQueue(QObject):
 
     @property
     def running(self) -> bool:
-        """True while clips are being surveyed."""
+        """True while a survey is running."""
         return self._poll.isActive()
 
     @property
@@ -142,9 +142,7 @@ class FolderQueue(QObject):
         return next((c.path for c in behind), None)
 
     def listed(self, path: Path) -> Path:
-        """Return the path under which the folder lists a clip; if it does
-        not, return `path` itself.
-        """
+        """Return the path under which the folder lists a clip, or `path` itself if it does not."""
         own = (p for p in self.clips if p.name == path.name and same_file(p, path))
         return path if path in self.clips else next(own, path)
 
@@ -177,7 +175,7 @@ class FolderQueue(QObject):
     # -- the folder ---------------------------------------------------------------------------
 
     def open(self, folder: Path, profile: Profile | None = None, name: str = "") -> None:
-        """Survey the clips of a folder, with the τ of a profile if one is given.
+        """Survey the clips of a folder, with the τ of a profile if given.
 
         A survey of another folder is stopped. In a folder that `twistcore batch` wrote, only clips
         without a result are surveyed.
@@ -186,7 +184,7 @@ class FolderQueue(QObject):
         if is_batch_folder(folder):
             self.batch = BatchFolder(folder, self)
             self.batch.failed.connect(self.failed)
-            self._watcher.addPath(str(folder / MANIFEST))  # a batch may be under way
+            self._watcher.addPath(str(folder / MANIFEST))  # a batch may be running
         self.folder = folder
         self.profile, self.profile_name = profile, name
         self.clips, self._from_batch = {}, set()
@@ -220,7 +218,9 @@ class FolderQueue(QObject):
         self._continue()
 
     def _take_batch(self, batch: BatchFolder) -> None:
-        """Use the results in the manifest, unless a profile sets τ; survey the remaining clips."""
+        """Use the results in the manifest, unless a profile sets τ, and survey the remaining
+        clips.
+        """
         try:
             clips = batch.clips()
         except TwistError as error:
@@ -228,7 +228,7 @@ class FolderQueue(QObject):
             return
         for clip in clips:
             before = self.clips.get(clip.path)
-            if before is not None and before.decided is not None:  # newer, as for the open clip
+            if before is not None and before.decided is not None:  # newer, as in the open clip
                 clip = replace(clip, decided=before.decided)
             known = clip.state != ClipState.WAITING and (
                 self.profile is None or clip.state == ClipState.FAILED
@@ -267,7 +267,7 @@ class FolderQueue(QObject):
         self.changed.emit()
 
     def _put(self, path: Path, **known: Any) -> None:
-        """Change some fields of a clip's entry, if the clip still belongs to the folder."""
+        """Change fields of a clip's entry, if the clip is still in the folder."""
         if path in self.clips:
             self.clips[path] = replace(self.clips[path], **known)
 
@@ -318,9 +318,7 @@ class FolderQueue(QObject):
     # -- the processes ------------------------------------------------------------------------
 
     def _look(self) -> None:
-        """Collect results, remove workers that have died, and hand out
-        work; fast if nothing is new.
-        """
+        """Collect results, remove dead workers, and distribute work; fast if nothing is new."""
         changed = bool([w for w in tuple(self._workers) if self._check(w)])
         waiting = [p for p, c in self.clips.items() if c.state == ClipState.WAITING]
         while waiting and len(self._workers) < self._count:
@@ -348,7 +346,7 @@ class FolderQueue(QObject):
             self._end(worker, NOT_BEGUN)
 
     def _check(self, worker: _Worker) -> bool:
-        """True if a worker is free again, because it has answered, died or been stopped."""
+        """True if a worker is free because it has answered, died or been stopped."""
         if worker.path is None:
             return False
         try:
@@ -392,7 +390,7 @@ class FolderQueue(QObject):
 
 
 def _spawn() -> _Worker:
-    # Spawned: a fork of a program with threads and an X connection may hang.
+    # Spawned, since a fork of a program with threads and an X connection may hang.
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=work, args=(theirs,), daemon=True)

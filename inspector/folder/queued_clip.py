@@ -1,4 +1,4 @@
-"""A clip of a folder: the state of its analysis and of its review."""
+"""A clip of a folder, with the state of its analysis and of its review."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TOO_LARGE = "needs more memory than a clip of its size should"
 NOT_BEGUN = "the analysis stopped before it began"
 TOO_SLOW = "the analysis took too long and was stopped"
 KILLED = "the analysis was ended by the system, perhaps for want of memory"
-# Why a clip has no results: the text in tables and files, and the text that people see.
+# The reason why a clip has no results: the text in tables and files, and the text for people.
 _REASONS = {
     GONE: tr("no longer in the folder"),
     FAR_AWAY: tr("the clip is not on this computer; copy it to a disk and open the copy"),
@@ -38,12 +38,15 @@ class ClipState(StrEnum):
 class QueuedClip:
     """A clip of the folder.
 
-    severity: in degrees, −1 while unknown; reason: why the analysis failed or, if `unchecked`, why
-    nothing could be checked; decided: number of decided intervals and of all intervals, taken from
-    the open review or from the session, None if there is neither; exported: name of the latest
-    export, or ''; label: the clip's name in a batch, or ''; waits: True if unsaved decisions can be
-    restored; missing: number of frames that the header declares but the file does not contain;
-    unexamined: number of arms and legs without a chain.
+    - severity: in degrees, −1 while unknown
+    - reason: why the analysis failed or, if `unchecked`, why nothing could be checked
+    - decided: number of decided intervals and of all intervals, taken from the open review or from
+      the session, None if there is neither
+    - exported: name of the latest export, or ''
+    - label: the clip's name in a batch, or ''
+    - waits: True if unsaved decisions can be restored
+    - missing: number of frames that the header declares but the file does not contain
+    - unexamined: number of arms and legs without a chain
     """
 
     path: Path
@@ -61,8 +64,8 @@ class QueuedClip:
 
     @property
     def title(self) -> str:
-        """The name shown in lists: the name in the batch, or the file name
-        (a BVH without its suffix).
+        """The name in lists: the name in the batch, or the file name (of a BVH without its
+        suffix).
         """
         is_bvh = self.path.suffix.lower() == ".bvh"
         return self.label or (self.path.stem if is_bvh else self.path.name)

@@ -1,4 +1,4 @@
-"""The records of recent folders: the clip last open in each, and the τ used for all its clips."""
+"""Records of recent folders: the clip last open in each, and the τ for all its clips."""
 
 from __future__ import annotations
 
@@ -35,8 +35,9 @@ def _merged(
     return other | {key: value for key, value in new.items() if key in changed}
 
 
-# By a folder's path: the clip where a person stopped, and for all clips the name of a profile (''
-# for each clip's automatic τ), its detector and its τ in radians. The latest is the last.
+# Keyed by a folder's path: the clip at which a person stopped, and for all clips the name of a
+# profile ('' for each clip's automatic τ), its detector and its τ in radians. The latest is the
+# last.
 FOLDERS: FeatureSetting[dict[str, dict[str, Any]]] = FeatureSetting(
     "folders",
     {},
@@ -52,7 +53,7 @@ FOLDERS: FeatureSetting[dict[str, dict[str, Any]]] = FeatureSetting(
     ),
     _merged,
 )
-# Whether the folder's next clip opens after an export.
+# True if the folder's next clip opens after an export.
 NEXT_AFTER_EXPORT = FeatureSetting("next_after_export", True, checks.truth)
 
 
@@ -62,7 +63,7 @@ def known_of_folder(settings: Settings, folder: Path) -> dict[str, Any]:
 
 
 def recent_folders(settings: Settings) -> list[Path]:
-    """Return the folders that were open, the latest first."""
+    """Return the recently opened folders, the latest first."""
     return [Path(name) for name in reversed(FOLDERS.of(settings))]
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def work(pipe: Connection) -> None:
     """Answer each (path, profile) from the pipe with a ClipSurvey or an error message.
 
-    The process ends when the pipe closes, and with the window, even in the middle of a survey.
+    The process ends when the pipe or the window closes, even in the middle of a survey.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)
@@ -47,7 +47,7 @@ def _answer(path: Path, profile: Profile | None) -> ClipSurvey | str:
         return str(error)
     except MemoryError:
         return f"{path.name}: {TOO_LARGE}"
-    except Exception as error:  # a bug of ours must not stop the other clips
+    except Exception as error:  # a bug in this program must not stop the other clips
         return f"{path.name}: {type(error).__name__}: {error}"
 
 

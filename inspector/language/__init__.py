@@ -1,6 +1,4 @@
-"""The language of the window, which is English as in the code, or a catalogue in
-`assets/languages`.
-"""
+"""The language of the window: English as in the code, or a catalogue in `assets/languages`."""
 
 from inspector.language.catalogue import (
     announced,

@@ -27,7 +27,7 @@ SOURCE = "en"  # the language that the code is written in
 
 CORE = "core"  # the context of twistcore's sentences
 
-_MOST = 4000  # letters of an inserted value: laying out millions takes minutes
+_MOST = 4000  # letters of an inserted value, since laying out millions is slow
 
 _language = SOURCE
 _texts: dict[tuple[str, str], str] = {}
@@ -76,7 +76,7 @@ def use_language(code: str) -> None:
 
 
 def chosen_language() -> str:
-    """Return the code of the language in use."""
+    """Return the code of the current language."""
     return _language
 
 
@@ -87,7 +87,7 @@ def in_language(page: Path) -> Path:
 
 
 def entries_of_core() -> list[tuple[str, str]]:
-    """Return the templates of twistcore's sentences with their translations; none in English."""
+    """Return the templates of twistcore's sentences with their translations; empty in English."""
     return [(form, text) for (meaning, form), text in _texts.items() if meaning == CORE]
 
 
@@ -101,7 +101,7 @@ def tr(text: str, /, **values: object) -> str:
 
 
 def tr_as(meaning: str, text: str, /, **values: object) -> str:
-    """Translate a text that has several meanings, such as 'Open'; `meaning` tells them apart."""
+    """Translate a text that has several meanings, such as 'Open', distinguished by `meaning`."""
     found = _texts.get((meaning, text), text)
     return found.format(**_legible_values(values)) if values else found
 
@@ -133,6 +133,6 @@ def _legible_values(values: dict[str, object]) -> dict[str, object]:
 
 
 def _read(file: Path) -> polib.POFile:
-    import polib  # takes a while, and English needs none
+    import polib  # takes some time, and English needs no catalogue
 
     return polib.pofile(str(file))

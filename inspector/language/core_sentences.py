@@ -1,8 +1,9 @@
 """Translate the sentences of twistcore.
 
-These sentences are in English, because they also go to terminals and files. The catalogue contains
-their templates with the context 'core'. For example, the template '{0} has {1} frames.' matches the
-sentence for any values of `{0}` and `{1}`, which are then inserted into the translation.
+These sentences are in English, because they are also written to terminals and files. The catalogue
+contains their templates with the context 'core'. For example, the template '{0} has {1} frames.'
+matches the sentence for any values of `{0}` and `{1}`, which are then inserted into the
+translation.
 """
 
 from __future__ import annotations
@@ -40,13 +41,12 @@ LABELS = (
     *("elbow", "knee", "hand", "foot", "shoulder", "wrist", "ankle", "joint"),
 )
 _HOLE = re.compile(r"\{(\d+)\}")
-# Signs that join sentences and their parts, from the longest parts to the shortest.
+# Separators of sentences and their parts, from the longest parts to the shortest.
 _JOINTS = (". ", "; ", ": ", " (", ", ", " · ")
 
 
 def of_core(said: object) -> str:
-    """Return a sentence of twistcore in the chosen language, or unchanged
-    if no template matches it.
+    """Return a sentence of twistcore in the chosen language, or unchanged without a template.
 
     `said` is a text or an error. A sentence of several parts is translated part by part. Control
     characters are made visible.
@@ -57,9 +57,9 @@ def of_core(said: object) -> str:
 
 @lru_cache(8192)
 def _translated(language: str, sentence: str) -> tuple[str, int]:
-    """Return the best translation of a sentence, and the number of letters matched by templates.
+    """Return the best translation of a sentence, and the number of letters that templates match.
 
-    The best translation is the one for which that number is largest.
+    The best translation has the most matched letters.
     """
     best = sentence, 0
     if not any(letter.isalpha() for letter in sentence):
@@ -83,9 +83,7 @@ def _translated(language: str, sentence: str) -> tuple[str, int]:
 
 
 def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
-    """Split a sentence at a joint, and return the first part, the second part and its closing
-    bracket.
-    """
+    """Split a sentence at a joint into the first part, the second part and its closing bracket."""
     first, _, rest = sentence.partition(joint)
     bracket = joint == " (" and rest.endswith(")")
     return first + "." * joint.startswith("."), (rest[:-1], ")") if bracket else (rest, "")
@@ -102,7 +100,7 @@ def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
 
 
 def _piece(form: str) -> str:
-    """Return the longest fixed piece of a template, used as a quick test before the pattern."""
+    """Return the longest fixed piece of a template, for a quick test before the pattern."""
     return max(_HOLE.split(form)[::2], key=len).format()
 
 

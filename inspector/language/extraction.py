@@ -38,8 +38,8 @@ _ROOMS_OF_CORE = (
     *("export/tracking", "export/compare", "export/replay", "export/scene_keys"),
     *("export/exports_beside", "study/class_exercise", "study/exercise_clip"),
 )
-_WORDS = ("Kind", "Decision", "SEEN")  # single words of these are shown, too
-# Texts of these classes by field, and the context of each.
+_WORDS = ("Kind", "Decision", "SEEN")  # single words of these modules are shown, too
+# Texts of these classes, keyed by field, and the context of each.
 _INFOS = {
     "DetectorInfo": dict.fromkeys(
         ("label", "short", "measures", "strength", "tau", "action"), CORE
@@ -51,7 +51,7 @@ _INFOS = {
         **{"short": "kind of error", "label": ""},
     },
 }
-# Texts that are written to files, matched, compared, or for programmers only.
+# Texts that are written to files, matched or compared, or that only programmers see.
 _IN_FILES = re.compile(
     r"#|\(\?|<|\"[a-z]+\": true$|[a-z_]+ = |End Site$|from |twistcore batch$|\{0\}\t|6 X"
 )
@@ -76,7 +76,7 @@ def main() -> int:
 
 
 def key(entry: polib.POEntry) -> _Key:
-    """Return the key of an entry, which is its context, text and plural."""
+    """Return the key of an entry: its context, text and plural."""
     return entry.msgctxt or "", entry.msgid, entry.msgid_plural or ""
 
 
@@ -104,7 +104,7 @@ def texts_in_code() -> Iterator[_Key]:
 
 
 def _forms(tree: ast.AST) -> Iterator[str]:
-    """Yield the templates of all strings that look like words for people, except docstrings."""
+    """Yield the templates of all strings that look like words for people, without docstrings."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             continue

@@ -1,4 +1,4 @@
-"""Find the texts in a web page's scripts and template, marked with `tr("…")` as in the program."""
+"""Find the texts in a web page's scripts and template, which `tr("…")` marks as in the program."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _CALL = re.compile(rf"\b(?:tr\(|tr_as\(\s*({_PIECE}),)\s*{_TEXT}")
 
 
 def texts_of_script(script: str) -> Iterator[tuple[str, str]]:
-    """Yield every text with its meaning ('' if it has none); texts joined by + count as one."""
+    """Yield each text with its meaning, or ''; texts joined by + are one text."""
     for call in _CALL.finditer(script):
         text = "".join(json.loads(piece) for piece in re.findall(_PIECE, call[2]))
         yield json.loads(call[1] or '""'), text

@@ -1,1 +1,1 @@
-"""Guides for learning the program, with the tour, lessons and exercises."""
+"""Guides for learning the program: the tour, lessons and exercises."""

@@ -1,4 +1,4 @@
-"""Exercises for a class, which a teacher writes, students do, and the program scores."""
+"""Exercises for a class: a teacher writes them, students do them, and the program scores them."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
     """Write an exercise, its clip next to it, and the key; return the paths of clip and key.
 
     Raises FormatError if there already is a clip or a key of that name. Only the exercise itself
-    may be overwritten, because the file dialog has asked whether to do so.
+    may be overwritten, because the file dialog has already asked.
     """
     copy, key = exercise_files(exercise)
     clip = read_bvh(source)
@@ -79,7 +79,7 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
 
 
 def exercise_files(exercise: Path) -> tuple[Path, Path]:
-    """Return the paths for the clip and the key of a new exercise; neither file may exist."""
+    """Return the paths for the clip and the key of a new exercise. Neither file may exist."""
     name = exercise.stem if exercise.suffix.lower() == ".json" else exercise.name
     if name.lower().endswith(".key"):
         why = tr("this name is reserved for a key. Choose another name.")
@@ -123,7 +123,7 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
 
 
 def scored(files: Sequence[Path]) -> str:
-    """Score the students' answers by the key; return the table of scores as CSV.
+    """Score the students' answers with the key, and return the scores as CSV.
 
     `files` are the paths of the key and the answers, in any order.
     """

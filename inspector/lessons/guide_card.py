@@ -1,4 +1,4 @@
-"""The guide card of lessons and exercises, with a page, its task, and whether the task is done."""
+"""The guide card of lessons and exercises: a page, its task, and whether the task is done."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class GuideCard(QWidget):
         super().__init__()
         self._colours = colours
         self._typesetter = typesetter
-        self.done = False  # whether the task is done
+        self.done = False  # True if the task is done
         self._task = ""
         self.title, self.task = QLabel(wordWrap=True), QLabel(wordWrap=True)
         self.title.setTextFormat(Qt.TextFormat.PlainText)
@@ -49,7 +49,7 @@ class GuideCard(QWidget):
         self._typesetter.start(formulas)
 
     def show_page(self, title: str, body: str, task: str) -> None:
-        """Show a page, whose body and task are Markdown."""
+        """Show a page. Its body and task are Markdown."""
         self.title.setText(title)
         self.body.show_markdown(body)
         self._task = task

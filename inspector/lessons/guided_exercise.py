@@ -1,4 +1,4 @@
-"""The exercise, in which errors are hidden in a sample clip, which is then reviewed and scored."""
+"""The exercise: errors are hidden in a sample clip, which is then reviewed and scored."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Exercise(QObject):
     ended = Signal()
 
     def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], window: QWidget) -> None:
-        """Set up the exercise. The seed chooses one of the sample clips `clips`."""
+        """Set up the exercise. The seed chooses one of the sample clips."""
         super().__init__(window)
         self._program, self._clips = program, clips
         self.running = False
@@ -79,7 +79,7 @@ class Exercise(QObject):
         self._task = OneTask(self)
         self._class: ClassExercise | None = None  # the open exercise of a class
         self._since = 0.0
-        # The verdicts as last handed in, or at the start.
+        # The verdicts at the last submission, or at the start.
         self._kept: list[tuple[Interval, Decision]] = []
         self.result: ExerciseScore | None = None
         self.kind, self.seed = QComboBox(), QSpinBox()
@@ -112,7 +112,7 @@ class Exercise(QObject):
         program.document.intervals_changed.connect(self._judged)
 
     def begin(self) -> None:
-        """Show the page of the exercise with its controls; no clip is opened yet."""
+        """Show the page of the exercise with its controls, without opening a clip."""
         self.running = True
         self.result = None
         self._errors, self._class = (), None
@@ -243,7 +243,7 @@ class Exercise(QObject):
         return tr("{clip} has verdicts that you have not handed in.", clip=self._class.clip)
 
     def before_leaving(self, then: Callable[[], object]) -> None:
-        """Call `then` once it is safe to leave a class exercise.
+        """Call `then` when it is safe to leave a class exercise.
 
         Leaving is safe when the verdicts are handed in, or when the person chooses to leave without
         handing in.
@@ -251,7 +251,7 @@ class Exercise(QObject):
         asked = self._class
 
         def answer(do: Callable[[], object]) -> None:
-            if self._class is asked:  # another exercise may be open by now
+            if self._class is asked:  # another exercise may be open now
                 do()
 
         if text := self.not_handed_in:
@@ -263,7 +263,7 @@ class Exercise(QObject):
             then()
 
     def ask_hand_in(self, then: Callable[[], object]) -> None:
-        """Ask for a file in which to hand in the verdicts, and call `then` once it is written."""
+        """Ask for a file for handing in the verdicts, and call `then` when the file is written."""
         name = self._program.settings.reviewer.strip() or tr("answers")
         wanted = Path(f"{name.replace('/', '-')}.json")
 

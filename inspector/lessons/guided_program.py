@@ -22,7 +22,7 @@ class GuidedProgram:
     Attributes
     ----------
     actions
-        The actions of the program by id.
+        The actions of the program, keyed by id.
     list_all
         A function that removes the filter from the list of intervals and returns a function that
         restores it.

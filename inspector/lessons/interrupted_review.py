@@ -1,4 +1,4 @@
-"""Puts the person's clip aside during a lesson or an exercise, and brings it back afterwards."""
+"""Put the person's clip aside during a lesson or an exercise, and restore it afterwards."""
 
 from __future__ import annotations
 
@@ -51,9 +51,9 @@ class Aside:
         return self._folder
 
     def show(self, data: Analysed, why: str, *, signed: bool = False) -> None:
-        """Open a borrowed clip; the first one puts the person's own clip aside.
+        """Open a borrowed clip. The first one puts the person's own clip aside.
 
-        `why` is a sentence that says why the clip's review is not saved. `signed` is True if
+        `why` is a sentence with the reason why the clip's review is not saved. `signed` is True if
         decisions carry the reviewer's name nevertheless.
         """
         document = self._document

@@ -57,9 +57,7 @@ class LessonActions:
         self.program.guide.linked.connect(self.hidden_errors.go_to)
 
     def _add_menu(self) -> None:
-        """Add a menu of the lessons that come with the program, which is filled when it is first
-        opened.
-        """
+        """Add a menu of the program's lessons, which is filled when it is first opened."""
         self.lessons_menu = QMenu(tr("Lessons"), self.window)
         below = self.program.actions["open_lesson"]
         for menu in self.window.menuBar().findChildren(QMenu):
@@ -92,7 +90,7 @@ class LessonActions:
         ask_files(self.window, tr("Open lesson"), pattern, lambda paths: self.play(paths[0]))
 
     def play(self, path: Path) -> None:
-        """Play a lesson; if it cannot be read, show the reason and change nothing."""
+        """Play a lesson. If it cannot be read, show the reason and change nothing."""
         try:
             lesson = read_lesson(path)
         except TwistError as error:
@@ -117,9 +115,7 @@ class LessonActions:
         self.page_export.ask(self._lesson if self.player.running else None)
 
     def copy_place(self) -> None:
-        """Copy the present place and view to the clipboard, in the form of a lesson page's
-        settings.
-        """
+        """Copy the current place and view to the clipboard, as settings of a lesson page."""
         place, message = present_place(self.program), self.program.document.message
         if place is None:
             message.emit(tr("Open a clip first."), False)

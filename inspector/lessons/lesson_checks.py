@@ -1,4 +1,4 @@
-"""The conditions of a lesson page, with a check of each, and how "Show me" fulfils it."""
+"""The conditions of a lesson page: how each is checked, and how "Show me" fulfils it."""
 
 from __future__ import annotations
 
@@ -23,15 +23,14 @@ _TWIST = np.radians(75.0)
 
 @dataclass(eq=False)
 class Visit:
-    """A visit to a page, with its starting point and the singularities that were nudged during the
-    visit.
+    """A visit to a page: its starting point, and the singularities that were nudged.
 
     Attributes
     ----------
     frame
         The frame at the start.
     chain
-        The chain that the page is about, or '' for any chain.
+        The chain of the page, or '' for any chain.
     """
 
     program: GuidedProgram
@@ -44,7 +43,7 @@ Check = tuple[Callable[[Visit, Condition], bool], Callable[[Visit, Condition], o
 
 
 def all_hold(visit: Visit, conditions: Sequence[Condition]) -> bool:
-    """Return True if every condition is met.
+    """True if every condition is met.
 
     Each condition is checked even if an earlier one is not met, because some checks remember what
     they have seen.
@@ -128,7 +127,7 @@ def _twist(visit: Visit, condition: Condition) -> None:
 
 
 def _opposed(visit: Visit, _: Condition) -> bool:
-    """Return True if the frame had an error before the correction, even if it is corrected now."""
+    """True if the frame had an error before the correction, even if it is corrected now."""
     taught = visit.program.taught
     if not taught.what_if.counter or (numbers := taught.numbers) is None:
         return False
@@ -155,7 +154,7 @@ def _go_along(visit: Visit, _: Condition) -> None:
 
 
 def _nudged(visit: Visit, condition: Condition) -> bool:
-    """Return True once every singularity that the condition names has been nudged."""
+    """True when every singularity that the condition names has been nudged."""
     what_if = visit.program.taught.what_if
     if abs(what_if.nudge) >= _NUDGED:
         if what_if.swing is not None and what_if.swing >= _TURNED:
@@ -187,9 +186,9 @@ def _apply(visit: Visit, _: Condition) -> None:
 
 
 def _find_judged(visit: Visit, condition: Condition, decision: Decision) -> Judged | None:
-    """Return an interval of the right kind with this decision, or None.
+    """Return an interval of the required kind with this decision, or None.
 
-    This is the selected interval if it matches, or the first one that does.
+    This is the selected interval if it matches, or the first matching one.
     """
     document = visit.program.document
     own = [j for j in (document.interval,) if j is not None]
@@ -233,8 +232,8 @@ def _insert(visit: Visit, condition: Condition) -> None:
             return
 
 
-# In the order in which "Show me" meets them: a later one undoes no earlier one. Accepting goes
-# to other frames and chains, which resets a what-if; a nudge is remembered.
+# In the order in which "Show me" fulfils them, so that a later one undoes no earlier one. Accepting
+# goes to other frames and chains, which resets a what-if; a nudge is remembered.
 CHECKS: dict[str, Check] = {
     "accepted": (_accepted, _accept),
     "moved": (_moved, _move),

@@ -1,4 +1,4 @@
-"""Conditions in a lesson file that decide whether the task of a page is done."""
+"""Conditions in a lesson file, which decide whether the task of a page is done."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _KINDS = tuple(map(word_of, Kind))
 _MOST = {"swing": 180.0, "twist": 180.0, "applied": 1.0}  # the limits of the sliders
 FARTHEST = 170.0  # degrees of twist up to which the direction of a child's turn is known
 
-# Name → its argument, as in the documentation.
+# Each name with its argument, as in the documentation.
 CONDITIONS = {
     "moved": "frames",
     "seen": "|".join(LOOKS),
@@ -61,7 +61,7 @@ class Condition:
 
 
 def read_conditions(text: str) -> tuple[Condition, ...]:
-    """Read conditions separated by commas; raises ValueError with a text of what was expected.
+    """Read conditions separated by commas. Raises ValueError with the expected text.
 
     All conditions of a page must hold at the same time, so conflicting conditions are rejected.
     """
@@ -87,9 +87,9 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
 
 
 def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
-    """Return True if the page's own settings already meet all conditions.
+    """True if the page's own settings already meet all conditions.
 
-    In that case the task leaves nothing to do.
+    In this case the task is already done at the start.
     """
     altered = place.what_if
     swing = None if altered.nudge or altered.toward else altered.swing
@@ -140,7 +140,7 @@ def _number(text: str, expected: str, most: float = math.inf) -> float:
         raise ValueError(expected) from None
     if not (math.isfinite(number) and number > 0.0):  # a condition that always holds is no task
         raise ValueError(tr("{expected}, greater than 0", expected=expected))
-    if number > most:  # and neither is one that never holds
+    if number > most:  # neither is a condition that never holds
         raise ValueError(
             tr("{expected}, greater than 0 and at most {most:g}", expected=expected, most=most)
         )

@@ -1,4 +1,4 @@
-"""A lesson in a Markdown file, with its pages and the clip and the place that each page shows."""
+"""A lesson in a Markdown file: its pages, and the clip and the place that each page shows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from twistcore.files.ordinary import is_file
 FENCE = "```lesson"
 KEYS = ("clip", *FIELDS, "done")  # keys of a page's settings
 _HEAD = ("title", "clip")
-_MOST_BYTES = 10_000_000  # ours have a few kilobytes
+_MOST_BYTES = 10_000_000  # this program's files have a few kilobytes
 _PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")
 
 
@@ -38,7 +38,7 @@ class LessonPage:
     at
         The line number of its heading, from 1.
     lines
-        The line numbers of its settings, by key.
+        The line numbers of its settings, keyed by setting.
     """
 
     title: str
@@ -67,7 +67,7 @@ class LessonFile:
 
 
 def read_lesson(path: Path) -> LessonFile:
-    """Read a lesson; raises FormatError with the file, the line and what was expected."""
+    """Read a lesson. Raises FormatError with the file, the line and the expected text."""
     try:
         text = bytes_of(path, _MOST_BYTES).decode("utf-8-sig")
     except (TwistError, UnicodeDecodeError) as error:
@@ -93,7 +93,7 @@ def read_lesson(path: Path) -> LessonFile:
 def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, str]], int]:
     """Return the settings of the front matter, and the line number of the line after it.
 
-    The settings are returned as key → (line number, value).
+    The settings are a dict of key → (line number, value).
     """
     if not lines or lines[0].strip() != "---":
         expected = tr("a lesson that begins with '---', 'title: …' and 'clip: …'")
@@ -110,7 +110,7 @@ def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, st
 
 
 def _headings(lines: list[str], first: int) -> list[int]:
-    """Return the line numbers of the headings; '#' inside a code fence is no heading."""
+    """Return the line numbers of the headings. '#' inside a code fence is not a heading."""
     out, fenced = [], False
     for k in range(first, len(lines)):
         if lines[k].startswith("```"):
@@ -142,7 +142,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
             )
         settings = _pairs(path, lines, at + 1, closed, KEYS)
         text = lines[start + 1 : at] + lines[closed + 1 : stop]
-    # A page inherits its place from the page before, but not what it shows there.
+    # A page inherits the place of the previous page, but not the parts that it shows there.
     place = LessonPlace(before.clip, before.frame, before.chain, before.camera)
     done: tuple[Condition, ...] = ()
     for key, (line, value) in settings.items():
@@ -164,9 +164,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
 
 
 def body_and_task(lines: list[str]) -> tuple[str, str]:
-    """Return the text of a page and its task, which is the quoted paragraph at the end, as one
-    line.
-    """
+    """Return the text of a page, and its task, the quoted paragraph at the end, as one line."""
     text = "\n".join(lines).strip().split("\n")
     at = len(text)
     while at > 0 and text[at - 1].startswith(">"):

@@ -1,4 +1,4 @@
-"""The place in a clip that a lesson page shows, as read from and written to a block of settings."""
+"""The place in a clip that a lesson page shows, and its block of settings."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ _ALTERED: Mapping[str, Callable[[str], Any]] = {
     "applied": _share,
 }
 
-# Readers of the fields of a LessonPlace, by key.
+# Readers of the fields of a LessonPlace, keyed by field.
 FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
     "frame": _frame,
     "chain": lambda name: {"chain": name},
@@ -186,7 +186,7 @@ FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
 
 
 def settings(place: LessonPlace) -> str:
-    """Return the block of settings for a place; the clip is written without its folder."""
+    """Return the block of settings for a place. The clip is written without its folder."""
     lines = [f"clip: {place.clip.name}", f"frame: {place.frame}"]
     if place.chain:
         lines.append(f"chain: {place.chain}")

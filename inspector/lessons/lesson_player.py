@@ -1,4 +1,4 @@
-"""Play a lesson, in which each page sets up the program and has a task that is checked."""
+"""Play a lesson: each page sets up the program, and the program checks its task."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from inspector.session.opening import Analysed, analyse_clip
 from inspector.widgets.background import OneTask
 from twistcore.formats.bvh import read_bvh
 
-Clips = dict[Path, Analysed]  # by their path in the lesson
+Clips = dict[Path, Analysed]  # keyed by their path in the lesson
 
 
 def read_clips(lesson: LessonFile, folder: Path) -> Clips:
@@ -41,7 +41,7 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
 
 
 class LessonPlayer(QObject):
-    """Guides a person through a lesson on copies of its clips; the person's clip is put aside."""
+    """Guides a person through a lesson on copies of its clips. The person's clip is put aside."""
 
     began = Signal()  # the first page is about to be shown
     ended = Signal()
@@ -52,7 +52,7 @@ class LessonPlayer(QObject):
         self._clips: Clips = {}
         self._visit = Visit(program, 0)
         self._view_before: ViewBefore | None = None  # the view before the lesson
-        self._preparing = False  # preparing a page must not count as done by the person
+        self._preparing = False  # the preparation of a page must not be taken for the person's work
         self.pages: Sequence[LessonPage] = ()
         self.at = -1
         self._task = OneTask(self)
@@ -110,7 +110,7 @@ class LessonPlayer(QObject):
         self._go(0)
 
     def _turn(self, pages: int) -> None:
-        if self.at >= 0:  # the buttons of the last lesson may still show
+        if self.at >= 0:  # the buttons of the last lesson may still be visible
             self._go(self.at + pages)
 
     def _go(self, at: int) -> None:

@@ -1,4 +1,4 @@
-"""The text of a page, in Markdown with TeX between $…$ that is typeset like the equations."""
+"""The text of a page: Markdown, with TeX between $…$ that is typeset like the equations."""
 
 from __future__ import annotations
 
@@ -71,17 +71,16 @@ class LessonText(QTextBrowser):
         self._lower_images()
 
     def loadResource(self, kind: int, name: QUrl | str) -> object:
-        """Return the picture of a formula, which Qt requests again after every change of the
-        text.
+        """Return the image of a formula, which Qt requests after every change of the text.
 
-        Any other address in a lesson gets an empty picture, because Qt would look for a file and
+        All other addresses in a lesson get an empty image, because Qt would look for a file and
         would block if the file is a pipe.
         """
         address = name.toString() if isinstance(name, QUrl) else name
         return self._pictures.get(address, _nothing())
 
     def _picture(self, tex: str) -> QImage:
-        """Draw a formula with its baseline one font descent above the lower edge of the picture."""
+        """Draw a formula with its baseline one font descent above the lower edge of the image."""
         formula = self._typesetter.formula(tex)
         assert formula is not None
         metrics, ratio = self.fontMetrics(), self.devicePixelRatioF()
@@ -116,7 +115,7 @@ class LessonText(QTextBrowser):
 
 
 def _nothing() -> QImage:
-    """Return a transparent picture."""
+    """Return a transparent image."""
     picture = QImage(1, 1, QImage.Format.Format_ARGB32)
     picture.fill(Qt.GlobalColor.transparent)
     return picture

@@ -1,4 +1,4 @@
-"""The data of the clips for a lesson's web page, limited to the frames near those of its pages."""
+"""The data of the clips for a lesson's web page, only for frames near those of its pages."""
 
 from __future__ import annotations
 
@@ -46,9 +46,7 @@ def packed(values: Any, kind: str) -> dict[str, str]:
 
 
 class PageData:
-    """Collects the data that the pages of a lesson show, and stores data shared by pages only
-    once.
-    """
+    """Collects the data that the pages of a lesson show, and stores shared data only once."""
 
     def __init__(
         self, lesson: LessonFile, open_clip: Callable[[Path], Analysed], seconds: float
@@ -110,7 +108,7 @@ class PageData:
                 return k
         raise AssertionError(window)
 
-    # -- what is in them ----------------------------------------------------------------------
+    # -- their data ---------------------------------------------------------------------------
 
     def _figure(self, clip: Path) -> dict[str, Any]:
         """Return the mesh of the figure in a clip, and the lines of the ground."""
@@ -157,7 +155,7 @@ class PageData:
         }
 
     def _span(self, clip: Path, window: Window) -> dict[str, Any]:
-        """Return the local rotations of the joints and the recorded positions, in a window."""
+        """Return the local rotations of the joints and the recorded positions in a window."""
         motion = self._clips[clip].motion.sliced(window.first, window.last + 1)
         return {
             "figure": self._figure_of[clip],

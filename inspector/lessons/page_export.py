@@ -20,7 +20,7 @@ from twistcore.errors import TwistError
 class PageExport(QObject):
     """Exports a lesson as a web page.
 
-    `show` is a function that shows a sentence to the person, with True if something went wrong.
+    `show` is a function that shows a sentence to the person, with True for an error.
     """
 
     def __init__(self, window: QWidget, show: Callable[[str, bool], object]) -> None:

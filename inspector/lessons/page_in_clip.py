@@ -1,4 +1,4 @@
-"""Check that a lesson page fits its clip, with its chain, its frame and its task."""
+"""Check that a lesson page fits its clip: its chain, its frame and its task."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _OF_CHAINS = ("swing", "counter")  # measured for chains only
 
 
 def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | None:
-    """Return the chain or limb that a page names, or None if it names none. `data` is the page's
-    clip.
+    """Return the chain or limb that a page names, or None if it names none.
 
-    Raises FormatError if the clip lacks the chain, the frame, or something that the task needs,
-    such as enough frames, an interval of the required kind, or the angles of a chain.
+    `data` is the page's clip. Raises FormatError if the clip lacks the chain, the frame, or
+    something that the task needs, such as enough frames, an interval of the required kind, or the
+    angles of a chain.
     """
     place, last = page.place, data.motion.frames - 1
 

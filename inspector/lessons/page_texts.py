@@ -13,12 +13,12 @@ from markupsafe import Markup, escape
 
 from inspector.widgets.typeset import EM, outlines
 
-_LETTERS = {1: ("M", 1), 2: ("L", 1), 3: ("Q", 2), 4: ("C", 3), 79: ("Z", 1)}  # by path code
+_LETTERS = {1: ("M", 1), 2: ("L", 1), 3: ("Q", 2), 4: ("C", 3), 79: ("Z", 1)}  # keyed by path code
 _TEX = re.compile(r"\$([^$\n]+)\$(?!\$)")
 
 
 class Formulas:
-    """Formulas by their TeX source, as SVG in the colour of the text."""
+    """Formulas as SVG in the colour of the text, keyed by their TeX source."""
 
     def __init__(self, texts: Iterable[str]) -> None:
         self._known: dict[str, Any] = outlines(dict.fromkeys(texts))
@@ -59,7 +59,7 @@ class Formulas:
 
 
 def markdown_html(text: str, formulas: Formulas) -> Markup:
-    """Return Markdown as HTML with TeX between $…$ typeset; HTML in the text is escaped."""
+    """Return Markdown as HTML with typeset TeX between $…$. HTML in the text is escaped."""
     markdown = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
     markdown.validateLink = _goes_to_the_web  # type: ignore[method-assign, assignment]
     markdown.inline.ruler.before("escape", "tex", _take_tex)
@@ -68,7 +68,7 @@ def markdown_html(text: str, formulas: Formulas) -> Markup:
 
 
 def _goes_to_the_web(address: str) -> bool:
-    """Return True for a web or mail address; scripts and local files are not allowed."""
+    """True for a web or mail address. Scripts and local files are not allowed."""
     return address.startswith(("https://", "http://", "mailto:"))
 
 

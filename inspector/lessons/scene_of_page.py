@@ -1,4 +1,4 @@
-"""Shows the place of a page in the program, and returns the place that the program shows."""
+"""Show the place of a page in the program, and return the place that the program shows."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
     in_front[place.tab]()
     document.set_show(Show(place.look))
     program.actions["skin"].setChecked(place.skin)
-    program.actions["side_by_side"].setChecked(False)  # the page says which figure to show
+    program.actions["side_by_side"].setChecked(False)  # the page determines which figure to show
     if place.chain:
         document.select_chain(place.chain)
     document.select_interval(_interval_at(program, place))
@@ -63,7 +63,7 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
 
 
 def present_place(program: GuidedProgram) -> LessonPlace | None:
-    """Return the place that the program shows now, or None without a clip."""
+    """Return the place that the program currently shows, or None without a clip."""
     document, taught, viewport = program.document, program.taught, program.viewport
     data = document.data
     if data is None:

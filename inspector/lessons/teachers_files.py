@@ -1,4 +1,4 @@
-"""The teacher's part of a class exercise, which is to write it and to score the answers."""
+"""The teacher's part of a class exercise: writing it, and scoring the answers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class TeachersFiles(QObject):
     kind
         A function that returns the kind of exercise to write.
     show
-        A function that shows a sentence to the person, with True if something went wrong.
+        A function that shows a sentence to the person, with True for an error.
     """
 
     def __init__(

@@ -1,5 +1,4 @@
-"""A lesson as one web page that needs no network, with texts, equations, sliders and the 3D
-figure.
+"""A lesson as one web page that needs no network: texts, equations, sliders and the 3D figure.
 
 Its template, styles and scripts are in assets/lesson_page. The 3D library three.js comes from the
 package trimesh, which contains it for its own viewer.
@@ -34,7 +33,7 @@ from twistcore.files.atomic import write_atomically
 from twistcore.files.encoding import encoded
 from twistcore.formats.bvh import read_bvh
 
-LARGEST = 5_000_000  # most bytes of a page
+LARGEST = 5_000_000  # maximum bytes of a page
 _SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds around a page's frame; the first that fits is used
 _FOLDER = ASSETS / "lesson_page"
 _SCRIPTS = (
@@ -46,7 +45,7 @@ _LIBRARY_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
 
 def export_page(lesson: LessonFile, path: Path) -> None:
-    """Write a lesson as a web page; raises TwistError if that fails. Thread-safe."""
+    """Write a lesson as a web page. Raises TwistError if that fails. Thread-safe."""
     write_atomically(path, encoded(page_text(lesson)))
 
 

@@ -1,4 +1,4 @@
-"""The table of chains and limbs: how many intervals each one has, and how reliable it is."""
+"""The table of chains and limbs: the number of intervals in each, and its reliability."""
 
 from __future__ import annotations
 
@@ -74,9 +74,9 @@ _LIMB_TIPS = (
     ),
 )
 _PAD = 8  # pixels
-_NAME = of_core("Right ForeArm")  # room for this name comes before the last columns
+_NAME = of_core("Right ForeArm")  # room for this name takes precedence over the last columns
 _TICK = 24  # pixels
-_RELIABLE = 0.2  # ‖v⊥‖/‖v‖; below it the azimuth is not reliable
+_RELIABLE = 0.2  # ‖v⊥‖/‖v‖, below which the azimuth is not reliable
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ class _ChainModel(RowModel[_Shown]):
 
 
 class ChainsPanel(QWidget):
-    """The table of chains and limbs; the selected row is the current chain of the document.
+    """The table of chains and limbs. The selected row is the current chain of the document.
 
     A line above the table names the limbs that could not be examined, next to the button of the
     action `joint_names`.
@@ -168,8 +168,8 @@ class ChainsPanel(QWidget):
         self.table.keep_room(name, (_AZIMUTH, _PEAK))
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = hint(tr("The chains of a clip appear here."))
-        self._showing = False  # True while rows change: then the current row is not a click
-        self._fixed: dict[str, _Shown] = {}  # by chain: the values that do not depend on τ
+        self._showing = False  # True while rows change, when the current row is not a click
+        self._fixed: dict[str, _Shown] = {}  # keyed by chain: the values that do not depend on τ
         self._stack = QStackedWidget()
         self.unexamined = QLabel(wordWrap=True)
         self.unexamined.setObjectName("warning")
@@ -245,7 +245,7 @@ class ChainsPanel(QWidget):
         self._select_row()
 
     def _list_people(self) -> None:
-        """Fill the list of people, which is shown only if there are several in the clip."""
+        """Fill the list of people, which is shown only if the clip has several."""
         data = self._document.data
         people = data.analysis.people if data else ()
         self.people.clear()
@@ -256,12 +256,12 @@ class ChainsPanel(QWidget):
         self.people.setVisible(bool(people))
 
     def _show_unexamined(self) -> None:
-        """Show a limb that was not examined, and how many more there are."""
+        """Show a limb that was not examined, and the number of further ones."""
         sentences = unexamined_sentences(self._document.data)
         self.unexamined.setText(in_a_line(sentences))
         self.unexamined.setToolTip(as_tip("\n".join(sentences)) if len(sentences) > 1 else "")
         self._notice.setVisible(bool(sentences))
-        data = self._document.data  # other names help if chains are missing, not if frames are
+        data = self._document.data  # other names help only if chains are missing
         self._names.setVisible(bool(data and not (data.chains and data.analysis.not_examined)))
 
     def _select_row(self) -> None:

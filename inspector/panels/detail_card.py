@@ -1,6 +1,4 @@
-"""The card of the selected interval: the error it describes, the exact
-numbers, and the decision.
-"""
+"""The card of the selected interval: its error, the exact numbers, and the decision."""
 
 from __future__ import annotations
 
@@ -50,25 +48,25 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 
-_RARE, _RARER = 0.7, 3.0  # log odds of a side where the limb is half as often, or hardly ever
+_RARE, _RARER = 0.7, 3.0  # log odds of a side on which the limb is half as often, or hardly ever
 _UNBOUND = 16_777_215  # pixels: Qt's maximum
-_ARROWS = 28  # pixels of a number box: its arrows and borders
+_ARROWS = 28  # pixels of a number box for its arrows and borders
 _FINE = 10.0  # degrees: smaller angles are shown with a decimal
 _LEAST = 0.05  # degrees: smaller offsets are not mentioned
 _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Smooth in Quality → Track")
-_DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # which say why an interval is open
+_DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # reasons why an interval is open
 _NOT_CORRECTED = tr("This finding is not corrected. Accept the finding to mark it as seen.")
 _EDITED = tr_as("an interval", "edited")
 _OTHER_SIDE = tr("the frames around the interval may be wrong instead")
 
 
 class DetailCard(QWidget):
-    """A sentence about the interval, boxes for start, stop and δ, a note, and the decision."""
+    """A sentence about the interval, fields for start, stop and δ, a note, and the decision."""
 
     judged = Signal(object)  # Decision
-    quality_asked = Signal(object)  # Interval: a noise burst or frozen frames to show in Quality
+    quality_asked = Signal(object)  # Interval: a capture fault to show in Quality
     end_turned = Signal()  # the person switched between 'kept' and 'turned along'
 
     def __init__(self, document: Document) -> None:
@@ -154,13 +152,13 @@ class DetailCard(QWidget):
         self._refresh()
 
     def set_low(self, low: bool) -> None:
-        """Switch to the layout for low windows: narrow gaps, and one line
-        of explanation with a tip.
+        """Switch to the layout for low windows: small gaps, and one line of explanation with a
+        tip.
         """
         layout = self.layout()
         assert layout is not None
         layout.setContentsMargins(*((8, 2, 8, 3) if low else (8, 6, 8, 8)))
-        layout.setSpacing(3 if low else -1)  # -1: the style's default
+        layout.setSpacing(3 if low else -1)  # -1 is the style's default
         self._form.setVerticalSpacing(3 if low else -1)
         self.why.set_short(low)
         directions = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
@@ -169,7 +167,7 @@ class DetailCard(QWidget):
         self.to_quality.setMaximumHeight(line)
 
     def show_number(self, number: int) -> None:
-        """Show on how many intervals a decision acts, if there are several."""
+        """Show the number of intervals for which a decision applies, if there are several."""
         for decision, button in self.buttons.items():
             many = f" ({number})" if number > 1 else ""
             button.setText(f"{self._words[decision]}{many}")
@@ -248,11 +246,11 @@ class DetailCard(QWidget):
             self._show_note(judged)
 
     def _offer_quality(self, kind: Kind | None) -> None:
-        """Show the button that opens the quality tab, only for faults of the capture."""
+        """Show the button that opens the quality tab, but only for faults of the capture."""
         fault = kind is not None and kind.of_capture
         self._link.setVisible(fault)
         below = kind is not None and kind.info.below
-        self.end.keep_room(below or not fault)  # without it the heading may be longer
+        self.end.keep_room(below or not fault)  # without it, the heading may be longer
         if kind == Kind.NOISE_BURST:
             self.to_quality.setText(_SMOOTH)
             self.to_quality.setToolTip(
@@ -267,7 +265,7 @@ class DetailCard(QWidget):
             self.quality_asked.emit(self._document.displayed(judged).interval)
 
     def _ended_at(self, jump: Interval) -> Interval | None:
-        """Return the stretch of the same joint that begins or ends with a lone jump, or None."""
+        """Return the stretch of the same joint that a lone jump begins or ends, or None."""
         stretches = (j.interval for j in self._document.intervals if j.interval.kind.info.turns)
         return next(
             (
@@ -279,7 +277,7 @@ class DetailCard(QWidget):
         )
 
     def _measures(self, judged: Judged) -> tuple[ProtectedMeasure, ...]:
-        """Return how the correction changes the limb's measures, given all other corrections."""
+        """Measure how the correction affects the limb, given all other corrections."""
         document = self._document
         assert document.data is not None
         if document.data.blind:
@@ -310,12 +308,12 @@ class DetailCard(QWidget):
         self.why.set_plain(text)
 
     def says(self, text: str) -> bool:
-        """True if the card shows this text and is visible."""
+        """True if the card is visible and shows this text."""
         return self.why.says(text) and not self.visibleRegion().isEmpty()
 
     def write(self, what: str) -> bool:
-        """Give the keyboard focus to 'start', 'stop', 'delta' or
-        'note'; False if it is disabled.
+        """Move the keyboard focus to 'start', 'stop', 'delta' or 'note'; False if that is
+        disabled.
         """
         box: QWidget = getattr(self, what)
         if not box.isEnabled():
@@ -361,10 +359,10 @@ def explanation(
     measures: Sequence[ProtectedMeasure] = (),
     stretch: Interval | None = None,
 ) -> str:
-    """Return why an interval is listed: the error first, then the side effects, then numbers.
+    """Return why an interval is listed: first the error, then the side effects, then the numbers.
 
-    measures: the protected measures before and after the correction; stretch: the stretch that
-    begins or ends with a lone jump.
+    `measures` are the protected measures before and after the correction. `stretch` is the stretch
+    that a lone jump begins or ends.
     """
     interval = judged.interval
     evidence = interval.evidence or {}
@@ -419,7 +417,7 @@ def explanation(
 
 
 def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
-    """Return the sentence that states which part is turned, by how much, and for how long."""
+    """Return the sentence with the part of the body that is turned, the angle and the duration."""
     interval = judged.interval
     degrees = abs(float(np.degrees(interval.shown)))
     if degrees < _LEAST:
@@ -605,7 +603,7 @@ def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator
 
 
 def _rare_side(side: float) -> str:
-    """Return how rare the side of the limb in this interval is, or '' if it is not rare."""
+    """Return how rare the side of the limb in this interval is, or an empty string."""
     if side > _RARER:
         return tr(
             "In these frames, the joint is on a side where it is hardly ever found in the rest of "
@@ -619,7 +617,7 @@ def _rare_side(side: float) -> str:
 
 
 def _figures(judged: Judged, chain: Chain) -> str:
-    """Return the numbers on which a finding is based, for the card's tool tip."""
+    """Return the numbers that support a detection, for the card's tool tip."""
     if judged.edited:
         return ""
     if isinstance(chain, Limb):
@@ -636,7 +634,7 @@ def _figures(judged: Judged, chain: Chain) -> str:
 
 
 def _flip_figures(judged: Judged, limb: Limb) -> str:
-    """Return the numbers on which a flip is based, for the card's tool tip."""
+    """Return the numbers that support a flip, for the card's tool tip."""
     interval, evidence = judged.interval, judged.interval.evidence or {}
     lines = []
     if edges := evidence.get("edges", ()):

@@ -9,7 +9,7 @@ from inspector.language import tr, tr_as
 from inspector.panels.limb_words import end_as_heading, end_in_words
 from inspector.widgets.building import hbox, tool_button
 
-_WORDS = {  # by `carried`: the button's text and its tip
+_WORDS = {  # keyed by `carried`: the button's text and its tip
     False: (
         tr_as("the limb's end is", "kept"),
         tr("The error did not turn the {end}: the correction keeps its rotation (C)"),
@@ -24,7 +24,7 @@ _WORDS = {  # by `carried`: the button's text and its tip
 class EndChoice(QWidget):
     """Two buttons after a heading, as in 'Foot: kept | turned along'."""
 
-    turned = Signal()  # the person chose the other one
+    turned = Signal()  # the person chose the other button
 
     def __init__(self) -> None:
         super().__init__()
@@ -38,10 +38,10 @@ class EndChoice(QWidget):
             button.clicked.connect(self._clicked)
         self._carried = False
         hbox(self.name, 4, *self.choices.values(), owner=self, margins=(0, 0, 0, 0), spacing=0)
-        self.keep_room(True)  # so that the rows below do not move
+        self.keep_room(True)  # keeps the rows below in position
 
     def keep_room(self, keep: bool) -> None:
-        """Set whether the space of the widget stays reserved while the widget is hidden."""
+        """Set whether the space of the widget stays reserved while it is hidden."""
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(keep)
         self.setSizePolicy(policy)

@@ -1,4 +1,4 @@
-"""The history of the review: a list of steps; a click undoes or redoes up to that step."""
+"""The history of the review: a list of steps in which a click undoes or redoes to a step."""
 
 from __future__ import annotations
 
@@ -73,6 +73,6 @@ class HistoryPanel(QWidget):
             self._document.redo()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Refresh the list, because the theme and with it the colours may have changed."""
+        """Refresh the list, because the theme and so the colours may have changed."""
         self._refresh()
         super().showEvent(event)

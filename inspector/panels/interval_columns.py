@@ -1,4 +1,4 @@
-"""The columns of the interval table: which are shown, their widths, and how rows are sorted."""
+"""The columns of the interval table: which are visible, their widths, and the sort order."""
 
 from __future__ import annotations
 
@@ -17,8 +17,10 @@ from inspector.widgets.tables import RowTable
 class Column:
     """A column of the interval table.
 
-    id: its name in the settings; head: its heading; name: its text in the menu, or '' to use the
-    heading; figures: True if its numbers are aligned to the right.
+    - id: its name in the settings
+    - head: its heading
+    - name: its text in the menu, or '' for the heading
+    - figures: True if its numbers are aligned to the right
     """
 
     id: str
@@ -74,7 +76,7 @@ PLACE = {column.id: k for k, column in enumerate(COLUMNS)}
 _ALWAYS = "chain"
 _SPARED = ("time", "frames", "confidence", "kind", "end", "note", "stop")  # hidden in this order
 _PAD = 10  # pixels next to a text
-_WIDEST, _LEAST = 190, 74  # pixels of a column of names: at most; of the chains at least
+_WIDEST, _LEAST = 190, 74  # maximum width of a column of names; minimum width of the chains
 _NOTE = 60
 
 
@@ -83,8 +85,9 @@ def shown_by_room(
 ) -> list[str]:
     """Return the ids of the columns that fit into `room` pixels, in their order.
 
-    widths: width of each column by its id; said: ids of the columns with a text in any row; least:
-    the smallest width of the first column for which the column 'stop' is still shown.
+    `widths` has the width of each column, keyed by id. `said` has the ids of the columns with a
+    text in any row. `least` is the smallest width of the first column with which the column 'stop'
+    is still shown.
     """
     shown = [c.id for c in COLUMNS if c.id in said and c.id != "joints"]
 
@@ -100,7 +103,7 @@ def shown_by_room(
 
 
 class IntervalColumns(QObject):
-    """Shows the columns that the user chose, or all that fit, and remembers how rows are sorted.
+    """Shows the columns that the user chose, or all that fit, and remembers the sort order.
 
     A right click on the heading opens the choice of columns. A click sorts; the third click
     restores the original order.
@@ -127,10 +130,10 @@ class IntervalColumns(QObject):
         header.customContextMenuRequested.connect(self._ask)
 
     def take(self, samples: Mapping[str, str], said: Iterable[str]) -> None:
-        """Set the samples for the column widths and the columns that contain any text.
+        """Set the samples for the column widths, and the columns that contain any text.
 
-        samples: the widest text of each column, or '' to use its heading; said: ids of the columns
-        with a text.
+        `samples` has the widest text of each column, or '' for its heading. `said` has the ids of
+        the columns with a text.
         """
         self._samples, self._with_text = dict(samples), frozenset(said)
         self.fit()
@@ -155,7 +158,7 @@ class IntervalColumns(QObject):
         widths = {column.id: self._width(column) for column in COLUMNS}
         chosen, names = self._settings.columns, widths[_ALWAYS]
         least = names if chosen else min(_LEAST, names)
-        for numbered in (numbers, 0):  # in a very narrow table, the numbers give way
+        for numbered in (numbers, 0):  # in a very narrow table, the numbers shrink
             if chosen:  # the table scrolls if they do not fit
                 shown = [c.id for c in COLUMNS if c.id in {_ALWAYS, *chosen}]
             else:
@@ -164,7 +167,7 @@ class IntervalColumns(QObject):
             if chosen or rest >= least:
                 break
         table.verticalHeader().setVisible(numbered > 0)
-        last_grows = shown[-1] in ("note", "joints")  # if not, the chains' names take the rest
+        last_grows = shown[-1] in ("note", "joints")  # if not, the names take the rest
         header.setStretchLastSection(last_grows)
         widths[_ALWAYS] = max(least, min(rest, names) if last_grows else rest)
         for k, column in enumerate(COLUMNS):

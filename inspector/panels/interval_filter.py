@@ -38,13 +38,13 @@ _BOUND = re.compile(r"([<>]=?|[≤≥])\s*(\d*[.,]?\d+)")
 
 
 def short_word(kind: Kind) -> str:
-    """Return the word for a kind in the table; an unknown kind keeps the word from the file."""
+    """Return the table's word for a kind; an unknown kind keeps the word from the file."""
     return announced(kind.info.short, "kind of error")
 
 
 @dataclass(frozen=True)
 class IntervalFilter:
-    """A filter: one of FILTERS, limits of the confidence, and words that must all occur."""
+    """A filter: one of FILTERS, limits of the confidence, and words that must all be found."""
 
     chosen: str = ALL
     bounds: tuple[tuple[str, float], ...] = ()
@@ -52,9 +52,7 @@ class IntervalFilter:
 
     @staticmethod
     def read(chosen: str, confidence: str, typed: str) -> IntervalFilter:
-        """Return the filter that the three inputs describe; a typed
-        '>0.9' limits the confidence.
-        """
+        """Return the filter for the three inputs. A typed '>0.9' limits the confidence."""
         bounds = tuple(
             (sign.replace(">=", "≥").replace("<=", "≤"), float(number.replace(",", ".")))
             for sign, number in _BOUND.findall(f"{confidence} {typed}")
@@ -64,8 +62,8 @@ class IntervalFilter:
     def admits(self, judged: Judged, chain: str, text_of: Callable[[Judged], str]) -> bool:
         """True if an interval passes the filter.
 
-        chain: name of the selected chain; text_of: function that returns the text of an interval in
-        which the words are searched.
+        `chain` is the name of the selected chain. `text_of` is a function that returns the
+        searchable text of an interval.
         """
         if self.chosen == OF_CHAIN:
             if judged.interval.chain != chain:
@@ -89,7 +87,7 @@ class FilterLine(QWidget):
     """A row with the list of filters, the list of confidences and the search line."""
 
     changed = Signal()
-    left = Signal()  # Enter or Esc: keys control the review again
+    left = Signal()  # Enter or Esc, after which keys control the review again
 
     def __init__(self) -> None:
         super().__init__()
@@ -103,7 +101,7 @@ class FilterLine(QWidget):
         ):
             box.setToolTip(tip)
             box.setAccessibleName(tip)
-            box.setMinimumWidth(60)  # in a narrow panel the count next to it is hidden first
+            box.setMinimumWidth(60)  # hidden first in a narrow panel
             box.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             box.currentTextChanged.connect(self._take)
         self.search = _SearchLine()
@@ -133,7 +131,7 @@ class FilterLine(QWidget):
 
 
 class _SearchLine(QLineEdit):
-    """The search line. Enter or Esc ends typing; Esc also clears the text."""
+    """The search line. Enter or Esc ends typing, and Esc also clears the text."""
 
     left = Signal()
 

@@ -1,4 +1,4 @@
-"""Groups in the interval table: which there are, and which are unfolded."""
+"""Groups in the interval table: which exist, and which are unfolded."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from twistcore.review.model import overlapping_ids
 class IntervalGroups:
     """Arranges the intervals of a document in rows.
 
-    on: True to group errors that belong together, but never in an exercise; whole: True if the
-    group of the selected interval is selected as a whole, False for the interval alone.
+    - on: True to group errors that belong together, but never in an exercise
+    - whole: True if the group of the selected interval is selected as a whole, False for the
+      interval alone
     """
 
     def __init__(self, document: Document) -> None:
@@ -41,7 +42,7 @@ class IntervalGroups:
         return len({group.id for group in self._by_id.values()})
 
     def find(self, interval_id: int | None) -> GroupRow | None:
-        """Return the row of the group with an interval, or None if it is in no group."""
+        """Return the group row that contains an interval, or None."""
         return self._by_id.get(interval_id) if interval_id is not None else None
 
     @property
@@ -62,10 +63,10 @@ class IntervalGroups:
             self._unfolded.difference_update(group.ids)
 
     def rows(self, listed: Sequence[Judged], intervals: Sequence[Judged]) -> list[ListRow]:
-        """Return the rows of all intervals in their order, in which only some are listed.
+        """Return the rows of all intervals in order, although only some of them are listed.
 
         The row of a group is followed by the rows of its intervals, which are listed if the group
-        is unfolded. A group consists of listed intervals only, and of none that were made by hand.
+        is unfolded. A group consists only of listed intervals that were not made by hand.
         """
         shared, shown = overlapping_ids(intervals), {judged.id for judged in listed}
         self._by_id = {k: group for group in self._grouped(listed) for k in group.ids}
@@ -92,7 +93,7 @@ class IntervalGroups:
             return
         listed = [judged for judged in listed if not judged.by_hand]
         new = data.analysis, [judged.interval for judged in listed]
-        if new != self._grouped_last:  # decisions change nothing
+        if new != self._grouped_last:  # decisions do not change the groups
             self._grouped_last = new
             self._found = error_groups(new[1], data.chains_and_limbs, data.motion.skeleton)
         for group in self._found:

@@ -21,11 +21,11 @@ from twistcore.review import Decision, Judged
 from twistcore.review.model import APPLIED, SEEN
 from twistcore.skeleton.helper import Helper
 
-INDENT = 4 * "\N{NO-BREAK SPACE}"  # before an interval of an unfolded group
-NAME = PLACE["stop"]  # the first of the columns that the name of a group takes
+INDENT = 4 * "\N{NO-BREAK SPACE}"  # text before an interval of an unfolded group
+NAME = PLACE["stop"]  # the first column that the name of a group spans
 _FOLDED, _UNFOLDED = "▸ ", "▾ "
-_NOTED = 500  # letters of a note that its cell shows
-_LISTED = 12  # intervals in the tool tip of a group
+_NOTED = 500  # maximum length of a note in its cell
+_LISTED = 12  # maximum number of intervals in the tool tip of a group
 MARKS = {
     Decision.UNDECIDED: tr("· undecided"),
     Decision.ACCEPTED: tr("✓ accepted"),
@@ -37,7 +37,7 @@ SHARED, UNSUPPORTED, EDITED = " +", " <τ", " ✎"
 
 @dataclass(frozen=True)
 class GroupRow:
-    """The row of a group. members: its intervals, the one that represents the group first."""
+    """The row of a group. `members` are its intervals, the representative one first."""
 
     name: str
     members: tuple[Judged, ...]
@@ -46,7 +46,7 @@ class GroupRow:
 
     @property
     def id(self) -> int:
-        """The key of the row, unlike any id of an interval."""
+        """The key of the row, which differs from the ids of all intervals."""
         return -self.members[0].id
 
     @property
@@ -65,8 +65,9 @@ class GroupRow:
 class IntervalRow:
     """The row of an interval.
 
-    shared: True if it overlaps another interval of its chain; listed: True if the row is shown;
-    group: the row of its group, or None.
+    - shared: True if it overlaps another interval of its chain
+    - listed: True if the row is shown
+    - group: the row of its group, or None
     """
 
     judged: Judged
@@ -81,7 +82,7 @@ class IntervalRow:
 
     @property
     def ids(self) -> tuple[int, ...]:
-        """The interval's id, as of a group with one member."""
+        """The interval's id, in the same form as the ids of a group."""
         return (self.judged.id,)
 
 
@@ -89,7 +90,7 @@ ListRow = IntervalRow | GroupRow
 
 
 class IntervalModel(RowModel[ListRow]):
-    """The rows of the table; the intervals of a group follow the row of the group."""
+    """The rows of the table. The intervals of a group follow the row of the group."""
 
     heads = tuple(column.head for column in COLUMNS)
     head_tips = tuple(column.tip or column.name for column in COLUMNS)
@@ -105,7 +106,7 @@ class IntervalModel(RowModel[ListRow]):
         return thing.id
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
-        """Return a heading, or the number of an interval, which stays the same in any order."""
+        """Return a heading, or the number of an interval, which is the same in every order."""
         if orientation == Qt.Orientation.Vertical and role == Qt.ItemDataRole.DisplayRole:
             thing = self.things[section]
             return "" if isinstance(thing, GroupRow) else str(thing.id)
@@ -132,7 +133,7 @@ class IntervalModel(RowModel[ListRow]):
         end = end_of(judged)
         label = of_core(chain.label if isinstance(chain, Helper) else chain.list_label)
         note = " · ".join(filter(None, (shown_reason(judged.reason), judged.note)))[:_NOTED]
-        cells: dict[str, tuple[str, object]] = {  # the text, and the value to sort by
+        cells: dict[str, tuple[str, object]] = {  # the text, and the value for sorting
             "chain": (label, interval.chain),
             "decision": (decision, judged.decision.value),
             "start": (str(interval.start + first), interval.start),

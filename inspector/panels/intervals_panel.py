@@ -40,13 +40,13 @@ from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
 
 _ROOM, _ROOM_LOW = 8, 3  # pixels of a row in addition to its text
-_WITH_COUNT = 430  # pixels: in a narrower list only the status bar shows the count
+_WITH_COUNT = 430  # pixels; in a narrower list, only the status bar shows the count
 _EVERYTHING = IntervalFilter()
 _FOLDING = {"Right": True, "Left": False}
 
 
 class IntervalsPanel(QWidget):
-    """The interval table with its filter; the current row is the document's selected interval."""
+    """The interval table with its filter. The current row is the document's selected interval."""
 
     activated = Signal()  # a double click on a row
     number_changed = Signal(int)  # of selected intervals, including all of a selected group
@@ -54,16 +54,16 @@ class IntervalsPanel(QWidget):
     def __init__(
         self, document: Document, colours: Colours, settings: Settings | None = None
     ) -> None:
-        """Build the panel. settings: store which columns are shown and how rows are sorted."""
+        """Build the panel. `settings` stores the visible columns and the sort order."""
         super().__init__()
         self._document = document
         self._groups = IntervalGroups(document)
         self._refreshing = self._clicked = False
-        self._stepping: tuple[int, ...] | None = None  # the ids among which to go alone
+        self._stepping: tuple[int, ...] | None = None  # the ids among which next and previous move
         self._with_text = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
         self._marks: set[str] = set()
-        self._names: dict[str, tuple[str, str]] = {}  # by chain
-        self._measured: dict[int, Judged] = {}  # intervals that the columns fit already, by id()
+        self._names: dict[str, tuple[str, str]] = {}  # keyed by chain
+        self._measured: dict[int, Judged] = {}  # ids of intervals that fit already
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._refresh)
         self._model = IntervalModel(document, colours)
@@ -112,7 +112,7 @@ class IntervalsPanel(QWidget):
         layout = self.layout()
         assert layout is not None
         layout.setContentsMargins(*((4, 2, 4, 0) if low else (4, 4, 4, 4)))
-        layout.setSpacing(3 if low else -1)  # -1: as the style has it
+        layout.setSpacing(3 if low else -1)  # -1 is the style's default
         self.table.set_room(_ROOM_LOW if low else _ROOM)
 
     def search_here(self) -> None:
@@ -121,7 +121,7 @@ class IntervalsPanel(QWidget):
         self.search.selectAll()
 
     def list_all(self) -> Callable[[], None]:
-        """Clear the filter; return a function that restores it."""
+        """Clear the filter, and return a function that restores it."""
         return self.filters.list_all()
 
     def group_errors(self, on: bool) -> None:
@@ -130,12 +130,12 @@ class IntervalsPanel(QWidget):
         self._refresh()
 
     def unfold_with(self, *actions: QAction) -> None:
-        """Let the keys Right and Left of these actions first unfold and fold a selected group."""
+        """Let the Right and Left keys of these actions first unfold and fold a selected group."""
         for action in actions:
             action.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Unfold or fold a group with a click on its arrow or, if it is in view, with a key."""
+        """Unfold or fold a group with a click on its arrow or, if it is visible, with a key."""
         if isinstance(event, QShortcutEvent):
             on, group = _FOLDING.get(event.key().toString()), self._groups.selected
             seen = not self.table.visibleRegion().isEmpty()
@@ -158,7 +158,7 @@ class IntervalsPanel(QWidget):
     def _unfold(self, group: GroupRow, on: bool) -> None:
         entered = self._groups.entered
         if entered is not None and entered.id == group.id and not on:
-            self._groups.whole = True  # the row of the selected interval goes
+            self._groups.whole = True  # the row of the selected interval vanishes
         self._groups.unfold(group, on)
         self._refresh()
 
@@ -174,14 +174,12 @@ class IntervalsPanel(QWidget):
         self._refresh()
 
     def _fit_columns(self, shared: bool) -> None:
-        """Fit the columns to the texts of new intervals; as long as a clip
-        is open, they never shrink.
-        """
+        """Fit the columns to the texts of new intervals; they never shrink while a clip is open."""
         document = self._document
         if (data := document.data) is None or not document.intervals:
             return
         known = self._measured
-        fresh = [j for j in document.intervals if id(j) not in known]  # must be quick: drags of τ
+        fresh = [j for j in document.intervals if id(j) not in known]  # fast: τ is dragged
         self._measured = {id(j): j for j in document.intervals}
         if shared:
             self._marks.add(SHARED)
@@ -225,7 +223,7 @@ class IntervalsPanel(QWidget):
         )
 
     def _is_listed(self, judged: Judged) -> bool:
-        """True for the selected interval and for all intervals that pass the filter."""
+        """True for the selected interval and for intervals that pass the filter."""
         return judged.id == self._document.interval_id or self._passes(judged)
 
     def _passes(self, judged: Judged) -> bool:
@@ -253,12 +251,14 @@ class IntervalsPanel(QWidget):
         return " ".join((*parts, *words))
 
     def order_by(self, order: str) -> None:
-        """Sort by 'time', or list the worst or the chains first; clicks on headings change this."""
+        """Sort by 'time', or list the worst or the chains first. Clicks on headings change this."""
         column = PLACE["start"] if order == "time" else -1
         self.table.sortByColumn(column, Qt.SortOrder.AscendingOrder)
 
     def selected_ids(self) -> tuple[int, ...]:
-        """Return the ids of the selected intervals from top to bottom, all of a selected group."""
+        """Return the ids of the selected intervals from top to bottom, including selected
+        groups.
+        """
         things = map(self._thing, self._selected_rows())
         return tuple(dict.fromkeys(k for thing in things for k in thing.ids))
 
@@ -276,7 +276,7 @@ class IntervalsPanel(QWidget):
         self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def shown_ids(self) -> tuple[int, ...]:
-        """Return the ids of the listed intervals from top to bottom, all of a folded group."""
+        """Return the ids of the listed intervals from top to bottom, including folded groups."""
         return tuple(
             k
             for thing in self._listed_things()
@@ -286,10 +286,10 @@ class IntervalsPanel(QWidget):
 
     @contextmanager
     def going_about(self) -> Iterator[tuple[int, ...]]:
-        """Yield the ids to go through, from top to bottom: one for each group, or each interval.
+        """Yield the ids to visit from top to bottom: one for each group or interval.
 
-        In the meantime, an interval in a group is selected with the whole group. In a group of
-        which a single interval is selected, the intervals are gone through one by one.
+        During the iteration, an interval in a group is selected with the whole group. If a single
+        interval of a group is selected, the intervals of that group are visited one by one.
         """
         entered, now = self._groups.entered, self._document.interval_id
         stops = []
@@ -318,10 +318,10 @@ class IntervalsPanel(QWidget):
         if self._document.order == "worst":
             intervals = tuple(sorted(intervals, key=self._document.severity, reverse=True))
         rows = self._groups.rows(listed, intervals)
-        self._refreshing = True  # a row that vanishes must not select another
+        self._refreshing = True  # a row that vanishes must not select another row
         self._model.show(rows)
         self._span_names()
-        self.table.doItemsLayout()  # now: a later layout would repaint the panel twice
+        self.table.doItemsLayout()  # now, since a later layout would repaint the panel twice
         self._refreshing = False
         self._fit_columns(any(not isinstance(row, GroupRow) and row.shared for row in rows))
         self.count.setText(self._count_text(len(listed)))
@@ -342,7 +342,7 @@ class IntervalsPanel(QWidget):
         self._report_number()
 
     def _span_names(self) -> None:
-        """Let the names of groups take the columns that a group has no number for."""
+        """Let the names of groups span the columns in which a group has no number."""
         self.table.clearSpans()
         if self._groups.count:
             for row, thing in enumerate(self._listed_things()):
@@ -371,14 +371,14 @@ class IntervalsPanel(QWidget):
 
     @property
     def _is_filtered(self) -> bool:
-        """True if intervals may be missing from the table because of the
-        filter or a hidden chain.
-        """
+        """True if the filter or a hidden chain may exclude intervals from the table."""
         return self.filters.current != _EVERYTHING or bool(self._document.hidden)
 
     def _interval_changed(self) -> None:
-        """Select the row. If there is a filter, or a group must unfold, refresh the list, where the
-        selected row always appears.
+        """Select the interval's row.
+
+        With a filter, or if a group must unfold, refresh the list, in which the selected row always
+        appears.
         """
         groups, now = self._groups, self._document.interval_id
         if not self._clicked:
@@ -412,7 +412,7 @@ class IntervalsPanel(QWidget):
         self._groups.whole = isinstance(thing, GroupRow)
         judged = thing.undecided if isinstance(thing, GroupRow) else thing.judged
         if self._groups.whole and document.interval_id in thing.ids:
-            return  # selected already, with the group
+            return  # already selected with the group
         self._clicked = True
         document.select_interval(judged.id, jump=True)
         self._clicked = False

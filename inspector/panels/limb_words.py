@@ -1,4 +1,4 @@
-"""Words for the middle joint and the end of a limb, and for the body part next to a bone."""
+"""Words for the middle joint and the end of a limb, and for the part of the body next to a bone."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from inspector.language import of_core, tr, tr_as
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 
-# A translation may include the article: 'das Knie'.
+# A translation may include the article, such as 'das Knie'.
 _MIDDLES = {
     "elbow": tr_as("the limb's", "elbow"),
     "knee": tr_as("the limb's", "knee"),
@@ -25,7 +25,7 @@ _HEADS = {
     "next joint": tr_as("heading", "Next joint:"),
 }
 
-_PARTS = {  # by side and segment: the beginning of a sentence
+_PARTS = {  # keyed by side and segment: the beginning of a sentence
     "Left Shoulder": tr("The left shoulder"),
     "Left Arm": tr("The left upper arm"),
     "Left ForeArm": tr("The left forearm"),
@@ -41,7 +41,7 @@ _PARTS = {  # by side and segment: the beginning of a sentence
     "Right arm": tr("The right arm"),
     "Right leg": tr("The right leg"),
 }
-_NEXT = {  # by segment: the part of the body that turns back
+_NEXT = {  # keyed by segment: the part of the body that turns back
     "Shoulder": tr_as("the part that turns back", "upper arm"),
     "Arm": tr_as("the part that turns back", "forearm"),
     "ForeArm": tr_as("the part that turns back", "hand"),
@@ -68,7 +68,7 @@ def end_as_heading(word: str) -> str:
 
 
 def next_part(chain: Chain) -> str:
-    """Return the word for the body part next to the chain's bone, such as 'hand' for a forearm."""
+    """Return the part of the body next to the chain's bone, such as 'hand' for a forearm."""
     return _NEXT.get(chain.segment, _JOINT) if chain.ends else _PIECE
 
 

@@ -10,11 +10,11 @@ from inspector.session.document import Document
 from inspector.widgets.labels import ElidedLine, SteadyLabel, as_tip
 from inspector.widgets.signed_numbers import signed
 
-_LONGEST_JOINTS = 26  # letters; the rest is in the tip
+_LONGEST_JOINTS = 26  # maximum number of letters; the rest is in the tip
 
 
 class FrameLine(ElidedLine):
-    """Frame, time and the selected interval; a message may cover this line for a while."""
+    """Frame, time and the selected interval. A message may replace this line temporarily."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()

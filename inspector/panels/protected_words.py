@@ -25,7 +25,7 @@ _NAMES: Mapping[str, tuple[str, str]] = {  # with the unit
 
 
 def worse_line(measures: Sequence[ProtectedMeasure]) -> str:
-    """Return a sentence about the measures that the correction makes worse, or '' for none."""
+    """Return a sentence about the measures that the correction makes worse, or ''."""
     worse = [of_core(m.doubt) for m in measures if m.worse]
     return (
         tr("The correction would make this worse: {what}.", what=", ".join(worse)) if worse else ""

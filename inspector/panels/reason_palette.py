@@ -1,4 +1,4 @@
-"""The list of reasons for a rejection: a digit picks one, or the user types another reason."""
+"""The list of reasons for a rejection: a digit selects one, or the user types another reason."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _STEPS = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}
 
 
 class ReasonPalette(QDialog):
-    """A popup of reasons: the keys 1 to 9 pick one at once; Enter accepts a typed reason."""
+    """A popup of reasons. The keys 1 to 9 select one immediately; Enter accepts a typed reason."""
 
     chosen = Signal(str)
 
@@ -65,7 +65,9 @@ class ReasonPalette(QDialog):
         self.chosen.emit(reason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Pick a reason by its digit while the line is empty; move in the list with Up and Down."""
+        """Select a reason by its digit while the line is empty; move in the list with Up and
+        Down.
+        """
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             if step := _STEPS.get(Qt.Key(event.key()), 0):
                 row = self.list.currentRow() + step

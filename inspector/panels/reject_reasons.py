@@ -1,4 +1,4 @@
-"""Reasons for a rejection; files contain their English text, whichever language is chosen."""
+"""Reasons for a rejection. Files contain their English text in every language."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ REASONS = tuple(_REASONS)
 
 
 def shown_reason(reason: str) -> str:
-    """Return a reason in the chosen language; a reason that the user typed stays as it is."""
+    """Return a reason in the chosen language. A reason that the user typed is not translated."""
     return _REASONS.get(reason, reason)
 
 

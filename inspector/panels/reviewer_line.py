@@ -1,4 +1,4 @@
-"""The question for the reviewer's name, asked once, after the first decision without a name."""
+"""The question for the reviewer's name, after the first decision without a name."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from inspector.widgets.building import hbox, tool_button
 
 
 class ReviewerLine(QFrame):
-    """A line for the reviewer's name. Enter saves it, also for earlier decisions without a name."""
+    """A line for the reviewer's name. Enter saves the name, also for earlier decisions without
+    one.
+    """
 
     def __init__(self, document: Document, settings: Settings) -> None:
         super().__init__()
@@ -21,7 +23,7 @@ class ReviewerLine(QFrame):
         self.name.setAccessibleName(tr("Your name"))
         self.name.setToolTip(tr("The name is saved with your decisions, including earlier ones"))
         self.name.setMaximumWidth(260)
-        # Not push buttons: the style makes even short ones 80 pixels wide.
+        # Not push buttons, because the style makes even short ones 80 pixels wide.
         tip = tr("Save this name with your decisions (Enter)")
         self.keep = tool_button(tr_as("the name", "Keep"), tip, flat=False)
         tip = tr("Do not ask again. You can enter a name in the preferences later.")

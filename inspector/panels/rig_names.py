@@ -17,7 +17,7 @@ def joints_of(chain: Chain, skeleton: Skeleton) -> str:
 
 
 def own_joints(chain: Chain, skeleton: Skeleton) -> str:
-    """Return the names of the joints in the file, or '' if our label already says the same."""
+    """Return the names of the joints in the file, or '' if the chain's label contains them."""
     ours = _letters(chain.side + chain.segment) if chain.segment else _letters(chain.name)
     same = _letters(skeleton.names[chain.parent]).endswith(ours)
     return "" if same or not chain.segment else joints_of(chain, skeleton)

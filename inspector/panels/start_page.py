@@ -1,4 +1,6 @@
-"""The start page: the tour, the sample, opening a clip or a folder, and what was open lately."""
+"""The start page: the tour, the sample, opening a clip or a folder, and recent clips and
+folders.
+"""
 
 from __future__ import annotations
 
@@ -24,9 +26,9 @@ from inspector.widgets.icons import SIDE, icon
 from inspector.widgets.labels import as_entry, as_tip
 from inspector.widgets.theme import Colours, Theme
 
-_RECENT, _FOLDERS = 5, 2  # clips and folders that are listed
-_PARTS = 4  # of a folder's path
-_LONGEST = 48  # letters of a name
+_RECENT, _FOLDERS = 5, 2  # maximum number of clips and folders
+_PARTS = 4  # maximum length of a folder's path
+_LONGEST = 48  # maximum length of a name
 _WIDTH = 520  # pixels, of the column
 _APART = 8  # pixels, between its buttons
 _MARGIN = 12  # pixels, at the column's sides
@@ -47,7 +49,8 @@ class StartPage(QScrollArea):
     ) -> None:
         """Build the page.
 
-        view: the widget that the page covers; complaint: the reason why there is no 3D view, or ''.
+        `view` is the widget that the page covers. `complaint` is the reason why there is no 3D
+        view, or an empty string.
         """
         super().__init__(view)
         self.setObjectName("start")
@@ -91,7 +94,7 @@ class StartPage(QScrollArea):
             button.setIcon(self._folder_icon)
 
     def show_recent(self, clips: Sequence[Path], folders: Sequence[Path] = ()) -> None:
-        """List the recent folders and clips, each the latest first."""
+        """List the recent folders and clips, the latest first."""
         while item := self._recent.takeAt(0):
             if widget := item.widget():
                 widget.hide()
@@ -138,7 +141,7 @@ def _button(action: QAction, text: str) -> QPushButton:
 
 
 def _short_path(path: Path) -> str:
-    """Return the name and folder of a file; the middle of a long path is left out."""
+    """Return the name and folder of a file, without the middle of a long path."""
     home, folder = Path.home(), path.parent
     parts = ("~", *folder.relative_to(home).parts) if folder.is_relative_to(home) else folder.parts
     if len(parts) > _PARTS:

@@ -1,4 +1,4 @@
-"""The dialog that accepts all intervals with a high confidence and shows how many there are."""
+"""The dialog that accepts all intervals with a high confidence, and shows their number."""
 
 from __future__ import annotations
 
@@ -16,16 +16,15 @@ _USUAL = 0.95
 
 
 class SureOnes(QDialog):
-    """A non-modal dialog that asks for a confidence and shows how many
-    undecided intervals reach it.
-    """
+    """A non-modal dialog that asks for a confidence and counts the undecided intervals above it."""
 
     def __init__(
         self, document: Document, accept: Callable[[float], None], parent: QWidget
     ) -> None:
         """Build the dialog.
 
-        accept: function that accepts all undecided intervals with at least a given confidence.
+        `accept` is a function that accepts all undecided intervals with at least a given
+        confidence.
         """
         super().__init__(parent)
         self._document, self._accept = document, accept

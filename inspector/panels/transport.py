@@ -75,12 +75,12 @@ class Transport(QWidget):
         self._player_changed()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide the time in a narrow window, because the curves show it as well."""
+        """Hide the time in a narrow window, because the curves also show it."""
         super().resizeEvent(event)
         self._frame_changed(self._document.frame)
 
     def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
-        """Return the widgets that show the frame, each with its number for the first frame."""
+        """Return the widgets that show the frame, each with its value for the first frame."""
         return (self.slider, 0), (self.frame, self._document.first_frame)
 
     def _opened(self) -> None:

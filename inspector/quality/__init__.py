@@ -1,1 +1,1 @@
-"""The quality tab, with measures of each joint's motion over time, and tracking with QuaMo."""
+"""The quality tab: measures of each joint's motion over time, and tracking with QuaMo."""

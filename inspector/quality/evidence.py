@@ -22,7 +22,7 @@ from twistcore.skeleton.rotation import Array
 
 @dataclass(frozen=True)
 class Measure:
-    """A measure of quality, shown as a column in the table and as a curve.
+    """A measure of quality, shown as a column of the table and as a curve.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Measure:
     level
         Value of a horizontal line in the plot, or None.
     seldom
-        True if only few frames have a value.
+        True if few frames have a value.
     """
 
     name: str
@@ -91,8 +91,7 @@ MEASURES = (
 
 @dataclass(frozen=True, eq=False)
 class FigureEvidence:
-    """The measures of all joints and, if the figure has the 24 joints of
-    QuaMo, of the whole figure.
+    """The measures of all joints and, if it has the 24 joints of QuaMo, of the whole figure.
 
     `placed` is the index of the joint that carries the position of the figure, or None if there is
     none.
@@ -166,7 +165,7 @@ class QualityEvidence(QObject):
 def _work(data: Analysed) -> FigureEvidence:
     up = int(np.argmax(guess_up(data.positions, find_chains(data.motion), data.motion.skeleton)))
     joints = joint_quality(data.clip, data.positions, up)
-    # A T-pose in the first frames was not captured: the jump from it does not count as jitter.
+    # A T-pose in the first frames was not captured, so the jump from it is not jitter.
     capture = data.motion.sliced(leading_frames(data.motion), data.motion.frames)
     both = quality_before_and_after(capture, capture)
     return FigureEvidence(data.clip, joints, both[0] if both else None, placed_joint(data.motion))

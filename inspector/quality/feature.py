@@ -19,7 +19,7 @@ from twistcore.detection import Interval, Kind
 
 
 class Quality(FeatureParts):
-    """The quality tab; the 3D view also shows the tracked joints."""
+    """The quality tab. The 3D view also shows the tracked joints."""
 
     def __init__(self, window: HostWindow) -> None:
         colours, actions = window.colours, window.actions_by_id
@@ -27,7 +27,7 @@ class Quality(FeatureParts):
         window.viewport.accompany(self.quality.tracked)
 
     def connect(self, window: HostWindow) -> None:
-        """Compute measures only while the tab is visible, and react to the interval card."""
+        """Compute measures while the tab is visible, and respond to the interval card."""
         self._document, self._dock = window.document, window.docks["quality"]
         self._dock.visibilityChanged.connect(self.quality.set_seen)
         window.detail.quality_asked.connect(self._show_interval)

@@ -30,7 +30,7 @@ class _Joint:
 
 
 class JointsModel(RowModel[_Joint]):
-    """The rows of the joints, sorted by a column; tracked joints have a colour of their own."""
+    """The rows of the joints, sorted by a column. Tracked joints have a separate colour."""
 
     heads = (f"{tr('Joint')}\n", *(f"{m.name}\n{m.unit}" for m in MEASURES))
     head_tips = ("", *(m.tip for m in MEASURES))
@@ -88,7 +88,7 @@ class JointsModel(RowModel[_Joint]):
         self.show(joints)
 
     def mark_tracked(self, joints: frozenset[str], *, place: bool) -> None:
-        """Mark the tracked joints and, if it is tracked, the figure's position."""
+        """Mark the tracked joints and, if tracked, the figure's position."""
         if (joints, place) != (self._tracked, self._place_tracked):
             self._tracked, self._place_tracked = joints, place
             self.reset()
@@ -107,16 +107,14 @@ class JointsModel(RowModel[_Joint]):
 
     @property
     def place(self) -> str:
-        """Name of the row for the figure's position, or '' if there is no such row."""
+        """Name of the row for the figure's position, or an empty string if there is no such row."""
         known = self._evidence.known
         placed = known.placed if known is not None else None
         return tr("{joint}, place", joint=self.names[placed]) if placed is not None else ""
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """Names of everything that can be tracked, which are the joints and then the figure's
-        position.
-        """
+        """Names of everything that can be tracked: the joints, then the figure's position."""
         return (*self.names, *((self.place,) if self.place else ()))
 
     @property

@@ -1,4 +1,4 @@
-"""The quality tab, with the joints' measures, worst first, and tracking of the selected joints."""
+"""The quality tab: the joints' measures, worst first, and tracking of the selected joints."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Colours
 from inspector.widgets.traces import Trace, TracePlot
 
-_SAMPLE, _PAD = "00000", 12  # digits of a column, and pixels next to them
+_SAMPLE, _PAD = "00000", 12  # maximum number of digits in a column, and pixels next to them
 _EMPTY = tr("Open a clip to see jitter, jumps, speed and foot slide of its joints.")
 
 
-_REST_MS = 400  # screen readers get the numbers once the playhead rests
+_REST_MS = 400  # screen readers get the numbers when the playhead rests
 
 
 class QualityPanel(QWidget):
-    """Shows the measures and the tracking, for the joints of the rows selected in the table."""
+    """Shows the measures and the tracking of the joints that are selected in the table."""
 
     def __init__(
         self, document: Document, colours: Colours, actions: Mapping[str, QAction]
@@ -96,7 +96,7 @@ class QualityPanel(QWidget):
         vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)
 
     def set_seen(self, on: bool) -> None:
-        """Turn computing on while the tab is visible, and off while it is hidden."""
+        """Compute the measures while the tab is visible, and stop while it is hidden."""
         self.evidence.watch(on)
         if on:
             self._stale.mark()
@@ -118,8 +118,8 @@ class QualityPanel(QWidget):
 
     @property
     def chosen(self) -> tuple[str, ...]:
-        """Names of the selected joints in the skeleton's order, then the
-        figure's position if selected.
+        """Names of the selected joints in the skeleton's order, then the figure's position if
+        selected.
         """
         rows = self.table.selectionModel().selectedRows()
         chosen = sorted(self.model.things[r.row()].number for r in rows)
@@ -139,13 +139,13 @@ class QualityPanel(QWidget):
         self.table.selectionModel().select(picked, flags.ClearAndSelect | flags.Rows)
 
     def show_joints(self, names: Sequence[str], *, track: bool) -> None:
-        """Select joints on the tracking or the joints page, now or as soon as they are listed."""
+        """Select joints on the tracking or the joints page, now or when they are listed."""
         self.tabs.setCurrentIndex(self.tabs.indexOf(self.page) if track else 0)
         self._pending = tuple(names)
         self._select_pending()
 
     def _select_pending(self) -> bool:
-        """Select the pending joints; return False if there are none or they are not listed yet."""
+        """Select the pending joints. Returns False if there are none or they are not listed yet."""
         pending = tuple(name for name in self._pending if name in self.model.rows)
         if not pending or self.evidence.known is None or not self.model.rowCount():
             return False
@@ -178,9 +178,7 @@ class QualityPanel(QWidget):
             self.choose(self.model.names[parent])
 
     def _fit_columns(self) -> None:
-        """Make the columns as narrow as their headings, which leaves more
-        room for the joints' names.
-        """
+        """Make the columns as narrow as their headings, to leave room for the joints' names."""
         advance, table = self.table.fontMetrics().horizontalAdvance, self.table
         by = table.horizontalHeader().sortIndicatorSection()
         for column in range(1, len(self.model.heads)):
@@ -256,7 +254,7 @@ class QualityPanel(QWidget):
             return
         y = known.curve(self.measure, joint)
         frames = len(y)
-        # Dots, as a line would not show a foot that is on the ground for one frame.
+        # Dots, since a line would not show a foot that is on the ground for one frame.
         line = Trace(np.arange(frames, dtype=float), y, "before", dots=measure.seldom)
         self.plot.show_lines([line])
         self.plot.show_level(measure.level)

@@ -1,6 +1,4 @@
-"""The tracking page, with a warning, direction, gains, and the effect of the tracker on one
-joint.
-"""
+"""The tracking page: a warning, the direction, the gains, and the tracker's effect on one joint."""
 
 from __future__ import annotations
 
@@ -43,7 +41,7 @@ _HIGHEST = 10000.0  # more than any frame rate needs
 
 
 class TrackPage(QWidget):
-    """The page that sets up tracking and shows its result; its buttons are window actions."""
+    """The page that sets up tracking and shows its result. Its buttons are window actions."""
 
     all_asked = Signal()
 
@@ -55,7 +53,7 @@ class TrackPage(QWidget):
         self._joint = ""
         self._shown: tuple[object, ...] = ()
         self._reviewed_last: Tracking | None = None  # the review's tracking at the last check
-        self._requested: Tracking | None = None  # requested here; the page may be newer
+        self._requested: Tracking | None = None  # requested here; may be newer
         self._build(actions)
         colours.follow(self._colour)
         self.take_clip()
@@ -168,7 +166,7 @@ class TrackPage(QWidget):
         self.learned.setEnabled(data is not None and knows_learned(data.motion))
         self._reviewed_last = self._document.review.state.tracking if data else None
         self._requested = None
-        for name, value in self._reviewed.items():  # the last clip's, not set by the person
+        for name, value in self._reviewed.items():  # the last clip's value, not set by the person
             if self.boxes[name].value() == value:
                 self.boxes[name].setValue(self._usual[name])
         self._reviewed = {}
@@ -179,7 +177,7 @@ class TrackPage(QWidget):
             self._show(self._reviewed_last)
 
     def _follow_review(self) -> None:
-        """Show the review's tracking after an undo or redo, or after its journal was restored."""
+        """Show the review's tracking after an undo, a redo, or the recovery of its journal."""
         tracking = self._document.review.state.tracking if self._document.data else None
         if tracking == self._reviewed_last:
             return
@@ -216,7 +214,7 @@ class TrackPage(QWidget):
             before = box.value()
             chosen = before != self._usual.get(name, before)
             box.setValue(float(getattr(gains, name)))
-            self._usual[name] = box.value()  # as the box rounds it
+            self._usual[name] = box.value()  # rounded like the box
             if chosen:
                 box.setValue(before)
 
@@ -330,7 +328,7 @@ def _causal_words(dt: float) -> str:
 
 
 def _listed(names: Sequence[str], place: str) -> str:
-    """Return one or two names, or the number of joints, then the position if it is included."""
+    """Return one or two names, or the number of joints, then the position if included."""
     joints = [name for name in names if name != place]
     few = len(joints) <= 2
     parts = joints if few else [plural("{n} joint", "{n} joints", len(joints))]

@@ -1,4 +1,4 @@
-"""Tracks the open clip with QuaMo in the background, at the user's request."""
+"""Track the open clip with QuaMo in the background, at the user's request."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import Array
 from twistcore.work.progress import Tell
 
-_SETTLE_MS = 250  # wait until a series of decisions ends before tracking again
+_SETTLE_MS = 250  # wait for the end of a series of decisions before tracking again
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Result:
     Attributes
     ----------
     wanted
-        The request for tracking.
+        The tracking that was requested.
     rotations, positions
         Global rotations, (frames, joints, 4), and positions, (frames, joints, 3).
     quality
@@ -53,7 +53,7 @@ class _Request:
 
 
 class Tracked(QObject):
-    """Tracks the clip as the review asks; `result` is the result for the current review, or None.
+    """Tracks the clip as the review requests. `result` belongs to the current review, or is None.
 
     The clip is first corrected by all intervals that are not rejected, as in the 3D view.
     """
@@ -79,12 +79,12 @@ class Tracked(QObject):
         return self._task.running
 
     def ask(self, tracking: Tracking) -> None:
-        """Track these joints; once the result is there, the tracking is entered in the review."""
+        """Track these joints. When the result is ready, the tracking becomes part of the review."""
         self.asked = tracking
         self._start()
 
     def cancel(self) -> None:
-        """Cancel the running tracking; the review keeps the tracking that it had."""
+        """Cancel the running tracking. The review keeps its previous tracking."""
         self.asked = None
         self._halt()
         self._start()
@@ -121,7 +121,7 @@ class Tracked(QObject):
             self._settle.stop()
             self._halt()
             self.result = None
-            if had:  # without a tracking this runs at every step of τ: draw nothing then
+            if had:  # without tracking, this runs at every step of τ, so draw nothing then
                 self.changed.emit()
         elif (self._under_way or (self.result and self.result.wanted)) != wanted:
             self._settle.start()

@@ -1,4 +1,4 @@
-"""The contents of a recording, which is a film of frames or of a moving slider, or a picture."""
+"""The contents of a recording: a film of frames or of a moving slider, or a picture."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Paper:
     dpi
         Pixels per inch.
     points
-        Size of the smallest letters, to which the line widths are adapted.
+        Size of the smallest text, to which the line widths are adapted.
     white
         True for the light theme on white paper, False for the colours of the window.
     """
@@ -61,7 +61,7 @@ class RecordChoice:
     speed
         Speed relative to real time.
     size
-        Width and height in pixels, where a height of 0 means as high as a picture needs to be.
+        Width and height in pixels. A height of 0 is the height that the contents need.
     sweep
         Movement of a slider in a film of a single frame, or None.
     """
@@ -78,25 +78,25 @@ class RecordChoice:
 
     @property
     def film(self) -> bool:
-        """True for a film, False for a picture."""
+        """True for a film, False for a still picture."""
         return self.path.suffix.lower() in SUFFIXES
 
     @property
     def fps(self) -> float:
-        """Number of pictures per second of a film."""
+        """Number of images per second of a film."""
         return FPS[self.path.suffix.lower()]
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture of a film, with a frame of the clip and the value of the swept slider."""
+    """One image of a film: a frame of the clip, and the value of the moving slider."""
 
     frame: int
     value: float | None = None
 
 
 def shots(choice: RecordChoice, clip_fps: float, frame: int) -> list[Shot]:
-    """Return the pictures of a film in order. `frame` is the frame at the playhead."""
+    """Return the images of a film in order. `frame` is the frame at the playhead."""
     if choice.sweep is not None:
         return [Shot(frame, value) for value in choice.sweep.values(choice.fps)]
     step = choice.speed * clip_fps / choice.fps

@@ -1,4 +1,4 @@
-"""Cut off shapes at a rectangle, because SVG readers such as Qt's ignore clip paths."""
+"""Cut shapes off at a rectangle, because SVG readers such as Qt's ignore clip paths."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def is_straight(path: QPainterPath) -> bool:
 
 
 def cut_lines(path: QPainterPath, box: QRectF) -> QPainterPath:
-    """Return the part of a path of straight lines that lies inside a box."""
+    """Return the part of a path of straight lines that is inside a box."""
     out, here, end = QPainterPath(), QPointF(), None
     for k in range(path.elementCount()):
         element = path.elementAt(k)
@@ -42,7 +42,7 @@ def cut_lines(path: QPainterPath, box: QRectF) -> QPainterPath:
 
 
 def _inside(line: QLineF, box: QRectF) -> QLineF | None:
-    """Return the part of a line that lies inside a box, or None."""
+    """Return the part of a line that is inside a box, or None."""
     first, last = 0.0, 1.0
     for start, step, low, high in (
         (line.x1(), line.dx(), box.left(), box.right()),

@@ -17,7 +17,7 @@ class Recording(FeatureParts):
 
     def connect(self, window: HostWindow) -> None:
         """Show the progress of a film in the status bar, and build the action."""
-        # The first permanent widget; only the line of the frame is before it.
+        # The first permanent widget; only the line with the frame precedes it.
         window.statusBar().insertPermanentWidget(1, RecordingBar(self.recorder))
         taught = window.part(teaching)
         self.record_actions = RecordActions(

@@ -1,6 +1,4 @@
-"""Picture files, which are PNG at any resolution, or SVG and PDF with lines and letters as
-vectors.
-"""
+"""Write pictures as PNG at any resolution, or as SVG or PDF with vector lines and text."""
 
 from __future__ import annotations
 
@@ -13,13 +11,13 @@ from inspector.language import tr
 from inspector.recording.sheet import Sheet
 from inspector.recording.svg_file import png_of, svg_of
 
-_MM = 25.4  # an inch
-_LONGEST = 32_767  # pixels of a side: Qt paints nothing beyond that
+_MM = 25.4  # per inch
+_LONGEST = 32_767  # maximum pixels of a side; Qt paints nothing beyond that
 PICTURES = (".png", ".svg", ".pdf")
 
 
 def figure_file(sheet: Sheet, suffix: str, title: str, pixels: QSize, dpi: float) -> bytes:
-    """Return the contents of a picture file of this size; raises OSError if it is too large."""
+    """Return the contents of a picture file of this size. Raises OSError if it is too large."""
     if suffix == ".png":
         return _png(sheet, pixels, dpi)
     wide, high = (_MM * side / dpi for side in (pixels.width(), pixels.height()))
@@ -39,18 +37,18 @@ def _png(sheet: Sheet, pixels: QSize, dpi: float) -> bytes:
     sheet.paint(painter)
     painter.end()
     for set_it in (image.setDotsPerMeterX, image.setDotsPerMeterY):
-        set_it(round(1000.0 * dpi / _MM))  # after painting, as it would change the size of type
+        set_it(round(1000.0 * dpi / _MM))  # after painting, because it would change the type size
     return png_of(image)
 
 
 def _pdf(sheet: Sheet, title: str, paper: QSizeF) -> bytes:
-    """Return a PDF with embedded fonts, in which lines are stored as vectors."""
+    """Return a PDF with embedded fonts and vector lines."""
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     writer = QPdfWriter(buffer)
     writer.setTitle(title)
     writer.setCreator("Twist Inspector")
-    writer.setResolution(sheet.density)  # the resolution in which the type was measured
+    writer.setResolution(sheet.density)  # the resolution at which the type was measured
     size = QPageSize(paper, QPageSize.Unit.Millimeter, title, QPageSize.SizeMatchPolicy.ExactMatch)
     whole = QPageLayout(size, QPageLayout.Orientation.Portrait, QMarginsF())
     writer.setPageLayout(whole)

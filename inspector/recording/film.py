@@ -1,4 +1,4 @@
-"""Write a film with ffmpeg in a thread; the file gets its final name when it is complete."""
+"""Write a film with ffmpeg in a thread. The file gets its final name when it is complete."""
 
 from __future__ import annotations
 
@@ -13,30 +13,31 @@ from pathlib import Path
 from inspector.language import tr
 from twistcore.files.atomic import destination, is_stream, move_into_place, part_name, take_part
 
-_WAITING = 4  # frames that may wait for ffmpeg
+_WAITING = 4  # maximum number of frames that wait for ffmpeg
 
-# Options of ffmpeg, by suffix.
+# Options of ffmpeg, keyed by suffix.
 _CODECS: dict[str, list[str]] = {
     ".mp4": [
         *("-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18", "-preset", "fast"),
         *("-movflags", "+faststart"),
     ],
-    # A palette per frame: one for all frames would keep the whole film in memory.
+    # A palette per frame, because one for all frames would keep the whole film in memory.
     ".gif": ["-vf", "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1"],
 }
 SUFFIXES = tuple(_CODECS)
 
 
 class FilmWriter:
-    """Writes one film from frames that are given to `offer` while it is not `full`; ends with
-    `finish`.
+    """Writes one film.
+
+    Give it frames with `offer` while it is not `full`, and end with `finish`.
     """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
-        """Start writing. `path` ends with one of SUFFIXES. `size` is the size of a frame in pixels;
-        both numbers are even.
+        """Start writing.
 
-        Raises OSError if the path is a FIFO or a device, which cannot hold a film.
+        `path` ends with one of SUFFIXES. `size` is the size of a frame in pixels, two even numbers.
+        Raises OSError if the path is a FIFO or a device, which cannot contain a film.
         """
         if is_stream(path):
             raise OSError(
@@ -44,7 +45,7 @@ class FilmWriter:
             )
         self.path = path
         self._end = destination(path)
-        # Kept open while ffmpeg writes to it: a part that nobody has open is a leftover.
+        # Kept open while ffmpeg writes to it, because a part that nobody has open is a leftover.
         self._handle, self._part = take_part(part_name(self._end, path.suffix))
         self._frames: queue.Queue[bytes | None] = queue.Queue(_WAITING)
         self.trouble = ""
@@ -69,11 +70,11 @@ class FilmWriter:
         self._frames.put(rgb)
 
     def finish(self) -> None:
-        """Mark the film as complete; once it has `ended`, call `keep`."""
+        """Mark the film as complete. When the writer has `ended`, call `keep`."""
         self._frames.put(None)
 
     def keep(self) -> None:
-        """Give the finished film its final name; raises OSError if something went wrong."""
+        """Give the finished film its final name. Raises OSError if anything failed."""
         self._thread.join()
         if self.trouble:
             self._drop()
@@ -116,7 +117,7 @@ class FilmWriter:
             self._take()
 
     def _encode(self, command: list[str]) -> str:
-        """Send all frames to ffmpeg; return its error message, or '' on success."""
+        """Send all frames to ffmpeg, and return its error message, or '' on success."""
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as ffmpeg:
             assert ffmpeg.stdin is not None
             assert ffmpeg.stderr is not None

@@ -1,4 +1,4 @@
-"""The arrangement of figure, curves and equations in a picture or a film."""
+"""Arrange figure, curves and equations in a picture or a film."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from PySide6.QtCore import QPointF, QRectF, QSizeF
 
 from inspector.recording.choice import Contents
 
-WIDE = 620.0  # units; in a wider page the equations are next to the figure
+WIDE = 620.0  # ratio; in a wider page, the equations are next to the figure
 _CURVES_SHARE = 0.42  # share of the height for the curves below a figure
 _VIEW_SHAPE = {True: 0.46, False: 0.72}  # height by width, in a wide picture and in a narrow one
 _GAP = 2.0
@@ -47,7 +47,7 @@ def boxes(
 
 
 def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
-    """Return the height that figure and equations need, side by side or one below the other."""
+    """Return the height that figure and equations need, side by side or one above the other."""
     wide = width >= WIDE
     view = _VIEW_SHAPE[wide] * width if contents.view else 0.0
     if not contents.equations:
@@ -58,5 +58,5 @@ def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
 
 
 def _fitted(wanted: QSizeF, wide: float, high: float) -> QSizeF:
-    """Return the largest size that fits and is at most `wanted`, with the same proportions."""
+    """Return the largest size that fits, is at most `wanted`, and keeps the proportions."""
     return wanted * min(1.0, wide / wanted.width(), high / wanted.height())

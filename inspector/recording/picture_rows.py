@@ -1,4 +1,4 @@
-"""The rows of the Record dialog for a picture, with size, resolution, type size and paper."""
+"""The rows of the Record dialog for a picture: size, resolution, type size and paper."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ _UNITS = {"mm": "mm", "pixels": tr("pixels")}
 class _Preset:
     """A suggested size.
 
-    Width and height are in `unit`, where a height of 0 means as high as needed; it also sets the
-    resolution and the type size.
+    Width and height are in `unit`. A height of 0 is the height that the contents need. The preset
+    also sets the resolution and the type size.
     """
 
     width: int
@@ -50,7 +50,7 @@ _OWN = tr("Another size")
 
 
 class PictureRows(QObject):
-    """Adds its rows to a form; `size` and `paper` return the user's choices."""
+    """Adds its rows to a form. `size` and `paper` return the user's choices."""
 
     changed = Signal()
 
@@ -93,7 +93,7 @@ class PictureRows(QObject):
         self.unit.currentIndexChanged.connect(self._other_unit)
 
     def show(self, shown: bool) -> None:
-        """Show the rows that apply to the choice, or hide all."""
+        """Show the rows that apply to the choice, or hide all rows."""
         self._shown = shown
         preset = self.preset.currentData()
         own = self.preset.currentText() == _OWN
@@ -105,7 +105,7 @@ class PictureRows(QObject):
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in pixels, where a height of 0 means as high as needed."""
+        """Width and height in pixels. A height of 0 is the height that the contents need."""
         sides = self.width.value(), self.height.value()
         if self._unit == "pixels":
             return sides
@@ -118,7 +118,7 @@ class PictureRows(QObject):
         return Paper(float(self.dpi.currentData()), self.points.value(), self.white.isChecked())
 
     def words(self) -> str:
-        """Return the picture's size as a text, with a note if it is the largest possible size."""
+        """Describe the picture's size, with a note if it is the largest possible size."""
         most = self.width.maximum()
         if most not in (self.width.value(), self.height.value()):
             return self._size_in_words()

@@ -70,7 +70,7 @@ class RecordActions:
             )
             return
         taught = choice.contents.equations or choice.sweep is not None or self.taught.active
-        typeset = self.typesetter.has(typeset_texts())  # a lesson typesets only its own
+        typeset = self.typesetter.has(typeset_texts())  # a lesson typesets only its own equations
         if taught and not typeset and not self.typesetter.trouble:
             self._typeset_first(choice)
             return
@@ -90,9 +90,7 @@ class RecordActions:
             stage.strike()
 
     def _typeset_first(self, choice: RecordChoice) -> None:
-        """Typeset the equations before recording, in case the teaching tab has never been
-        visible.
-        """
+        """Typeset the equations before recording, in case the teaching tab was never visible."""
         self.bar.show_message(tr("The equations are being typeset …"), False)
         ready = self.typesetter.ready
         ready.connect(lambda: self.record(choice), Qt.ConnectionType.SingleShotConnection)

@@ -39,7 +39,7 @@ _NEEDS_CHAIN = tr("Select a chain, because a whole limb has no equations")
 
 
 class RecordDialog(WriteDialog):
-    """A form for the recording; `choice` returns the user's choices."""
+    """A form for the recording. `choice` returns the user's choices."""
 
     def __init__(
         self, document: Document, seen: tuple[float, float], parent: QWidget, *, teaching: bool
@@ -117,9 +117,7 @@ class RecordDialog(WriteDialog):
     def _ranges(
         self, seen: tuple[float, float], *, taught: bool
     ) -> list[tuple[str, tuple[int, int] | None]]:
-        """Return the ranges of frames available for a film, where None
-        stands for a moving slider.
-        """
+        """Return the ranges of frames available for a film; None is a moving slider."""
         document = self._document
         assert document.data is not None
         frames = document.frames
@@ -181,7 +179,7 @@ class RecordDialog(WriteDialog):
 
 
 def _box(choices: Iterable[tuple[str, object]]) -> QComboBox:
-    """Return a combo box of choices, which are given by their texts and values."""
+    """Return a combo box of choices, given as texts and values."""
     box = QComboBox()
     for text, value in choices:
         box.addItem(text, value)

@@ -15,11 +15,11 @@ from inspector.recording.stage import Stage
 from inspector.widgets.building import hbox
 from twistcore.files.atomic import write_atomically
 
-_POLL_MS = 5  # time between two checks whether ffmpeg has caught up
+_POLL_MS = 5  # interval between checks whether ffmpeg has caught up
 
 
 def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
-    """Write a picture of a frame; if this fails, leave no file and raise OSError."""
+    """Write a picture of a frame. If this fails, raise OSError and leave no file."""
     stage.show_shot(Shot(frame))
     path, pixels = choice.path, stage.size_in_pixels
     data = figure_file(stage.sheet(), path.suffix.lower(), path.stem, pixels, choice.paper.dpi)
@@ -27,9 +27,9 @@ def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
 
 
 class Recorder(QObject):
-    """Makes one film at a time, drawing one frame per turn of the event loop."""
+    """Makes one film at a time, and draws one frame per turn of the event loop."""
 
-    progress = Signal(int, int)  # frames done, and all frames
+    progress = Signal(int, int)  # number of finished frames, and of all frames
     finished = Signal(object)  # the file
     failed = Signal(str)
 

@@ -32,13 +32,13 @@ from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.people import find_people
 
 _SAMPLES = 8  # samples per pixel
-_QUALITY = 84  # JPEG quality, about 10 kB per picture
-_MARGIN = 1.6  # space around the limb, so that one sees whose limb it is
+_QUALITY = 84  # JPEG quality, for about 10 kB per picture
+_MARGIN = 1.6  # space around the limb that shows whose limb it is
 _EYE = 0.35  # height of the camera above the ground, as a share of the figure's height
 
 
 class OffscreenRenderer:
-    """Draws figures one after the other into an off-screen picture."""
+    """Draws figures one after the other into an off-screen image."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         self._aspect = size[0] / size[1]
@@ -54,7 +54,7 @@ class OffscreenRenderer:
         self._window.AddRenderer(self._renderer)
 
     def pictures(self, figure: Figure) -> Iterator[tuple[int, int, vtkWindowToImageFilter]]:
-        """Yield (number of the pair, 0 for before or 1 for after, picture) for a figure."""
+        """Yield (number of the pair, 0 for before or 1 for after, image) for a figure."""
         motion = figure.motion
         rotations, positions = forward_kinematics(motion)
         chains = tuple(c for c in figure.chains if not isinstance(c, Limb))
@@ -114,7 +114,7 @@ class OffscreenRenderer:
 
 
 def _above_ground(camera: OrbitCamera, ground: Ground, height: float) -> OrbitCamera:
-    """Return the camera raised so far that the grid on the ground does not cover the figure."""
+    """Return the camera raised so that the grid on the ground does not cover the figure."""
     rise = (ground.level + _EYE * height - float(camera.target @ camera.up)) / camera.distance
     lowest_angle = float(np.arcsin(np.clip(rise, -1.0, 1.0)))
     return replace(camera, elevation=max(camera.elevation, lowest_angle)).orbited(0.0, 0.0)

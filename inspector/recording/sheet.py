@@ -1,8 +1,7 @@
-"""A paint device that stores lines, letters and pictures, so that they can
-be written as any format.
+"""A paint device that stores lines, text and images for output in any format.
 
 The SVG writer of Qt ignores clips when a widget is painted into it, and writes cosmetic pens with a
-property that librsvg and others ignore. The sheet therefore first converts everything to its own
+property that librsvg and others ignore. Therefore the sheet first converts everything to its own
 units, including line widths and clips.
 """
 
@@ -39,9 +38,7 @@ _Box = QRect | QRectF
 
 @dataclass(frozen=True, eq=False)
 class SheetShape:
-    """An outline in the units of the sheet, filled with `ink` and drawn
-    with `pen` if these are set.
-    """
+    """An outline in the units of the sheet, with `ink` and `pen` for its area and its line."""
 
     path: QPainterPath
     ink: QColor | None
@@ -52,7 +49,7 @@ class SheetShape:
 
 @dataclass(frozen=True, eq=False)
 class Words:
-    """A text at the point `at`; `places` transforms its coordinates to the units of the sheet."""
+    """A text at the point `at`. `places` transforms its coordinates to the units of the sheet."""
 
     text: str
     font: QFont
@@ -62,7 +59,7 @@ class Words:
     clip: QPainterPath | None
 
     def outline(self) -> QPainterPath:
-        """Return the outlines of the letters in the units of the sheet."""
+        """Return the outlines of the text in the units of the sheet."""
         path = QPainterPath()
         path.addText(self.at, self.font, self.text)
         return self.places.map(path)
@@ -81,9 +78,7 @@ Item = SheetShape | Words | SheetPicture
 
 
 class Sheet(QPaintDevice):
-    """A sheet of width × height units, with `density` units per inch;
-    `items` returns its contents.
-    """
+    """A sheet of width × height units, with `density` units per inch and the stored `items`."""
 
     def __init__(self, width: float, height: float, density: int) -> None:
         super().__init__()
@@ -101,7 +96,7 @@ class Sheet(QPaintDevice):
         return self._engine
 
     def metric(self, which: QPaintDevice.PaintDeviceMetric) -> int:
-        """Return the size or resolution of the sheet for which Qt asks."""
+        """Return the size or resolution of the sheet that Qt requests."""
         metric = QPaintDevice.PaintDeviceMetric
         inches = {
             metric.PdmWidthMM: self.box.width() / self.density,
@@ -125,7 +120,7 @@ class Sheet(QPaintDevice):
     def paint(self, painter: QPainter) -> None:
         """Paint the contents with the painter of another device.
 
-        At one unit per pixel, edges are as sharp as in a window; at other scales they are smoothed.
+        At one unit per pixel, edges are as sharp as in a window. At other scales they are smoothed.
         """
         hint = QPainter.RenderHint
         exact = math.isclose(painter.worldTransform().m11(), 1.0, rel_tol=1e-6)
@@ -286,8 +281,7 @@ class _Keeper(QPaintEngine):
             self.items.append(SheetShape(path, None, pen, clip, self._smooth))
 
     def _forget_below(self, rect: QRectF) -> None:
-        """Remove the last shapes if a rectangle covers them, because their
-        edges would show around it.
+        """Remove the last shapes if a rectangle covers them, because their edges would be visible.
 
         This happens with the background of a plot, which both Qt and the plot fill, in different
         colours.
@@ -332,8 +326,8 @@ class _Keeper(QPaintEngine):
             self._clip = self._clip.intersected(there)
 
     def _clip_of(self, box: QRectF) -> QPainterPath | None:
-        """Return the clip that applies to a shape in this box, or None if
-        the box is entirely inside.
+        """Return the clip for a shape in this box, or None if the box is entirely inside the
+        clip.
         """
         clip = self._clip
         window = self.systemClip()  # clip of the painted widget, in whole units
@@ -346,7 +340,7 @@ class _Keeper(QPaintEngine):
 
 
 def _contains(clip: QPainterPath, box: QRectF) -> bool:
-    """True if a box is inside a clip, where edges may coincide, unlike in Qt's own test."""
+    """True if a box is inside a clip; unlike in Qt's own test, edges may coincide."""
     edges = upright(clip)
     return edges.contains(box) if edges is not None else clip.contains(box)
 

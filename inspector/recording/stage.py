@@ -1,4 +1,4 @@
-"""The stage for films and pictures, which consists of off-screen copies of the views.
+"""The stage for films and pictures: off-screen copies of the views.
 
 The user can continue to work in the window while a film is made, and the film can have any size.
 """
@@ -42,7 +42,7 @@ class Shown:
 
 
 class Stage(QWidget):
-    """Copies of the views with a copy of the document, which are not shown in the window.
+    """Copies of the views with a copy of the document, which the window does not show.
 
     The layout uses units that may differ from the picture's pixels, so that type and lines have the
     same size on paper at any resolution.
@@ -55,7 +55,7 @@ class Stage(QWidget):
         paper = choice.paper if not self._film else Paper()
         self._units = SCREEN_DPI / paper.dpi * USUAL_POINTS / paper.points  # per pixel
         self.theme = WHITE if paper.white else shown.viewport.theme
-        # The stage's own colours, as the program's may change.
+        # The stage's own colours, since the program's may change.
         self._colours = Colours(self.theme, self)
         self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
         self._dress()
@@ -84,7 +84,7 @@ class Stage(QWidget):
         return mirrored
 
     def _dress(self) -> None:
-        """Use the stage's theme for plain widgets, because the program may use another one."""
+        """Use the stage's theme for plain widgets, because the program may use another theme."""
         theme, palette, role = self.theme, self.palette(), QPalette.ColorRole
         for of, colour in (
             (role.Window, theme.surface),
@@ -109,7 +109,7 @@ class Stage(QWidget):
         if contents.curves:
             self.timeline = Timeline(self.document, self._colours)
             self.timeline.setParent(self)
-            self._colours.use(self.theme)  # again: a widget that gets a parent loses its colours
+            self._colours.use(self.theme)  # again: a new parent resets the colours
             self.timeline.plots_button.hide()
             if not self._film:
                 self.timeline.become_figure()
@@ -119,7 +119,7 @@ class Stage(QWidget):
             self._set_up(self.equations)
 
     def _set_up(self, equations: Equations) -> None:
-        """Make the equations as large as their rows need to be, without buttons and links."""
+        """Make the equations as large as their rows need, without buttons and links."""
         self._ink(equations)
         equations.refresh()
         equations.show_only(self.taught.rows or None)
@@ -173,7 +173,7 @@ class Stage(QWidget):
         return QSize(wide, high or round(self.height() * wide / self.width()))
 
     def show_shot(self, shot: Shot) -> None:
-        """Draw a frame, with the slider at its value for that picture."""
+        """Draw a frame, with the slider at its value for that image."""
         self.document.go_to(shot.frame)
         if self._choice.sweep is not None and shot.value is not None:
             self._choice.sweep.show(self.taught, shot.value)
@@ -204,7 +204,7 @@ class Stage(QWidget):
         return image
 
     def sheet(self) -> Sheet:
-        """Return the stage as lines and letters, with only the 3D figure as an image."""
+        """Return the stage as lines and text, with only the 3D figure as an image."""
         sheet = Sheet(self.width(), self.height(), self.logicalDpiX())
         painter = QPainter(sheet)
         self._paint(painter)

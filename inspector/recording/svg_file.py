@@ -1,7 +1,6 @@
-"""Write a sheet as an SVG that all readers draw alike, with only paths and one coordinate
-system.
+"""Write a sheet as an SVG that all readers draw alike: only paths, in one coordinate system.
 
-Letters are stored as outlines, so that no reader needs the fonts; `aria-label` contains the text.
+Text is stored as outlines, so that no reader needs the fonts; `aria-label` contains the text.
 """
 
 from __future__ import annotations
@@ -35,9 +34,7 @@ _MOVE = QPainterPath.ElementType.MoveToElement
 
 
 def svg_of(sheet: Sheet, title: str, width_mm: float, height_mm: float) -> bytes:
-    """Return a sheet as the contents of an SVG file. `width_mm` and `height_mm` are the size of the
-    sheet on paper.
-    """
+    """Return a sheet as an SVG file whose size on paper is `width_mm` × `height_mm`."""
     clips: dict[str, str] = {}
     body = [_element(item, clips) for item in sheet.items]
     cuts = [f'<clipPath id="{name}"><path d="{d}"/></clipPath>' for d, name in clips.items()]
@@ -98,7 +95,7 @@ def _paint(what: str, colour: QColor) -> str:
 
 
 def _path(path: QPainterPath) -> str:
-    """Return a path in the notation of SVG, with moves, lines and cubic curves."""
+    """Return a path in the notation of SVG: moves, lines and cubic curves."""
     out: list[str] = []
     for k in range(path.elementCount()):
         element = path.elementAt(k)
@@ -119,7 +116,7 @@ def _number(value: float) -> str:
 
 
 def png_of(image: QImage) -> bytes:
-    """Return an image as a PNG; raises OSError if it is too large for Qt."""
+    """Return an image as a PNG. Raises OSError if it is too large for Qt."""
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     if not image.save(buffer, "PNG"):  # type: ignore[call-overload]  # its stub wants bytes

@@ -12,10 +12,10 @@ from inspector.teaching.taught_frame import TaughtFrame
 
 @dataclass(frozen=True)
 class Swept:
-    """A slider that can be moved in a film, with its name, unit, range and number of decimals.
+    """A slider that a film can move: its name, unit, range and number of decimals.
 
     `unit` is "°" for an angle, "%" for a share, and "" for the stage of the explanation: 0 is the
-    bone at rest, 1 the bone after its swing, and 2 the bone after swing and twist.
+    bone at rest, 1 is the bone after its swing, and 2 is the bone after swing and twist.
     """
 
     words: str
@@ -37,8 +37,9 @@ SWEPT = {
 
 @dataclass(frozen=True)
 class Sweep:
-    """The movement of `slider`, a key of SWEPT, from `first` to `last`,
-    in `seconds` per direction.
+    """The movement of `slider`, a key of SWEPT, from `first` to `last` in `seconds`.
+
+    A movement there and back takes this time in each direction.
     """
 
     slider: str
@@ -48,7 +49,7 @@ class Sweep:
     and_back: bool = True
 
     def values(self, fps: float) -> list[float]:
-        """Return the value of the slider in each picture of a film, including both ends."""
+        """Return the value of the slider in each image of a film, including both ends."""
         count = max(2, round(self.seconds * fps))
         there: list[float] = np.linspace(self.first, self.last, count).tolist()
         return there + there[-2:0:-1] if self.and_back else there

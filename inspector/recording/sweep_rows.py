@@ -1,6 +1,4 @@
-"""The rows of the Record dialog for a moving slider, with the slider, its range and its
-duration.
-"""
+"""The rows of the Record dialog for a moving slider: the slider, its range and its duration."""
 
 from __future__ import annotations
 
@@ -14,7 +12,7 @@ from inspector.widgets.signed_numbers import SignedBox
 
 
 class SweepRows(QObject):
-    """Adds its rows to a form; `sweep` returns the user's choice."""
+    """Adds its rows to a form. `sweep` returns the user's choice."""
 
     changed = Signal()
 

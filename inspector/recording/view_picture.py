@@ -19,11 +19,11 @@ from vtkmodules.vtkRenderingCore import (
 from inspector.viewport.viewport import Viewport
 
 _SAMPLES = 4  # samples per pixel, for smooth edges even with software rendering
-_LARGEST = 8192  # pixels: drivers refuse more
+_LARGEST = 8192  # maximum number of pixels; drivers refuse more
 
 
 def view_picture(viewport: Viewport, size: QSize) -> QImage:
-    """Return a picture of a view in this size, without the overlays of the view."""
+    """Return a picture of a view in this size, without the view's overlays."""
     view = viewport.view
     assert view is not None
     viewport.grab()  # makes sure that the context exists and that everything is drawn
@@ -47,7 +47,7 @@ def view_picture(viewport: Viewport, size: QSize) -> QImage:
 
 @contextmanager
 def _larger(window: vtkRenderWindow, times: float, size: QSize) -> Iterator[None]:
-    """Enlarge the window and the width of its lines until the picture has been read."""
+    """Enlarge the window and its line widths until the picture has been read."""
     old, samples = window.GetSize(), window.GetMultiSamples()
     looks = [a.GetProperty() for a in _actors(window)]
     widths = {look: look.GetLineWidth() for look in looks}

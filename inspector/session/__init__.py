@@ -1,1 +1,1 @@
-"""The open document, with functions to read, save, export and play it."""
+"""The open document, and functions to read, save, export and play it."""

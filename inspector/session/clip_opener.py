@@ -1,4 +1,4 @@
-"""Open a clip or a session in the background; the old clip stays open until it is read."""
+"""Open a clip or a session in the background. The old clip stays open until it is read."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _WONDER_S = 1.0  # seconds until progress is shown
 
 
 class ClipOpener(QObject):
-    """Reads and analyses clips one at a time; opening a clip cancels the opening of another one."""
+    """Reads and analyses one clip at a time. Opening a clip cancels the opening of another one."""
 
     began = Signal(str)  # a description of the work
-    share = Signal(float)  # progress, 0…1, if the work takes long
+    share = Signal(float)  # progress, 0…1, of slow work
     over = Signal()  # the work has ended, failed or was cancelled
     analysed = Signal(object)  # an Analysed
     locate = Signal(object)  # ask for the clip of this session file
@@ -32,7 +32,7 @@ class ClipOpener(QObject):
     def __init__(self, tell: SignalInstance, ask: SignalInstance, parent: QObject) -> None:
         """Set up an opener without a clip.
 
-        `tell` and `ask` are the signals `message` and `question` of the document.
+        `tell` and `ask` are the document's signals `message` and `question`.
         """
         super().__init__(parent)
         self._tell, self._ask = tell, ask
@@ -55,7 +55,9 @@ class ClipOpener(QObject):
         self._start(what, lambda tell: analyse_session(path, clip, tell), self.analysed.emit)
 
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
-        """Call `then` once the detector `method` has analysed the clip, which may start that."""
+        """Call `then` when the detector `method` has analysed the clip, and start this if
+        necessary.
+        """
         if clip.kept(method) is not None:
             then()
         else:

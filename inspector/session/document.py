@@ -1,4 +1,4 @@
-"""The document that all views observe, with clip, review, playhead and selection."""
+"""The document that all views observe: clip, review, playhead and selection."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ BLIND = tr("In an exercise the detector is off and τ is fixed: you are the dete
 
 
 class Document(OpenClip):
-    """The state of the program; every change is made by a method and emits a signal."""
+    """The state of the program. Each change is made by a method, which emits a signal."""
 
-    opened = Signal()  # another clip or none: everything is new
-    leaving = Signal()  # the clip is about to be replaced: commit text that is being typed
+    opened = Signal()  # another clip or none, so that everything is new
+    leaving = Signal()  # the clip is about to be replaced, so store text that is being typed
     intervals_changed = Signal()  # the review's state: intervals, decisions or τ
-    method_changed = Signal()  # another detector, hence other curves
+    method_changed = Signal()  # another detector, and so other curves
     chains_changed = Signal()  # the clip has other chains
     message = Signal(str, bool)  # a sentence to show; True if something went wrong
     answered = Signal(str)  # a sentence about the playhead's frame, shown until it moves
@@ -58,7 +58,7 @@ class Document(OpenClip):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.exported: dict[Path, str] = {}  # SHA-256 of files as this program wrote them
+        self.exported: dict[Path, str] = {}  # SHA-256 of files that this program wrote
         self.opener = ClipOpener(self.message, self.question, self)
         self.opener.analysed.connect(self.show_clip)
         self.keeper = Keeper(self.message, self)
@@ -152,7 +152,7 @@ class Document(OpenClip):
     # -- the review ---------------------------------------------------------------------------
 
     def do(self, command: Command) -> bool:
-        """Apply a command to the review; return False if that failed."""
+        """Apply a command to the review. Returns False if that failed."""
         if not self._may_change():
             return False
         try:
@@ -175,7 +175,7 @@ class Document(OpenClip):
             self.message.emit(self.borrowed.why, False)
         elif self.keeper.may_change():
             return True
-        self.intervals_changed.emit()  # views must drop what a person typed or dragged
+        self.intervals_changed.emit()  # views must discard what a person typed or dragged
         return False
 
     def undo(self) -> None:
@@ -205,13 +205,13 @@ class Document(OpenClip):
     ) -> None:
         """Decide on the given or selected intervals, then select the next undecided one.
 
-        Intervals that already have this decision are not changed. `order` lists interval ids in the
-        order of the list. If it is empty, intervals are ordered by chain and start.
+        Intervals that already have this decision are not changed. `order` has the interval ids in
+        the order of the list. If it is empty, intervals are sorted by chain and start.
         """
         if self.data is None:
             return
         chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
-        there = [j for j in map(self.found, chosen) if j is not None]  # no ids of the last clip
+        there = [j for j in map(self.found, chosen) if j is not None]  # no ids of the previous clip
         if not there:
             self.message.emit(tr("Select an interval first. N goes to the next one."), False)
             return
@@ -248,8 +248,8 @@ class Document(OpenClip):
     ) -> tuple[int, ...]:
         """Return the ids of undecided intervals with a displayed confidence of at least `at_least`.
 
-        Without that number, return the undecided intervals that the detector itself rates confident
-        enough for an automatic correction. Edited intervals have no confidence and are left out.
+        Without `at_least`, the undecided intervals are returned that the detector is confident
+        enough to correct automatically. Edited intervals have no confidence and are left out.
         """
         edited = {judged.id for judged in self.intervals if judged.edited}
         if at_least is None:
@@ -261,11 +261,11 @@ class Document(OpenClip):
         return tuple(k for k in found if k not in edited)
 
     def accept_undecided(self, at_least: float | None = None) -> bool:
-        """Accept undecided intervals of high confidence in one step; return False if that failed.
+        """Accept undecided intervals of high confidence in one step. Returns False if that failed.
 
-        If a person chose the smallest confidence `at_least`, the acceptances count as the person's
-        decisions. Without it, the detector's own limit applies, and the acceptances count as
-        automatic corrections.
+        If a person chose the lowest confidence `at_least`, the acceptances are the person's
+        decisions. Without it, the detector's own limit applies, and the acceptances are automatic
+        corrections.
         """
         ids = self.automatic_ids(at_least)
         if at_least is None:
@@ -278,20 +278,19 @@ class Document(OpenClip):
         return self._drag
 
     def edit(self, interval_id: int, interval: Interval, drag: int = 0) -> None:
-        """Change the frames or the offset of an interval; the frames are kept inside the clip.
+        """Change the frames or the offset of an interval, keeping the frames inside the clip.
 
         `drag` is a number from `begin_drag` if this is part of a drag.
         """
         start, stop = max(interval.start, 0), min(interval.stop, self.frames)
         if (there := self.found(interval_id)) is None or start >= stop:
-            return  # the interval belongs to the last clip or was undone
+            return  # the interval belongs to the previous clip or was undone
         new = resized(interval, start, stop)
         if drag or not same_offsets(new, there.interval):
             self.do(Edit(interval_id, new, drag))
 
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
-        """Add and select an interval made by hand, either the given one or one proposed around a
-        frame.
+        """Add and select an interval made by hand, either `interval` or one proposed at a frame.
 
         At a selected lone jump, the stretch that the jump may begin or end is proposed. If an
         interval of the same kind already has the same frames, that interval is selected and none is
@@ -329,7 +328,7 @@ class Document(OpenClip):
         return self.data.proposed_at(jump, every) if there else None
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
-        """Set τ (radians) of a chain, by default the selected one, and detect again."""
+        """Set τ (radians) of a chain, by default the selected chain, and detect again."""
         if name := chain or self.chain:
             self.set_taus({name: tau}, drag)
 
@@ -342,15 +341,15 @@ class Document(OpenClip):
         elif self._follows_review():
             try:
                 found = tuple(i for n, t in tau.items() for i in self.detector.intervals(n, t))
-            except TwistError as error:  # raised by a detector that is not ours
+            except TwistError as error:  # raised by another author's detector
                 self.message.emit(of_core(error), True)
             else:
                 self.do(Redetect(dict(tau), found, drag=drag))
 
     def change_chains(self, rig: Rig, what: str, message: str = "") -> None:
-        """Analyse a different set of chains, then use it, as one step of the history called `what`.
+        """Analyse another set of chains, then use it as one step of the history, named `what`.
 
-        `message` is the sentence to show when this is done.
+        `message` is the sentence to show at the end.
         """
 
         def change(command: ChangeChains) -> None:
@@ -361,7 +360,7 @@ class Document(OpenClip):
             self.rigs.change(self.review.state, rig, what, change)
 
     def use_profile(self, profile: Profile) -> None:
-        """Detect with the τ of a profile, and with its detector if it names one, as one step."""
+        """Detect with the τ and, if it names one, the detector of a profile, as one step."""
         if self.data is None or not self._may_change() or not self._may_detect():
             return
         clip, method = self.data.analysis, profile.method
@@ -386,9 +385,9 @@ class Document(OpenClip):
             self.use_profile(Profile({}, method))
 
     def _may_detect(self) -> bool:
-        """Return True unless the clip is an exercise, in which case show why.
+        """True unless the clip is an exercise. In an exercise, show the reason.
 
-        In an exercise, detection would find the hidden errors.
+        Detection would find the hidden errors of an exercise.
         """
         if self.data is not None and self.data.blind:
             self.message.emit(BLIND, False)
@@ -417,7 +416,7 @@ class Document(OpenClip):
             self.intervals_changed.emit()
 
     def _take_chains(self) -> Sequence[SignalInstance]:
-        """Use the chains of the review; return the signals to emit."""
+        """Use the chains of the review, and return the signals to emit."""
         state, data = self.review.state, self.data
         if data is None or data.analysis.rig == state.rig:
             return ()
@@ -432,9 +431,10 @@ class Document(OpenClip):
         return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
-        """Return True if the detector in use is the review's; if not, start loading the review's.
+        """True if the detector in use is the review's. If not, start to load the review's detector.
 
-        The two can differ because an undo may have restored a review made with another detector.
+        The two detectors can differ because an undo may have restored a review with another
+        detector.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

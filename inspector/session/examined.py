@@ -7,13 +7,13 @@ from inspector.session.opening import Analysed
 
 
 def reason_unexamined(data: Analysed | None) -> str:
-    """Return a sentence that says why a clip could not be examined at all, or '' if it could."""
+    """Return a sentence with the reason why a clip could not be examined at all, or ''."""
     why = data.analysis.not_examined if data is not None else ""
     return tr("The clip could not be examined: {why}.", why=of_core(why)) if why else ""
 
 
 def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
-    """Return a sentence for each limb that no chain examines, or one about the whole clip."""
+    """Return a sentence for each limb that no chain examines, or one for the whole clip."""
     if data is None:
         return ()
     whole = reason_unexamined(data)
@@ -21,9 +21,7 @@ def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
 
 
 def in_a_line(sentences: tuple[str, ...]) -> str:
-    """Return the first sentence, followed by the number of further sentences, so that it fits in
-    one line.
-    """
+    """Return the first sentence and the number of further sentences, for a single line."""
     if len(sentences) < 2:
         return "".join(sentences)
     more = plural("{n} more", "{n} more", len(sentences) - 1)

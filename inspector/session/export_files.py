@@ -1,4 +1,4 @@
-"""Export the corrected clip, with its session and a report next to it."""
+"""Export the corrected clip, together with its session and a report."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class ExportChoice:
 
 @dataclass(frozen=True, eq=False)
 class Export:
-    """An export, with the review as it was when the export began.
+    """An export, with the review at the time when the export began.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class Export:
 
 
 def prepare_export(document: Document, choice: ExportChoice) -> Export:
-    """Accept the automatic corrections if that was chosen, and freeze the review for an export.
+    """Accept the automatic corrections, if chosen, and freeze the review for an export.
 
     Raises TwistError if the export would overwrite the source or a file that this program did not
     write.
@@ -114,7 +114,7 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
 def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
     """Return the existing files that an export would replace.
 
-    The value of each file is True if this program wrote it. `ours` is the SHA-256 of files that
+    The value of each file is True if this program wrote it. `ours` has the SHA-256 of files that
     this program wrote in this run. Files of earlier runs are recognised by the report.
     """
     known = _written_marks(choice, ours)
@@ -124,7 +124,7 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
 
 
 def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
-    """Return the large files that :func:`replaced` would read, so that a thread can hash them."""
+    """Return the large files that :func:`replaced` would read, for hashing in a thread."""
     known = _written_marks(choice, ours)
     return tuple(path for path in files_of(choice) if path in known and takes_long(path))
 
@@ -132,7 +132,7 @@ def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ..
 def _written_marks(
     choice: ExportChoice, ours: Mapping[Path, str]
 ) -> dict[Path, tuple[object, ...]]:
-    """Return the SHA-256 of the files written by this run and by earlier runs, by path.
+    """Return the SHA-256 of the files written by this run and by earlier runs, keyed by path.
 
     Files of earlier runs are listed in the report.
     """
@@ -156,9 +156,9 @@ def check_targets(
 ) -> None:
     """Raise TwistError if an export would replace a file that must not be replaced.
 
-    `ours` is the SHA-256 of files that this program wrote, to compare with the files on disk. `own`
-    are the files that only the review may write. An existing session or report is replaced only if
-    this program wrote it, even if the person agrees to replace the exported clip.
+    `ours` has the SHA-256 of files that this program wrote, to compare with the files on disk.
+    `own` are the files that only the review may write. An existing session or report is replaced
+    only if this program wrote it, even if the person agrees to replace the exported clip.
     """
     path, replay = choice.path, replay_path(choice.path)
     if real_path(path) == real_path(clip.path) or same_file(path, clip.path):
@@ -189,9 +189,9 @@ def check_targets(
 
 
 def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
-    """Return True if there is no regular file, or if it is unchanged since this program wrote it.
+    """True if there is no regular file, or if it is unchanged since this program wrote it.
 
-    `known` gives, by path, the SHA-256 of each version that this program wrote.
+    `known` has the SHA-256 of each version that this program wrote, keyed by path.
     """
     if not is_file(path):
         return True
@@ -199,7 +199,7 @@ def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
 
 
 def write(export: Export, tell: Tell = nobody) -> str:
-    """Correct, track and write everything that was chosen; return a sentence about the changes.
+    """Correct, track and write everything that was chosen, and describe the changes.
 
     `tell` is called with the progress of the tracking. Raises OSError if writing fails, and
     TwistError if another program has written one of the files in the meantime.
@@ -228,7 +228,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
             analysis=export.analysis,
             written=choice.path,
         )
-        # Without pictures, to be quick; `twistcore report` draws them.
+        # Without pictures, to be fast; `twistcore report` draws them.
         for file in write_clip_report(choice.path.parent, report):
             _take_note(export, file)
     return _result(export, refined, jumps)
@@ -276,7 +276,7 @@ def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> st
 
 
 def _moved(change: Difference) -> str:
-    """Return a sentence about how far joints moved, relative to the figure's height."""
+    """Describe how far joints moved, relative to the figure's height."""
     rest, still = change.rest_of_height, change.rest_of_height < _STILL
     if not change.moved and still:
         return tr("No joint moved.")

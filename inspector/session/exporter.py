@@ -12,7 +12,7 @@ from twistcore.errors import TwistError
 
 
 class Exporter(QObject):
-    """Writes exports and shows their progress and result, while the review can continue."""
+    """Writes exports and shows their progress and result. The review can continue meanwhile."""
 
     ended = Signal()
     written = Signal(object, str)  # the Export on disk, and the sentence shown about it
@@ -29,7 +29,7 @@ class Exporter(QObject):
         return self._export is not None
 
     def start(self, choice: ExportChoice) -> None:
-        """Start an export with the review as it is now."""
+        """Start an export with the current review."""
         if self._export is not None:
             name = self._export.choice.path.name
             message = tr("{name} is still being written. Export again when it is done.", name=name)
@@ -49,7 +49,7 @@ class Exporter(QObject):
         task.start()
 
     def finish(self) -> bool:
-        """Wait until the export is written; if it failed, show the reason and return False."""
+        """Wait until the export is written. If it failed, show the reason and return False."""
         if self._export is None:
             return True
         loop = QEventLoop()

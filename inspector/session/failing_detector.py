@@ -1,4 +1,4 @@
-"""Messages and reasons for a detector that is not installed or fails on the clip."""
+"""Messages about a detector that is not installed or fails on the clip."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twistcore.review.reasons import redetected_intervals
 def reasons_of(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
     """Return the intervals that a review's detector finds at the review's τ.
 
-    If the detector fails, no longer use it for this clip.
+    If the detector fails, it is no longer used for this clip.
     """
     try:
         return redetected_intervals(analysis, state)
@@ -40,7 +40,7 @@ def not_usable(analysis: ClipAnalysis, method: str) -> str:
 
 
 def another_used(analysis: ClipAnalysis, method: str) -> str:
-    """Return the message that says which other detector was used to search a clip."""
+    """Return the message about the detector that searched the clip instead of the review's."""
     if why := analysis.failure(method):
         return tr(
             "The default detector was used for {clip}, with its automatic τ: {why}.",

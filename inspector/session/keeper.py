@@ -1,4 +1,4 @@
-"""Keep the review of the open clip safe with a session file, a journal and a lock.
+"""Protect the review of the open clip with a session file, a journal and a lock.
 
 This module also finds the journals that earlier runs left behind, and restores or deletes them.
 """
@@ -55,12 +55,12 @@ class Keeper(QObject):
     def __init__(self, message: SignalInstance, parent: QObject) -> None:
         """Set up a keeper without a clip.
 
-        The signal `message` shows a sentence, with True if something went wrong.
+        The signal `message` shows a sentence, with True for an error.
         """
         super().__init__(parent)
         self.message = message
         self.read_only = False
-        # Journals of earlier runs that were not answered yet, the latest first.
+        # Journals of earlier runs about which the person has not decided, the latest first.
         self.leftovers: list[Leftover] = []
         self.notes: list[str] = []  # problems with opening the clip
         self.away: Path | None = None  # the refuge, if the clip's folder is read-only
@@ -72,7 +72,7 @@ class Keeper(QObject):
     # -- opening clips ------------------------------------------------------------------------
 
     def begin(self, data: Analysed) -> None:
-        """Start keeping the review of another clip, and look for journals of earlier runs."""
+        """Start to protect the review of another clip, and look for journals of earlier runs."""
         known = {data.session: data.session_sha256} if data.session is not None else {}
         self._watch(KeptReview(data.clip, data.review, data.session, known))
         if self.read_only:
@@ -80,7 +80,7 @@ class Keeper(QObject):
         for leftover in self._find_leftovers(data):
             if holds_more(leftover, data.clip, data.review.state):
                 self.leftovers.append(leftover)
-            elif data.review.saved:  # the session file has it all, or it is empty
+            elif data.review.saved:  # the session file has all of it, or it is empty
                 self.forget(leftover)
 
     @property
@@ -91,7 +91,7 @@ class Keeper(QObject):
 
     @property
     def session_file(self) -> Path | None:
-        """The path of the session file, or None if there is none yet."""
+        """The path of the session file, or None if there is no file yet."""
         return self._kept.session_file if self._kept is not None else None
 
     def put_aside(self) -> PutAside | None:
@@ -137,7 +137,7 @@ class Keeper(QObject):
         return sorted(found, key=lambda left: written(left.path), reverse=True)
 
     def end(self) -> None:
-        """Stop keeping the clip; delete its journal only if everything in it is saved."""
+        """Stop protecting the clip. Its journal is deleted only if everything in it is saved."""
         self.journal.end()
         self.leftovers, self.notes = [], []
         if self.lock is not None:
@@ -148,8 +148,8 @@ class Keeper(QObject):
     def continue_with(self, leftover: Leftover) -> None:
         """Continue a recovered review in its own journal.
 
-        If limbs were added to the review, a new journal is started instead; the old one is deleted
-        once the new one is on disk.
+        If limbs were added to the review, a new journal is started instead. The old journal is
+        deleted when the new one is on disk.
         """
         self.journal.continue_with(leftover.recovered, fresh=leftover.completed)
         if not leftover.completed:
@@ -158,7 +158,7 @@ class Keeper(QObject):
             self.forget(leftover)
 
     def forget(self, leftover: Leftover) -> None:
-        """Delete a journal that the person has dealt with or that contains nothing new.
+        """Delete a journal that the person has decided about or that contains nothing new.
 
         A journal with unreadable lines is only renamed.
         """
@@ -168,8 +168,8 @@ class Keeper(QObject):
             self._done_with(leftover, lambda: leftover.path.unlink(missing_ok=True))
 
     def keep(self, leftover: Leftover, mark: str = ".earlier") -> str:
-        """Rename a journal so that it is not offered again; return its new name, or '' if that
-        failed.
+        """Rename a journal so that it is not offered again. Returns its new name, or '' on
+        failure.
         """
         kept = free_name(leftover.path, mark)
         done = self._done_with(leftover, lambda: leftover.path.rename(kept))
@@ -234,7 +234,7 @@ class Keeper(QObject):
         return True, message
 
     def _write_session(self, kept: KeptReview, path: Path) -> str:
-        """Write a session after taking its lock; return a sentence to show.
+        """Write a session after taking its lock, and return a sentence to show.
 
         Raises TwistError if another window holds the lock of that session.
         """
@@ -261,7 +261,7 @@ class Keeper(QObject):
 
     @property
     def files(self) -> frozenset[Path]:
-        """The files that only the review may write, which are session, journal and lock."""
+        """The files that only the review may write: session, journal and lock."""
         if self._kept is None:
             return frozenset()
         ends = ("", JOURNAL_SUFFIX, f"{JOURNAL_SUFFIX}.lock")
@@ -271,7 +271,7 @@ class Keeper(QObject):
     # -- places and lock ----------------------------------------------------------------------
 
     def may_change(self) -> bool:
-        """Return True if this window may change the review; if not, emit `locked`."""
+        """True if this window may change the review. If not, emit `locked`."""
         kept, lock = self._kept, self.lock
         if kept and lock and not self.read_only and not lock.is_ours():
             self.journal.flush()
@@ -283,7 +283,9 @@ class Keeper(QObject):
         return not self.read_only
 
     def take_over(self) -> str:
-        """Take the lock from its holder; return '', or a sentence that says why that failed."""
+        """Take the lock from its holder. Returns '', or a sentence with the reason for a
+        failure.
+        """
         if self.lock is None or self._kept is None:
             return ""
         try:
@@ -309,7 +311,7 @@ class Keeper(QObject):
         try:
             place, (self.lock, taken), trouble = at_first(kept.places, take)
         except OSError:
-            return True  # no folder is writable, for any other window either
+            return True  # no folder is writable, for other windows neither
         self.away = place.parent if trouble else None
         return taken
 

@@ -62,7 +62,7 @@ def waiting(clip: Path) -> list[Path]:
 
 
 def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
-    """Return the clips of a folder that have an unsaved review that can be restored."""
+    """Return the clips of a folder with an unsaved review that can be restored."""
     beside = journal_owners(folder)
     away = journal_owners(refuge_path(folder / "clip.bvh").parent)
     by_name = [p for p in clips if session_path(p).name in beside]
@@ -74,7 +74,7 @@ def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
 def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
     """Return the clips with unsaved decisions.
 
-    Each clip is returned with its latest journal and the number of unsaved decisions. This replays
+    Each item has the clip, its latest journal, and the number of unsaved decisions. This replays
     whole journals, which may take seconds, so call it in a thread.
     """
     found = []
@@ -86,7 +86,8 @@ def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
 
 
 def decisions_in(journal: Path) -> int:
-    """Return the number of intervals that a journal decides or edits differently from its session.
+    """Return the number of intervals for which a journal's decisions or edits differ from its
+    session.
 
     Returns 0 if the journal cannot be read or has no steps.
     """
@@ -100,10 +101,11 @@ def decisions_in(journal: Path) -> int:
 
 
 def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:
-    """Read a journal; return it as a Leftover, and a sentence to show, or '' if all is well.
+    """Read a journal as a Leftover, with a sentence to show, or '' without problems.
 
-    Returns None in place of a journal that cannot be used; a damaged one is renamed. A journal
-    written before the program detected limb flips gets the flips of the clip, undecided.
+    The result is None in place of a journal that cannot be used; a damaged one is renamed. A
+    journal that was written before the program detected limb flips gets the flips of the clip,
+    undecided.
     """
     try:
         recovered = recover(path, clip)
@@ -136,7 +138,7 @@ def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Lefto
 
 
 def _has_chains(state: ReviewState, clip: Clip) -> bool:
-    """Return True if the clip has exactly the chains of the review, not counting limbs."""
+    """True if the clip has exactly the chains of the review, apart from limbs."""
     try:
         every = state.rig.chains(clip.motion)
     except TwistError:
@@ -146,7 +148,7 @@ def _has_chains(state: ReviewState, clip: Clip) -> bool:
 
 
 def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
-    """Return True if the journal may contain anything that a review of the clip lacks."""
+    """True if the journal may contain anything that a review of the clip lacks."""
     left = leftover.recovered.review.state
     if leftover.same_clip:
         return leftover.recovered.damaged > 0 or not same_review(clip, left, state)
@@ -154,14 +156,14 @@ def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
 
 
 def same_review(clip: Clip, one: ReviewState, other: ReviewState) -> bool:
-    """Return True if two reviews of a clip would be saved as the same file."""
+    """True if two reviews of a clip would be saved as the same file."""
     return _content(clip, one) == _content(clip, other)
 
 
 def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
-    """Return how many of a journal's decisions a review lacks, and the journal's total.
+    """Return the number of a journal's decisions that a review lacks, and the journal's total.
 
-    A difference in settings counts as one decision.
+    A difference in settings is one decision.
     """
     left = leftover.recovered.review.state
     kept = [judged for judged in left.intervals if judged.kept]
@@ -174,7 +176,7 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
 
 
 def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
-    """Return True if the journal's changes to the frames left out of tuning are missing here.
+    """True if the journal's changes to the frames left out of tuning are missing here.
 
     `began` and `left` are the states of the review when the journal began and when it ended.
     `state` is the review in which spans may be missing.
@@ -186,7 +188,7 @@ def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewStat
 
 
 def _work(judged: Judged) -> tuple[object, ...]:
-    """Return the person's decision about an interval, with its frames if the person set them."""
+    """Return the person's decision about an interval, and its frames if the person set them."""
     interval = judged.interval
     same = interval.offset.strides == (0,) or not np.ptp(interval.offset)
     offset = interval.offset[:1] if same else interval.offset

@@ -1,4 +1,4 @@
-"""The open clip, the playhead and the selection, without any methods that change a review."""
+"""The open clip, the playhead and the selection, without methods that change a review."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from twistcore.tuning.learned_confidence import LearnedConfidence
 
 
 class Show(StrEnum):
-    """The poses that the 3D view shows, which are before, after or both."""
+    """The poses in the 3D view: before, after or both."""
 
     BEFORE = "before"
     AFTER = "after"
@@ -44,7 +44,7 @@ class Borrowed:
     signed
         True if decisions carry the reviewer's name nevertheless, as in a class exercise.
     over
-        True if the lesson has ended and the clip stays open only to be looked at.
+        True if the lesson has ended and the clip is open only for viewing.
     """
 
     write_to: Path
@@ -76,7 +76,7 @@ class OpenClip(QObject):
         self.show = Show.BOTH
         self.hidden: frozenset[str] = frozenset()  # chains that the person has hidden
         self.person = ""  # the person whose chains are listed, '' for everyone
-        self.order = "chain"  # the order of going through intervals: "worst", "chain" or "time"
+        self.order = "chain"  # the order in which intervals are visited: "worst", "chain" or "time"
         self.learned: LearnedConfidence | None = None  # shown instead of the detector's confidence
         self.first_frame = 0  # the number of the first frame, 0 or 1
         self.borrowed: Borrowed | None = None
@@ -95,19 +95,20 @@ class OpenClip(QObject):
 
     @property
     def detector(self) -> Analysis:
-        """The analysis of the open clip by the detector in use, including limb flips."""
+        """The analysis of the open clip by the current detector, including limb flips."""
         assert self.data is not None
         return self.data.analysis.detector(self.method)
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """All intervals of the open clip, by chain and start; empty without a clip."""
+        """All intervals of the open clip, sorted by chain and start; empty without a clip."""
         return self.review.state.intervals if self.data else ()
 
     def displayed(self, judged: Judged) -> Judged:
         """Return an interval as displayed, with the learned confidence if that is switched on.
 
-        An edited interval has no confidence, because the detector's one belongs to other numbers.
+        An edited interval has no confidence, because the detector's confidence belongs to other
+        numbers.
         """
         sure = None if judged.edited else self.sureness(judged.interval)
         if sure == judged.interval.confidence:
@@ -121,7 +122,7 @@ class OpenClip(QObject):
         return self.learned(own) if self.learned is not None and counter_twist else own
 
     def severity(self, judged: Judged) -> float:
-        """Return how bad an interval is, in degrees: its part of the clip's severity."""
+        """Return the severity of an interval in degrees: its part of the clip's severity."""
         interval = judged.interval
         if interval not in self._severities:
             assert self.data is not None
@@ -142,7 +143,7 @@ class OpenClip(QObject):
         return self.found(self.interval_id)
 
     def found(self, interval_id: int | None) -> Judged | None:
-        """Return the interval with an id, or None if the open clip has none with that id."""
+        """Return the interval with an id, or None if the open clip has no such interval."""
         return next((j for j in self.intervals if j.id == interval_id), None)
 
     @property
@@ -151,7 +152,9 @@ class OpenClip(QObject):
         return self.data.motion.frames if self.data else 0
 
     def find_chain(self, name: str) -> Chain:
-        """Return a chain or limb of the open clip by name; raise KeyError if there is none."""
+        """Return a chain or limb of the open clip. Raises KeyError if there is none with this
+        name.
+        """
         for chain in self.data.chains_and_limbs if self.data else ():
             if chain.name == name:
                 return chain
@@ -163,7 +166,7 @@ class OpenClip(QObject):
         return self.data.limb(self.chain) if self.data else None
 
     def offset(self, chain: str) -> Array:
-        """Return the sum of the offsets of a chain's intervals, except rejected ones.
+        """Return the sum of the offsets of a chain's intervals without the rejected ones.
 
         The result is in radians, (frames,).
         """
@@ -194,10 +197,10 @@ class OpenClip(QObject):
 
     @property
     def suggested_chains(self) -> frozenset[str]:
-        """The chains that are corrected at the frame although nobody has decided so.
+        """The chains that are corrected at the current frame without a person's decision.
 
-        The selected interval does not count, because its correction is previewed, and neither do
-        intervals made by hand.
+        The selected interval is left out, because its correction is previewed, and so are intervals
+        made by hand.
         """
         here = [
             judged
@@ -235,7 +238,7 @@ class OpenClip(QObject):
             self.frame_changed.emit(frame)
 
     def select_chain(self, name: str) -> None:
-        """Select a chain; deselect the interval if it belongs to another chain."""
+        """Select a chain, and deselect the interval if it belongs to another chain."""
         if name == self.chain:
             return
         self.find_chain(name)
@@ -266,9 +269,9 @@ class OpenClip(QObject):
     ) -> bool:
         """Select the next (+1) or previous (−1) interval, wrapping around at the end.
 
-        If none is selected, start from the playhead or, in the order of the worst, from the end of
-        the list. undecided: skip decided intervals; order:
-        interval ids in the order of the list. Returns False if there is no other interval.
+        If none is selected, start from the playhead or, in the order of severity, from the end of
+        the list. `undecided` skips decided intervals. `order` has the interval ids in the order of
+        the list. Returns False if there is no other interval.
         """
         if self.data is None:
             return False
@@ -315,7 +318,7 @@ class OpenClip(QObject):
         return next(ahead, chosen[0].id if chosen else None)
 
     def set_order(self, order: str) -> None:
-        """Go through the intervals by 'worst', 'time' or 'chain'."""
+        """Set the order in which intervals are visited: 'worst', 'time' or 'chain'."""
         if order != self.order:
             self.order = order
             self.order_changed.emit()
@@ -332,9 +335,7 @@ class OpenClip(QObject):
         self.hidden_changed.emit()
 
     def show_person(self, person: str) -> None:
-        """Show only the intervals of one person and select one of their chains, or show everyone
-        for ''.
-        """
+        """Show only one person's intervals and select one of their chains, or show all for ''."""
         self.person = person
         self.hidden = self._others()
         self.hidden_changed.emit()
@@ -346,7 +347,7 @@ class OpenClip(QObject):
 
     @property
     def listed_chains(self) -> tuple[Chain, ...]:
-        """The chains and limbs whose intervals are listed, either of one person or of everyone."""
+        """The chains and limbs whose intervals are listed, of one person or of all people."""
         chains, others = self.data.chains_and_limbs if self.data else (), self._others()
         return tuple(chain for chain in chains if chain.name not in others)
 
@@ -356,7 +357,7 @@ class OpenClip(QObject):
         return frozenset(c.name for c in chains if c.person != self.person)
 
     def set_show(self, show: Show) -> None:
-        """Choose which poses the 3D view shows, which may be before, after or both."""
+        """Choose the poses in the 3D view: before, after or both."""
         if show != self.show:
             self.show = show
             self.show_changed.emit()

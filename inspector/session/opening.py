@@ -1,4 +1,4 @@
-"""Read and analyse a clip, and prepare all data that stay the same during a review."""
+"""Read and analyse a clip, and prepare all data that do not change during a review."""
 
 from __future__ import annotations
 
@@ -43,13 +43,11 @@ from twistcore.work.progress import Tell, nobody, part
 
 @dataclass(frozen=True)
 class Stamp:
-    """Attributes that quickly show whether a file has changed, which are time, size and file
-    number.
-    """
+    """A file's time, size and file number, which quickly show whether the file has changed."""
 
     modified: int  # nanoseconds
     size: int
-    file: int  # the file's number in the file system
+    file: int  # the number of the file in the file system
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +61,8 @@ class Analysed:
     earlier
         A review of another version of this clip.
     added
-        The number of intervals whose kinds did not exist when the session was saved, None if all
-        kinds existed.
+        The number of intervals with kinds that did not exist when the session was saved, None if
+        all kinds existed.
     stamp
         The stamp of the clip's file before it was read, None for a clip in memory.
     blind
@@ -98,7 +96,7 @@ class Analysed:
         return self.analysis.chains_and_limbs
 
     def limb(self, name: str) -> LimbFlips | None:
-        """Return the flips of the limb with this name, or None if it is the name of a chain."""
+        """Return the flips of the limb with this name, or None if a chain has this name."""
         return self.analysis.flips.limbs.get(name)
 
     def proposed(self, chain: str, frame: int) -> Interval:
@@ -108,7 +106,9 @@ class Analysed:
         return proposed_interval(chain, self.signals[chain], frame, self.motion.fps)
 
     def proposed_at(self, jump: Interval, others: Iterable[Interval]) -> Interval:
-        """Return the stretch that a lone jump may begin or end; others: all other intervals."""
+        """Return the stretch that a lone jump may begin or end. `others` are all other
+        intervals.
+        """
         return proposed_stretch(self.motion, jump, others)
 
     def proposed_over(self, chain: str, start: int, stop: int) -> Interval:
@@ -127,7 +127,7 @@ class Analysed:
 
     @property
     def signals(self) -> Mapping[str, TwistSignals]:
-        """The twist signals of every chain by name."""
+        """The twist signals of every chain, keyed by chain name."""
         return self.analysis.signals
 
     @property
@@ -142,7 +142,7 @@ class Analysed:
 
 
 class ClipMissingError(TwistError):
-    """Raised if the clip of a session is neither at its old path nor next to the session."""
+    """Raised if a session's clip is neither at its old path nor next to the session."""
 
     def __init__(self, session: Path, clip: str) -> None:
         message = tr(
@@ -154,12 +154,12 @@ class ClipMissingError(TwistError):
         self.session = session
 
 
-# Progress at the end of reading and of detection.
+# Progress at the end of reading and at the end of detection.
 _READ, _DETECTED = 0.1, 0.9
 
 
 def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
-    """Read and analyse a clip together with its latest session; raises TwistError. Thread-safe.
+    """Read and analyse a clip with its latest session. Raises TwistError. Thread-safe.
 
     Without a session, the chains come from the rig. `profile` is the τ to use if the clip has no
     session. A session has its own τ and chains. `tell` is a function that is called with the
@@ -227,9 +227,9 @@ def analyse_clip(
 
 
 def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tuple[Analysed, str]:
-    """Search a clip with the τ and detector of a profile; return the result.
+    """Search a clip with the τ and detector of a profile.
 
-    The name of the profile's detector is also returned, if the detector could not be used.
+    The second result is the name of the profile's detector if the detector could not be used.
     """
     profile = profile or Profile({})
     wanted = method = profile.method or DEFAULT_METHOD
@@ -246,13 +246,13 @@ def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tupl
         analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
-    # Compute here what views need first: this takes a while and must not block the window.
+    # Compute here what views need first: this takes some time and must not block the window.
     _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability, analysis.notes
     return Analysed(clip, analysis, Review.of(found)), "" if method == wanted else wanted
 
 
 def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
-    """Read a session and its clip; raises TwistError.
+    """Read a session and its clip. Raises TwistError.
 
     Without `clip_path`, the clip is looked for at its old path and next to the session. A clip that
     has changed gets a new review, with the session's review as `earlier`. The session of an export
@@ -321,7 +321,7 @@ def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 
 
 def _with_offsets(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review with the offsets of untouched errors of single joints."""
+    """Return the review with offsets for errors of single joints that nobody has decided on."""
     without = {
         j.id
         for j in state.intervals
@@ -349,7 +349,7 @@ def _with_offsets(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 
 
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review with capture faults added for every kind of fault that it lacks."""
+    """Return the review with faults of the capture for each kind of fault that it lacks."""
     known = {judged.interval.kind for judged in state.intervals}
     there, method = set(state.tau), analysis.usable(state.method)
     new = [
@@ -398,7 +398,7 @@ def _with_limbs(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 def opening_notes(
     data: Analysed, away: Path | None, notes: Sequence[str]
 ) -> Iterator[tuple[str, bool]]:
-    """Yield sentences about a clip that was just opened, each with True if something is wrong.
+    """Yield sentences about a newly opened clip, each with True for a problem.
 
     `away` is the folder of the clip's review, if that is not the clip's own folder. `notes` are the
     problems with the review.
@@ -438,7 +438,7 @@ def opening_notes(
         message = " ".join(notices[:3])
         if len(notices) > 3:
             message += " " + tr("{n} more notes are in the Chains panel.", n=len(notices) - 3)
-        if data.clip.missing_frames:  # frames are missing: show this until the person closes it
+        if data.clip.missing_frames:  # frames are missing: show until closed
             lasting.insert(0, message)
         else:
             yield message, False

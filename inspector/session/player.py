@@ -1,4 +1,4 @@
-"""Play a clip in real time, skipping frames if necessary."""
+"""Play a clip in real time, and skip frames if necessary."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from inspector.session.document import Document
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 _TICK_MS = 16
 _AROUND_S = 0.5
-_EDGE_S = 0.25  # to either side of an edge
+_EDGE_S = 0.25  # seconds on either side of an edge
 
 
 class Player(QObject):
-    """Moves the document's playhead with the clock, and starts over at the end of the clip."""
+    """Moves the document's playhead with the clock, and repeats at the end of the clip."""
 
     changed = Signal()  # playing state or speed
 
@@ -27,7 +27,7 @@ class Player(QObject):
         self._shown = 0
         self.speed = 1.0
         self.looping = False
-        self._once: tuple[int, int, int] | None = None  # first, stop, and the frame to end at
+        self._once: tuple[int, int, int] | None = None  # first, stop, and the last frame
         document.opened.connect(self.pause)
 
     @property

@@ -1,6 +1,4 @@
-"""Questions about the open clip, which concern earlier reviews, its lock, its journal and its
-file.
-"""
+"""Ask about the open clip: about earlier reviews, its lock, its journal and its file."""
 
 from __future__ import annotations
 
@@ -23,13 +21,11 @@ from twistcore.review.left_out import joined_spans
 
 
 class Recovery(QObject):
-    """Asks questions and acts on the answers; unanswered questions are asked again at the next
-    start.
-    """
+    """Asks questions and acts on the answers. Unanswered questions return at the next start."""
 
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is obsolete
-    save_elsewhere = Signal()  # ask for another place for the session
+    save_elsewhere = Signal()  # ask for another path for the session
     open_again = Signal(object)  # read this clip again
 
     def __init__(
@@ -57,7 +53,7 @@ class Recovery(QObject):
         keeper.locked.connect(self._ask_about_lock)
 
     def begin(self) -> None:
-        """Start asking about the clip that is now open."""
+        """Start asking about the newly opened clip."""
         self._stamp, self._changed = self._open().stamp, ""
         if self._keeper.read_only:
             self._ask_about_lock()
@@ -72,7 +68,7 @@ class Recovery(QObject):
         self.withdrawn.emit()
 
     def look_around(self) -> None:
-        """Check the lock and the clip's file when the window is activated."""
+        """Check the lock and the clip's file, because the window has been activated."""
         if self._data is not None:
             if not self._keeper.read_only:
                 self._keeper.may_change()
@@ -152,7 +148,7 @@ class Recovery(QObject):
 
     @property
     def _touched(self) -> bool:
-        """Return True if the open review has been changed or restored."""
+        """True if the open review has been changed or restored."""
         review = self._keeper.review
         return bool(review.position) or not review.saved
 
@@ -163,8 +159,8 @@ class Recovery(QObject):
     def restore(self, leftover: Leftover) -> None:
         """Continue the review in a journal of an earlier run.
 
-        If that review is of another version of the clip, or if the open review has been changed
-        already, its decisions are added to the open review.
+        If the journal's review is of another version of the clip, or if the open review has already
+        been changed, the journal's decisions are added to the open review.
         """
         if leftover not in self._keeper.leftovers:
             return
@@ -181,7 +177,7 @@ class Recovery(QObject):
             self._ask_next()
 
     def _add(self, leftover: Leftover) -> bool:
-        """Add a journal's decisions to the open review; return True once they are on disk."""
+        """Add a journal's decisions to the open review. Returns True when they are on disk."""
         left, here = leftover.recovered.review.state, self._keeper.review.state
         fitting = _fitting(left.intervals, self._open().motion.frames)
         steps: list[Command] = [CarryOver(fitting, leftover.same_clip)]
@@ -225,13 +221,11 @@ class Recovery(QObject):
     def _take_over(self) -> None:
         if trouble := self._keeper.take_over():
             self._keeper.message.emit(trouble, True)
-        else:  # reads what the other window has saved, and offers what it has not
+        else:  # reads what the other window has saved, and offers what it has not saved
             self.open_again.emit(self._source())
 
     def _source(self) -> Path:
-        """Return the file to open again, which is the session if it is in another folder, or the
-        clip.
-        """
+        """Return the file to open again: the session if it is in another folder, or the clip."""
         path, session = self._open().clip.path, self._keeper.session_file
         own = session is None or session == session_path(path) or not is_there(session)
         return path if own or session is None else session

@@ -19,8 +19,8 @@ from twistcore.formats.clip import Clip
 from twistcore.review import Command, Journal, Recovered, Review, ReviewState, Sign, recover
 from twistcore.review.journal import command_to_json, state_entry
 
-_IDLE_MS = 300  # a drag that pauses this long is written
-_RETRY_MS = 5000  # time until a failed write is tried again
+_IDLE_MS = 300  # pause after which a drag is written
+_RETRY_MS = 5000  # time until a failed write is repeated
 
 
 @dataclass(eq=False)
@@ -39,7 +39,8 @@ class KeptReview:
     def places(self) -> tuple[Path, ...]:
         """The session paths next to which journal and lock can be, the preferred one first.
 
-        The places are the session itself and the session path in the refuge (a folder of the user).
+        These paths are the session itself and the session path in the refuge (a folder of the
+        user).
         """
         wanted = self.session_file or session_path(self.clip.path)
         return tuple(dict.fromkeys((wanted, refuge_path(self.clip.path))))
@@ -53,11 +54,11 @@ class KeptReview:
 class ReviewJournal(QObject):
     """The journal of the open review.
 
-    The file is created with the first command, so that merely looking at a clip creates no file. A
+    The file is created with the first command, so that merely opening a clip creates no file. A
     drag is recorded as one entry, with its final values.
     """
 
-    failing = Signal(str)  # steps are not on disk; emitted again for every step
+    failing = Signal(str)  # steps are not on disk; emitted for every further step
     caught_up = Signal()  # all steps are on disk again, or were given up
 
     def __init__(
@@ -90,7 +91,7 @@ class ReviewJournal(QObject):
     # -- one review after the other -----------------------------------------------------------
 
     def watch(self, kept: KeptReview) -> None:
-        """Start recording another review, after `end` was called for the previous one."""
+        """Start to record another review, after `end` for the previous one."""
         self._kept = kept
 
     def go_on(self, path: Path | None, steps: int) -> None:
@@ -110,7 +111,7 @@ class ReviewJournal(QObject):
         self._begin(kept.review.state)
 
     def continue_with(self, recovered: Recovered, *, fresh: bool = False) -> None:
-        """Continue a recovered review in its own journal, or in a new one if `fresh`."""
+        """Continue a recovered review in its own journal or, if `fresh`, in a new one."""
         self.give_up()  # the open review had no steps
         self._open.review = recovered.review
         if fresh:
@@ -137,7 +138,7 @@ class ReviewJournal(QObject):
             self._journal = None
 
     def end(self) -> None:
-        """Stop recording; delete the file only if everything in it is saved."""
+        """Stop recording. The file is deleted only if everything in it is saved."""
         self.flush()
         if self._journal is not None:
             self.retry()
@@ -154,7 +155,7 @@ class ReviewJournal(QObject):
     # -- recording ----------------------------------------------------------------------------
 
     def record(self, command: Command, drag: int = 0) -> None:
-        """Write a command to disk; a step of a drag is written only when the drag ends."""
+        """Write a command to disk. A step of a drag is written only at the end of the drag."""
         if self._pending is not None and not command.continues(self._pending):
             self.flush()
         if drag:
@@ -164,7 +165,7 @@ class ReviewJournal(QObject):
                 self._begin_before_last()
         else:
             if self._journal is None and isinstance(command, Sign):
-                self._detached = True  # is no step of the history
+                self._detached = True  # not a step of the history
             self._append(command_to_json(command))
 
     def record_step(self, entry: Mapping[str, Any]) -> None:
@@ -187,7 +188,7 @@ class ReviewJournal(QObject):
             self._append(command_to_json(pending))
 
     def retry(self) -> bool:
-        """Try again to write missing steps; return True once all steps are on disk."""
+        """Repeat the writing of missing steps. Returns True when all steps are on disk."""
         if self._behind and self._kept is not None:
             journal = self._journal
             if journal is not None and journal.is_there():
@@ -198,7 +199,7 @@ class ReviewJournal(QObject):
         return not self._behind
 
     def where(self) -> str:
-        """Return words for the end of a sentence that tell where the unsaved steps are."""
+        """Return words for the end of a sentence about the location of the unsaved steps."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
             return tr("in the journal {name}", name=journal.path.name)
@@ -237,14 +238,16 @@ class ReviewJournal(QObject):
             self._write(lambda: begun.append(entry))
 
     def _begin_before_last(self) -> Journal | None:
-        """Begin a journal with the review as before its last command; return None if that fails."""
+        """Begin a journal with the review before its last command. Returns None on failure."""
         review = self._open.review
         if self._begin(review.state_before_last, back=1):
             self._first, self._detached = review.position - 1, False
         return self._journal
 
     def _begin(self, state: ReviewState, *, back: int = 0) -> bool:
-        """Begin a journal with a state `back` steps ago; return False if no folder is writable."""
+        """Begin a journal with the state `back` steps ago. Returns False if no folder is
+        writable.
+        """
         clip, steps = self._open.clip, max(0, self.steps - back)
 
         def begin(place: Path) -> None:

@@ -1,4 +1,4 @@
-"""The lock on a clip's review, which only one window may change while others only show it.
+"""The lock on a clip's review, which only one window may change at a time.
 
 An operating-system lock on the file shows whether its holder is still running, so that neither a
 reused process id nor an empty file after a crash locks the review forever. The text of the file, in
@@ -20,15 +20,14 @@ from inspector.language import tr
 from twistcore.files.lock import lock
 from twistcore.files.ordinary import check_ordinary
 
-_NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link would lead to somebody else's file
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link would lead to another person's file
 
 
 @dataclass(frozen=True)
 class Holder:
-    """The holder of a lock, with process id, program and computer from the file; 0 or '' if
-    unknown.
+    """The holder of a lock: process id, program and computer from the file; 0 or '' if unknown.
 
-    `since` is the local time at which the lock was taken.
+    `since` is the local time when the lock was taken.
     """
 
     process: int
@@ -53,15 +52,15 @@ class Holder:
 
 
 class ReviewLock:
-    """A lock file, which is taken with :meth:`take`."""
+    """A lock file that :meth:`take` takes."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.holder: Holder | None = None  # who has it, if it could not be taken
+        self.holder: Holder | None = None  # the holder, if another program holds the lock
         self._handle: int | None = None
 
     def take(self) -> bool:
-        """Take the lock; return False if another program holds it.
+        """Take the lock. Returns False if another program holds it.
 
         Raises OSError if the file cannot be written.
         """
@@ -87,7 +86,7 @@ class ReviewLock:
                     os.close(handle)
 
     def is_free(self) -> bool:
-        """Return True if nobody holds the lock any more."""
+        """True if nobody holds the lock any more."""
         with suppress(OSError):
             if self.take():
                 self.release()
@@ -103,9 +102,9 @@ class ReviewLock:
         return self.take()
 
     def is_ours(self) -> bool:
-        """Return True if this window still holds the lock; a deleted file is created again.
+        """True if this window still holds the lock. A deleted file is created again.
 
-        Returns False once another window has taken the lock over; `holder` is then set.
+        The result is False when another window has taken the lock over; `holder` is then set.
         """
         if self._handle is not None and _same(self.path, self._handle):
             return True
@@ -130,7 +129,7 @@ class ReviewLock:
 
 
 def _open(path: Path) -> tuple[int, bool]:
-    """Open or create the file; return its handle and whether it is writable. Raises OSError."""
+    """Open or create the file. Returns its handle, and whether it is writable. Raises OSError."""
     with suppress(FileNotFoundError):
         check_ordinary(path, path.lstat().st_mode)
     try:
@@ -162,7 +161,7 @@ def _written(handle: int) -> datetime:
 
 
 def _write(handle: int) -> None:
-    with suppress(OSError):  # on a full disk we hold the lock nevertheless
+    with suppress(OSError):  # on a full disk, this program holds the lock nevertheless
         os.lseek(handle, 0, os.SEEK_SET)
         os.ftruncate(handle, 0)
         os.write(handle, f"{os.getpid()}\nTwist Inspector\n{socket.gethostname()}\n".encode())

@@ -22,7 +22,7 @@ def rig_path(skeleton: Skeleton) -> Path:
 
 
 def kept_rig(motion: Motion) -> tuple[Rig, str]:
-    """Return the rig profile of a motion's skeleton, and a sentence to show, or '' if all is well.
+    """Return the rig profile of a motion's skeleton, and a sentence to show, or ''.
 
     If the file is damaged, it is renamed and the chains are found automatically.
     """

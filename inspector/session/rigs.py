@@ -13,11 +13,13 @@ from twistcore.review.other_chains import changed_chains
 from twistcore.skeleton.rig import Rig
 from twistcore.work.progress import Tell
 
-_KEPT = 4  # each may take hundreds of megabytes
+_KEPT = 4  # maximum number, since each may take hundreds of megabytes
 
 
 class Rigs:
-    """The analyses of the open clip by rig (set of chains); only the last few are kept."""
+    """The analyses of the open clip for different rigs (sets of chains); only the latest are
+    kept.
+    """
 
     def __init__(self, opener: ClipOpener) -> None:
         self._opener = opener
@@ -42,7 +44,7 @@ class Rigs:
         return self._known.get(rig)
 
     def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:
-        """Call `then` once the clip is analysed with the chains of the review's state."""
+        """Call `then` when the clip is analysed with the chains of the review's state."""
         present = self.present
         assert present is not None
         known, method = self._known.get(state.rig), present.usable(state.method)

@@ -29,10 +29,10 @@ _Made = TypeVar("_Made")
 
 SESSION_SUFFIX = ".twist.json"
 JOURNAL_SUFFIX = ".journal"
-# Several crashes may leave several journals; `.unanswered` is from an older program.
+# Several crashes may leave several journals. `.unanswered` is from an older version.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
 _SESSION = re.compile(r".*(\.json|\.twist\.json\.earlier(-[0-9]+)?)", re.DOTALL)
-_LONGEST_NAME = 180  # bytes of the clip's name in a file name of the refuge
+_LONGEST_NAME = 180  # maximum bytes of the clip's name in a file name of the refuge
 _GRAIN_NS = 2_000_000_000  # the coarsest time resolution of a file system
 _POINTER_SUFFIX = ".elsewhere.json"
 
@@ -48,7 +48,7 @@ def replay_path(export: Path) -> Path:
 
 
 def is_session(path: Path) -> bool:
-    """Return True if the file name is that of a session; `.twist.json.earlier` also counts."""
+    """True if the file name belongs to a session, including `.twist.json.earlier`."""
     return _SESSION.fullmatch(path.name) is not None
 
 
@@ -68,9 +68,9 @@ def _refuge() -> Path:
 def at_first(
     places: Iterable[Path], make: Callable[[Path], _Made]
 ) -> tuple[Path, _Made, OSError | None]:
-    """Call `make` at each place until it works; return the place, the result and the last error.
+    """Call `make` at each path until it works; return the path, the result and the last error.
 
-    Raises the last OSError if no place works.
+    Raises the last OSError if no path works.
     """
     trouble = None
     for place in places:
@@ -88,7 +88,7 @@ def kept_sessions(clip: Path) -> list[Path]:
     """Return the existing sessions of a clip, the latest first.
 
     The sessions may be next to the clip, in the refuge, or where "Save as" last saved one. Sessions
-    of a clip in another format do not count. A session whose name has no format, as in earlier
+    of a clip in another format are ignored. A session whose name has no format, as in earlier
     versions, is used only if there is no other.
     """
     refuge = refuge_path(clip)
@@ -142,7 +142,7 @@ def journal_owners(folder: Path) -> set[str]:
 
 
 def written(path: Path) -> int:
-    """Return when a file was last written, in nanoseconds, or 0 if the file is missing."""
+    """Return the time of the last change of a file in nanoseconds, or 0 if it is missing."""
     try:
         return path.stat().st_mtime_ns
     except OSError:
@@ -150,7 +150,7 @@ def written(path: Path) -> int:
 
 
 def make_latest(path: Path, others: Iterable[Path]) -> None:
-    """Make sure that a file that was just written has a later time than the others.
+    """Make sure that a newly written file has a later time than the others.
 
     This is needed only if the clock was set back or another computer wrote the other files.
     """
@@ -161,7 +161,7 @@ def make_latest(path: Path, others: Iterable[Path]) -> None:
 
 
 def set_aside(path: Path, why: str) -> str:
-    """Rename a damaged file; return a sentence that reports this with the reason."""
+    """Rename a damaged file, and return a sentence with the reason."""
     aside = free_name(path, ".damaged")
     try:
         path.replace(aside)
@@ -174,7 +174,7 @@ def set_aside(path: Path, why: str) -> str:
 
 
 def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
-    """Write a session; if another review is at that path, rename it and return a sentence about it.
+    """Write a session. If another review is at its path, rename it and return a sentence.
 
     `known` is the SHA-256 of session files when this program last read or wrote them; this function
     updates it. Raises OSError, in which case nothing is changed.

@@ -1,4 +1,4 @@
-"""The settings of the program, in one JSON file.
+"""The settings of the program, stored in one JSON file.
 
 Each feature of the window declares its own settings in its folder, as objects of FeatureSetting.
 Settings can therefore be read only after the window's modules are imported.
@@ -28,7 +28,7 @@ from twistcore.files.ordinary import own_folder, read_file, real_path
 
 RECENT = 10
 STEPS = (2, 1000)  # range of frames for Ctrl+arrow
-_LARGEST_FILE = 64_000_000  # bytes; ours have a few kilobytes
+_LARGEST_FILE = 64_000_000  # bytes; this program's files have a few kilobytes
 _LONGEST_NUMBER = 18  # digits; longer numbers are out of range and slow to read
 
 
@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 @dataclass
 class Settings:
-    """The settings of the program, whose allowed values are in CHECKS.
+    """The settings of the program. CHECKS has their allowed values.
 
     - theme: 'system', 'light' or 'dark'
     - geometry, layout: the window's geometry and layout as Qt saves them, in hexadecimal
@@ -47,17 +47,18 @@ class Settings:
     - zoom_to_interval: True if N, A and R zoom the plots to the interval
     - order: the order in which N, A and R visit intervals, 'worst', 'chain' or 'time'
     - reviewer_asked: True if the program has already asked for the reviewer's name
-    - turn_ms: how long the camera turns to another limb, in milliseconds, 0 for at once
+    - turn_ms: the time in which the camera turns to another limb, in milliseconds, 0 for
+      immediately
     - autosave: True if sessions are saved automatically
     - columns: the columns of the list of intervals, empty for as many as fit
     - interval_sort: the column to sort by, with '-' in front for descending order, '' for none
     - group_errors: True to list errors that belong together as a group
     - skin: True to draw limbs with the striped skin instead of wedges
-    - side_by_side: True to draw the poses before and after in two pictures
-    - looks_by_kind: by kind of error, which of 'skin' and 'side_by_side' are on; the kinds that
-      are missing have the last choice
+    - side_by_side: True to draw the poses before and after side by side
+    - looks_by_kind: the values of 'skin' and 'side_by_side' that are on, keyed by kind of error;
+      the kinds that are missing have the last choice
     - language: 'system' or a language code such as 'de'; an unknown code means 'system'
-    - of_features: the value of each FeatureSetting by its name
+    - of_features: the value of each FeatureSetting, keyed by its name
     - of_others: entries that this version does not know, kept for a newer version
     """
 
@@ -89,23 +90,23 @@ class Settings:
         self.of_features = known | self.of_features
 
     def remember(self, path: Path) -> None:
-        """Put a file at the top of the recent files."""
+        """Move a file to the top of the recent files."""
         name = str(real_path(path))
         self.recent = [name, *(r for r in self.recent if r != name)][:RECENT]
 
     def value(self, name: str) -> Any:
-        """Return the value of a field, or of a feature's setting, by its name."""
+        """Return the value of a field or of a feature's setting."""
         return _of_features[name].of(self) if name in _of_features else getattr(self, name)
 
     def put(self, name: str, value: Any) -> None:
-        """Set the value of a field, or of a feature's setting, by its name."""
+        """Set the value of a field or of a feature's setting."""
         if name in _of_features:
             _of_features[name].put(self, value)
         else:
             setattr(self, name, value)
 
 
-Merge = Callable[[Any, Any, Any], Any]  # an entry before, in ours and in theirs: the one to keep
+Merge = Callable[[Any, Any, Any], Any]  # an entry before, in our file and in theirs: which to keep
 _of_features: dict[str, FeatureSetting[Any]] = {}
 
 
@@ -140,7 +141,7 @@ class FeatureSetting(Generic[T]):
         settings.of_features[self.name] = value
 
 
-# Checks of the values in a file. The window offers only values that pass.
+# Checks of the values in a file. The window offers only values that pass them.
 CHECKS: dict[str, Check] = {
     "theme": checks.any_of("system", "light", "dark"),
     "recent": checks.first_of(checks.file_path, RECENT),
@@ -168,7 +169,7 @@ CHECKS: dict[str, Check] = {
 
 
 def checks_by_name() -> Mapping[str, Check]:
-    """Return the check of every field of a settings file by name, including features' settings."""
+    """Return the check of every field of a settings file, including features, keyed by name."""
     return {**CHECKS, **{name: setting.check for name, setting in _of_features.items()}}
 
 
@@ -181,7 +182,7 @@ def settings_path() -> Path:
 
 
 def load_settings(path: Path) -> tuple[Settings, str]:
-    """Return the settings, and a sentence to show, or '' if all is well; never raises.
+    """Return the settings, and a sentence to show, or ''. Never raises an exception.
 
     Damaged fields get their defaults, and damaged entries of lists and objects are dropped. A copy
     of the damaged file is kept next to it.
@@ -214,7 +215,7 @@ def load_settings(path: Path) -> tuple[Settings, str]:
 def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
     """Return the settings in a file's bytes, and the names of damaged fields."""
     try:
-        # Paths may have bytes that are not UTF-8; elsewhere the checks refuse them.
+        # Paths may have bytes that are not UTF-8, which the checks reject in all other values.
         document = json.loads(data.decode("utf-8-sig", "surrogateescape"), parse_int=_whole)
     except (ValueError, RecursionError):
         document = None
@@ -240,7 +241,7 @@ def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
 
 
 def save_settings(path: Path, settings: Settings) -> str:
-    """Write the settings; return '', or a sentence that says why that failed. Never raises."""
+    """Write the settings. Returns '', or a sentence with the reason for a failure. Never raises."""
     if trouble := _trouble(path):
         return _unwritten(path, trouble)
     document = asdict(settings)
@@ -249,7 +250,7 @@ def save_settings(path: Path, settings: Settings) -> str:
         document[name] = checks.sealed(document[name])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # In ASCII, because lone surrogates, as in paths that are not UTF-8, need escapes.
+        # In ASCII, because lone surrogates, such as in paths that are not UTF-8, need escapes.
         write_atomically(path, (json.dumps(document, indent=1) + "\n").encode("ascii"))
     except OSError as error:
         return _unwritten(path, error.strerror)
@@ -259,9 +260,9 @@ def save_settings(path: Path, settings: Settings) -> str:
 def save_changes(path: Path, settings: Settings, before: Settings) -> str:
     """Write only the changes since `before` into the current file.
 
-    Returns '', or a sentence that says why that failed. Another window may have changed the file.
-    Values that were not changed here keep the file's value, and so do single entries of lists and
-    objects.
+    Returns '', or a sentence with the reason for a failure. Another window may have changed the
+    file. Values that were not changed here keep the file's value, and so do single entries of lists
+    and objects.
     """
     there, damaged = before, tuple[str, ...]()
     if path.is_file() and not _trouble(path):
@@ -309,7 +310,7 @@ def _unwritten(path: Path, why: str | None) -> str:
 
 
 def _trouble(path: Path) -> str:
-    """Return why settings cannot be read from or written to a path, or ''."""
+    """Return the reason why settings cannot be read from or written to a path, or ''."""
     try:
         status = path.stat()
     except FileNotFoundError:
@@ -328,7 +329,7 @@ def _whole(digits: str) -> float:
 
 
 def _set_aside(path: Path, data: bytes) -> Path:
-    """Keep a copy next to a file, unless there already is one; raises OSError."""
+    """Copy a file next to the original unless a copy exists. Raises OSError."""
     for aside in path.parent.glob(f"{glob.escape(path.name)}.damaged*"):
         if aside.is_file() and read_file(aside) == data:
             return aside

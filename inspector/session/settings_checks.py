@@ -23,7 +23,7 @@ def _of(
     good: Callable[[Any], bool] = lambda _: True,
     keep: Callable[[Any], Any] = lambda value: value,
 ) -> Check:
-    """Return a check that accepts a value if its type is listed and `good` returns True for it.
+    """Return a check that accepts a value if its type is listed and `good` returns True.
 
     `keep` is a function that converts an accepted value.
     """
@@ -77,7 +77,7 @@ def file_path(value: Any) -> str:
 
 
 def file_path_or_none(value: Any) -> str:
-    """Check that a value is a file path or '', and return it."""
+    """Check that a value is a file path or an empty string, and return it."""
     return "" if value == "" else file_path(value)
 
 
@@ -128,7 +128,9 @@ def last_by(key: Check, entry: Check, most: int) -> Check:
 
 
 def record(**checks: Check) -> Check:
-    """Return a check that accepts an object if all these entries are valid, and drops others."""
+    """Return a check that accepts an object if all these entries are valid, and drops other
+    entries.
+    """
     return _of(
         dict,
         good=lambda some: checks.keys() <= some.keys(),

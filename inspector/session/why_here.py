@@ -69,13 +69,13 @@ def reason_near(document: Document, frame: int) -> Reason | None:
 
 
 def reason_sentence(document: Document, reason: Reason) -> str:
-    """Return the reason as a sentence with the chain's name in front."""
+    """Return the reason as a sentence that begins with the chain's name."""
     label = of_core(document.find_chain(reason.chain).label)
     return f"{label}: {of_core(reason.text)}"
 
 
 def peaks(document: Document) -> Iterator[Reason]:
-    """Yield the reason of every peak above τ that is in no interval, by chain."""
+    """Yield the reason of each peak above τ outside all intervals, sorted by chain."""
     if (found := reviewed(document)) is not None:
         for chain in found.chains_and_limbs:
             yield from peaks_without_interval(found, chain.name, first=document.first_frame)

@@ -14,8 +14,8 @@ from inspector.teaching.taught_frame import FrameNumbers, degree_text, numbers, 
 from inspector.widgets.signed_numbers import plain
 from twistcore.analysis.decomposition import UNDEFINED, Decomposition, FrameCorrection
 
-NEAR_SWING = 0.10  # θp's reliability is shown below this: a swing beyond 168°
-NEAR_STRAIGHT = 0.17  # likewise for the azimuth: a limb straighter than 10°
+NEAR_SWING = 0.10  # below this, the reliability of θp is shown: a swing beyond 168°
+NEAR_STRAIGHT = 0.17  # the same for the azimuth: a limb straighter than 10°
 LEAST = float(np.radians(0.005))  # an m larger than the rounding of a file's numbers
 _UNDEFINED = tr("undefined")
 _IF, _ELSE = tr_as("equation", "if"), tr_as("equation", "else")
@@ -31,7 +31,7 @@ class Equation:
     Attributes
     ----------
     corrected
-        How the printed equation differs, or '' if it is the same.
+        The difference from the printed equation, or '' if there is none.
     shown
         A function that returns the value as text. By default, the value is the quantity with the
         symbol's name.
@@ -113,7 +113,7 @@ def _opposed(of: FrameNumbers) -> str:
 
 
 def _strength(of: FrameNumbers) -> str:
-    """Return m and how it compares with τ, as text."""
+    """Return m, compared with τ, as text."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     m, tau = of.frame.strength, of.correction.tau

@@ -1,4 +1,4 @@
-"""The list of equations with current values; each symbol is a button that highlights it."""
+"""The list of equations with current values. Each symbol is a button that highlights it."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class SymbolButton(QAbstractButton):
 
 
 class _InRow(QLabel):
-    """A sign or number without a height of its own, so that formulas determine the row's height."""
+    """A sign or number without a height, so that formulas determine the row's height."""
 
     def sizeHint(self) -> QSize:
         """Return the width of the text and no height."""
@@ -173,7 +173,7 @@ class RightSide(QWidget):
 
 
 class Equations(QWidget):
-    """All equations under headings that can be folded; `clicked` is emitted with a symbol."""
+    """All equations, under headings that can be folded. `clicked` is emitted with a symbol."""
 
     clicked = Signal(str)
 
@@ -229,7 +229,7 @@ class Equations(QWidget):
                 )
             )
         equals = _InRow("" if equation.right.startswith("<") else "=")
-        # In one cell, because the widest formula and the widest number are in different rows.
+        # In one cell, since the widest formula and the widest number are in different rows.
         both = Wrapping(hbox(right, None), hbox(None, value), spacing=4)
         grid.addWidget(button, row, 0, Qt.AlignmentFlag.AlignRight)
         for column, widget in enumerate((equals, both, number), 1):
@@ -255,7 +255,7 @@ class Equations(QWidget):
                 button.set_calm(calm=not event)
 
     def show_only(self, symbols: Iterable[str] | None) -> None:
-        """Show only the rows of these symbols, even under folded headings, or all rows if None."""
+        """Show only the rows of these symbols, even under folded headings, or all rows for None."""
         self._only = None if symbols is None else frozenset(symbols)
         self._arrange()
 

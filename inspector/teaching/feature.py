@@ -36,9 +36,9 @@ class Teaching(FeatureParts):
         self._dock.visibilityChanged.connect(self._set_shown)
 
     def _set_shown(self, on: bool) -> None:
-        """Activate or deactivate teaching; while it is active, draw wedges in one picture.
+        """Activate or deactivate teaching. While it is active, draw one figure with wedges.
 
-        The gizmo is drawn on the wedges, so the striped skin and the pictures side by side are
+        The gizmo is drawn on the wedges, so the striped skin and the figures side by side are
         switched off.
         """
         for look in ("skin", "side_by_side"):

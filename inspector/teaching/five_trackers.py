@@ -31,7 +31,7 @@ def turning(speed: float) -> Array:
 
 
 def followers(q_hat: Array) -> dict[str, Array]:
-    """Return how far each tracker is from the input, in degrees, (frames,), by name.
+    """Return each tracker's distance from the input, in degrees, (frames,), keyed by name.
 
     All trackers have the same gains.
     """

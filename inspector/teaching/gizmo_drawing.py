@@ -50,7 +50,7 @@ _TOGETHER = {
 
 
 def lit_parts(symbol: str) -> frozenset[str]:
-    """Return the parts of the gizmo to highlight for a symbol; none if the symbol is ''."""
+    """Return the parts of the gizmo to highlight for a symbol, none for ''."""
     return frozenset((symbol, *_TOGETHER.get(symbol, ()))) if symbol else frozenset()
 
 
@@ -121,13 +121,13 @@ class GizmoGuest:
         )  # fmt: skip
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
-        """Return the points of the gizmo, and the view direction that shows swing and dial best."""
+        """Return the gizmo's points, and the view direction that shows swing and dial best."""
         d, chain = self._taught.quantities, self._taught.chain
         shapes = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
         if shapes is None or d is None or chain is None:
             return None
         points = [p.points for p in shapes.parts if p.look != CLEAR]
-        if (data := self._taught.document.data) is not None:  # G stays in a counter-twist
+        if (data := self._taught.document.data) is not None:  # G does not move in a counter-twist
             own = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
             points.append(data.positions[self._taught.document.frame, own])
         q_parent = pose.rotations[chain.parent]
@@ -181,7 +181,7 @@ class GizmoGuest:
         return shapes
 
     def _attend(self, scene: Scene, shapes: Sketch) -> None:
-        """Create the layer and the labels over the right-hand picture, if there are none yet."""
+        """Create the layer and the labels over the right-hand picture, if they do not exist yet."""
         below = scene.renderers()[-1]
         if self._layer is not None and self._below is below:
             return

@@ -42,7 +42,7 @@ def family(d: Decomposition) -> tuple[Array, Array]:
 
 
 def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) -> None:
-    """Add a fan of normals around P, each with a dial; nothing is drawn unless the swing is 180°.
+    """Add a fan of normals around P, each with a dial, but only at a swing of 180°.
 
     The hands of all dials point in the same direction, because the pose is the same, but the dials
     have different zeros.
@@ -77,7 +77,7 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
 
 
 def _around(start: Array, axis: Array, angles: Array) -> Array:
-    """Return unit vectors (n, m, 3), which are `start` (n, 3) turned about perpendicular axes.
+    """Return unit vectors (n, m, 3): `start` (n, 3), turned about perpendicular axes.
 
     `angles` are in radians, shape (n or 1, m).
     """
@@ -88,9 +88,7 @@ def _around(start: Array, axis: Array, angles: Array) -> Array:
 
 
 def _fans() -> Index:
-    """Return the faces (n, 4) of every dial, from the centre, which is its first point, to the
-    rim.
-    """
+    """Return the faces (n, 4) of every dial, from its centre, the first point, to the rim."""
     rim = segments(np.arange(1, _STEPS + 2))
     one = np.column_stack([np.zeros(len(rim), np.int64), rim, rim[:, 1]])
     return (one + (_STEPS + 2) * np.arange(MEMBERS)[:, None, None]).reshape(-1, 4)

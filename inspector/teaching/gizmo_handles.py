@@ -1,7 +1,7 @@
-"""The handles of the gizmo, with their places on the screen and the effect of dragging them.
+"""The handles of the gizmo: their positions on the screen, and the effect of dragging them.
 
 All functions are pure functions of the camera and of positions in the world. Pixels are counted
-from the top of the picture.
+from the top of the image.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from twistcore.analysis.decomposition import Decomposition
 from twistcore.analysis.decomposition.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate, wrap
 
-W, DIAL = "w", "theta_p"  # the handles, by symbol
-REACH = 14.0  # pixels around the tip of w or the ring in which the mouse grips it
+W, DIAL = "w", "theta_p"  # the handles, keyed by symbol
+REACH = 14.0  # pixels around the tip of w or the ring within which the mouse grips it
 _FLAT = 0.2  # cosine between view and dial axis below which the ring is edge-on
 _DEAD = 0.15  # share of the dial's radius; closer to the centre, the mouse has no direction
 
-Size = tuple[int, int]  # size of a picture in pixels
+Size = tuple[int, int]  # size of an image in pixels
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class Handles:
         return self.centre + HAND_LONG * self.radius * self.hand
 
     def own(self, way: Array) -> Array:
-        """Return a world vector (3,) in the coordinates of P's parent."""
+        """Convert a world vector (3,) to the coordinates of P's parent."""
         return rotate(conjugate(self.above), way)
 
 
@@ -113,7 +113,7 @@ class SwingDrag:
 
 
 class TwistDrag:
-    """A drag of the dial, whose hand follows the mouse around the centre, even for several turns.
+    """A drag of the dial, whose hand follows the mouse around the centre for any number of turns.
 
     If the dial is seen edge-on, it rolls under the mouse instead.
     """

@@ -1,4 +1,4 @@
-"""Drag the gizmo with the mouse; handles appear, and a drag changes the frame."""
+"""Drag the gizmo with the mouse: handles appear, and a drag changes the frame."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ class Hold(QObject):
             self._move(KEY if press else Qt.KeyboardModifier.NoModifier)
         return escape
 
-    # -- what it does -------------------------------------------------------------------------
+    # -- dragging -----------------------------------------------------------------------------
 
     def _found(self, at: QPointF) -> str:
         """Return the handle at a point of the view, or '' if there is none.
@@ -198,7 +198,7 @@ class Hold(QObject):
         self._hover("")
 
     def _hover(self, under: str, at: QPointF | None = None) -> None:
-        """Show what a drag would do, with the cursor, a larger knob and a tooltip."""
+        """Show the effect of a drag by the cursor, a larger knob and a tooltip."""
         view = self._view.view
         if under == self.under or view is None:
             return
@@ -213,11 +213,11 @@ class Hold(QObject):
         self._draw()
 
     def _pixel(self, at: QPointF) -> tuple[tuple[int, int], Array]:
-        """Return the size of the gizmo's picture, and a point of the view in its pixels."""
+        """Return the size of the gizmo's image, and a point of the view in its pixels."""
         size = self._view.picture_size()
         return size, np.array([at.x() - (self._view.width() - size[0]), at.y()])
 
-    # -- what it looks like -------------------------------------------------------------------
+    # -- drawing ------------------------------------------------------------------------------
 
     def _draw(self, *, inside: bool | None = None) -> None:
         camera, places, view = self._view.camera, self.places, self._view

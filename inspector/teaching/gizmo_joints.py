@@ -15,7 +15,7 @@ _LONG = 0.16  # length of an axis, in bone lengths
 
 
 def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
-    """Add a name at every joint of the chain; a visible label G_real takes the place of G."""
+    """Add a name at every joint of the chain. A visible label G_real replaces the name of G."""
     parent, child = positions[chain.parent], positions[chain.child]
     out.mark("P", parent, child)
     if chain.grandchild < 0:

@@ -1,4 +1,4 @@
-"""The gizmo's labels, which are symbols over the 3D view, typeset like the equations."""
+"""The gizmo's labels: symbols over the 3D view, typeset like the equations."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _SIZE = 1.25  # size of a label, in font heights
 _WORDS = 0.62  # height of words relative to a label
 _APART = 4.0  # pixels between two labels
 _HALO = 2.5  # pixels around a label's letters
-_MOST = 256  # cached pictures of labels; joint names differ between rigs
+_MOST = 256  # cached images of labels; joint names differ between rigs
 _GAP = 15.0  # pixels from a point to the middle of its label
 
 
@@ -55,9 +55,9 @@ class Labels(QWidget):
         lit: frozenset[str],
         covered: QRectF,
     ) -> None:
-        """Place the labels in a picture so that they overlap neither each other nor `covered`.
+        """Place the labels in an image so that they overlap neither each other nor `covered`.
 
-        `covered` is the part of the picture that something else covers.
+        `covered` is the part of the image that something else covers.
         """
         view = self.parentWidget()
         assert view is not None
@@ -139,7 +139,7 @@ class Labels(QWidget):
         painter.fillPath(formula.path, QColor(ink))
 
     def _drawn(self, formula: Formula, ink: str, bright: bool) -> QPixmap:
-        """Return a picture of a label, from a cache if possible."""
+        """Return an image of a label, from the cache if possible."""
         ratio = self.devicePixelRatioF()
         key = (formula, ink, bright, self._scale, self._paper.rgb(), ratio)
         if key not in self._pixmaps:

@@ -34,7 +34,7 @@ SOLID, CLEAR = "solid", "clear"
 
 @dataclass(frozen=True, eq=False)
 class GizmoPart:
-    """A part of the gizmo, with points and the lines or faces between them.
+    """A part of the gizmo: points, and the lines or faces between them.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class Sketch:
         self.parts.append(GizmoPart(symbol, THIN, start + at * (stop - start), cells, share))
 
     def arrow(self, symbol: str, start: Array, way: Array) -> None:
-        """Add an arrow; the head of a short arrow is smaller."""
+        """Add an arrow. The head of a short arrow is smaller."""
         size = float(np.linalg.norm(way))
         along = way / size if size > 0.0 else np.array([0.0, 1.0, 0.0])
         head = min(_HEAD[0] * self.unit, 0.6 * size)
@@ -115,7 +115,7 @@ class Sketch:
     ) -> None:
         """Add a transparent face from a centre to a rim (n, 3).
 
-        `inner` is the fraction of the way to the rim that is left empty.
+        `inner` is the fraction of the radius that is left empty.
         """
         low = centre + inner * (rim - centre)
         steps = segments(np.arange(len(rim)))
@@ -186,7 +186,7 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
     out.mark("a", parent + 0.92 * unit * bone, parent)
     out.arrow("w", parent, W_LONG * unit * along)
     out.mark("w", parent + 0.80 * unit * along, parent + 0.80 * unit * bone)
-    # At 180° no normal is preferred, so it gets no arrow.
+    # At 180°, all normals are equal, so no arrow is drawn.
     arrow = normal if d.n_is_defined else np.zeros(3)
     out.arrow("n", parent, 0.5 * unit * arrow)
     out.mark("n", parent + 0.5 * unit * arrow, parent, shown=bool(arrow.any()))

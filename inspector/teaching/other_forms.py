@@ -1,4 +1,4 @@
-"""The same rotation in other forms, with the twist first, as −q, and as the file's Euler angles."""
+"""The same rotation in other forms: the twist first, −q, and the file's Euler angles."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _TIPS = {
 
 
 class OtherForms(QWidget):
-    """A section of the tab, folded at first, that updates its numbers only while it is open."""
+    """A section of the tab, initially folded, that updates its numbers only while it is open."""
 
     def __init__(self, taught: TaughtFrame, typesetter: Typesetter) -> None:
         super().__init__()

@@ -14,7 +14,7 @@ _GAP = 6.0
 
 
 class SectionHead(QAbstractButton):
-    """Bold text with an arrow, which is checked while its section is open."""
+    """Bold text with an arrow. It is checked while its section is open."""
 
     def __init__(self, text: str, *, folded: bool = False) -> None:
         super().__init__()
@@ -36,7 +36,7 @@ class SectionHead(QAbstractButton):
         """Set the text, tooltip and accessible name."""
         if text != self.text():
             self.setText(text)
-            self.setShortcut(QKeySequence())  # an '&' in a joint's name must not make one
+            self.setShortcut(QKeySequence())  # an '&' in a joint's name must not create a mnemonic
             self.setToolTip(as_tip(tr("{what}. Click to fold or unfold.", what=text)))
             self.setAccessibleName(text)
 

@@ -1,4 +1,4 @@
-"""Animate P's rotation, first the swing away from a, then the twist."""
+"""Animate P's rotation: first the swing away from a, then the twist."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class StagePlayer(QWidget):
     def _tick(self) -> None:
         passed = 1e-3 * self._clock.restart()
         at = self._taught.stage
-        if at is None:  # the animation rests at the whole pose before it repeats
+        if at is None:  # the animation pauses at the whole pose before it repeats
             self._rest -= passed
             if self._rest <= 0.0:
                 self._set(0.0)

@@ -10,7 +10,7 @@ from inspector.widgets.theme import Theme
 
 @dataclass(frozen=True)
 class Symbol:
-    """A quantity, with its TeX, the family that determines its colour, and its meaning in words.
+    """A quantity: its TeX, the family that determines its colour, and its meaning in words.
 
     `curves` are the plots that show it, each with the first letter of the names of its curves.
     """
@@ -109,7 +109,7 @@ MARKS = SYMBOLS | {  # of Fig. 2, in 3D only
     ),
 }
 
-_COLOURS = {  # by family, for light and dark; contrast at least 4.5:1 on every background
+_COLOURS = {  # keyed by family, for light and dark; contrast of at least 4.5:1 on every background
     "swing": ("#00696b", "#4ecdc4"),
     "twist": ("#a3195b", "#ff86b8"),
     "azimuth": ("#6b5300", "#e6c44c"),

@@ -1,5 +1,4 @@
-"""The state of the teaching tab, with the quantities of the frame, the what-if and the lit
-symbol.
+"""The state of the teaching tab: the frame's quantities, the what-if and the lit symbol.
 
 A what-if only changes the displayed pose, never the review.
 """
@@ -37,9 +36,7 @@ _ALONG = 1e-6  # tolerance for parallel vectors, in the file's unit
 
 
 class FrameNumbers(NamedTuple):
-    """The numbers that the tab shows for a frame, which describe the displayed pose and its
-    correction.
-    """
+    """The numbers for a frame in the tab, which describe the displayed pose and its correction."""
 
     frame: Decomposition
     correction: FrameCorrection
@@ -48,7 +45,7 @@ class FrameNumbers(NamedTuple):
 
     @property
     def is_event(self) -> bool:
-        """True if the displayed pose passes the paper's test, that is, opposite signs and m ≥ τ."""
+        """True if the displayed pose passes the paper's test: opposite signs and m ≥ τ."""
         d, tau = self.frame, self.correction.tau
         return not self.staged and d.strength_is_defined and d.strength >= tau > 0.0
 
@@ -56,7 +53,7 @@ class FrameNumbers(NamedTuple):
 class TaughtFrame(QObject):
     """The state of the teaching tab while it is visible."""
 
-    changed = Signal()  # the quantities, or whether the tab is shown
+    changed = Signal()  # the quantities changed, or the tab was shown or hidden
     lit_changed = Signal()
     rows_changed = Signal()
 
@@ -67,7 +64,7 @@ class TaughtFrame(QObject):
         self.what_if = WhatIf()
         self.lit = ""
         self.rows: frozenset[str] = frozenset()  # symbols to list, empty for all
-        self.stage: float | None = None  # None: the whole pose; see `set_stage`
+        self.stage: float | None = None  # None is the whole pose; see `set_stage`
         self._running: tuple[object, Array] | None = None
         self._known: tuple[object, ...] = ()
         self._numbers: FrameNumbers | None = None
@@ -152,9 +149,9 @@ class TaughtFrame(QObject):
         return document.review.state.tau.get(document.chain, 0.0) if document.data else 0.0
 
     def pose(self) -> tuple[Array, Array] | None:
-        """Return the global rotations (joints, 4) and positions (joints, 3) of the what-if.
+        """Return global rotations (joints, 4) and positions (joints, 3) of the what-if.
 
-        Returns None if there is nothing to show but the captured pose.
+        The result is None if there is nothing to show except the captured pose.
         """
         data, chain = self.document.data, self.chain
         numbers = self.numbers if self.what_if.changes or self.stage is not None else None
@@ -168,7 +165,7 @@ class TaughtFrame(QObject):
     # -- what a person does -------------------------------------------------------------------
 
     def set_active(self, on: bool) -> None:
-        """Set whether the tab is visible; while it is hidden, the clip is displayed unedited."""
+        """Set whether the tab is visible. While it is hidden, the clip is displayed unedited."""
         if on != self.active:
             self.active = on
             self.changed.emit()
@@ -187,7 +184,7 @@ class TaughtFrame(QObject):
         """Show a stage of P's rotation, or the whole pose if None.
 
         From 0 to 1, the stage is the share of the swing; from 1 to 2, it is 1 plus the share of the
-        twist after the whole swing. The child joints move along.
+        twist after the whole swing. The child joints follow.
         """
         if stage != self.stage:
             self.stage = stage
@@ -206,7 +203,7 @@ class TaughtFrame(QObject):
             self.rows_changed.emit()
 
     def light(self, symbol: str) -> None:
-        """Highlight a symbol everywhere; if it is highlighted already, end the highlighting."""
+        """Highlight a symbol everywhere, or end the highlighting if it is already highlighted."""
         self.lit = "" if symbol == self.lit else symbol
         self.lit_changed.emit()
 

@@ -1,4 +1,4 @@
-"""The teaching tab, with equations and their current values, and what-if sliders."""
+"""The teaching tab: equations with their current values, and what-if sliders."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _FEW_ROWS = 110  # pixels, so that some equations are always visible
 
 
 class TeachingPanel(QWidget):
-    """The panel of the teaching tab, which adds the gizmo to the 3D view while it is visible."""
+    """The panel of the teaching tab. While it is visible, the 3D view shows the gizmo."""
 
     least_width = Signal(int)  # pixels, known once the symbols are typeset
     moved_far = Signal()  # a slider was released, and the limb may be out of view
@@ -59,7 +59,7 @@ class TeachingPanel(QWidget):
         self.scroll_area.setWidget(self.listed)
         self.scroll_area.setFrameShape(QFrame.Shape.NoFrame)
         self.scroll_area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        # If room is short, the equations shrink; sliders and buttons stay whole.
+        # If there is not enough room, the equations shrink; sliders and buttons keep their size.
         policy = QSizePolicy.Policy
         self.scroll_area.setSizePolicy(policy.Expanding, policy.Ignored)
         self.scroll_area.setMinimumHeight(_FEW_ROWS)
@@ -139,7 +139,7 @@ class TeachingPanel(QWidget):
         self.least_width.emit(self.minimumSizeHint().width())
 
     def set_shown(self, on: bool) -> None:
-        """Activate or deactivate the tab, and load the typesetter the first time.
+        """Activate or deactivate the tab, and load the typesetter on first use.
 
         The dock calls this, because Qt sends no show or hide event to a tab that is hidden.
         """
@@ -152,7 +152,7 @@ class TeachingPanel(QWidget):
         else:
             self._viewport.invite(None)
             self._timeline.light(())
-            # Restoring a layout hides the tab and shows it again at once.
+            # Restoring a layout hides the tab and immediately shows it again.
             QTimer.singleShot(0, self, self._left)
 
     def _left(self) -> None:

@@ -21,7 +21,7 @@ from inspector.widgets.theme import Colours, Theme, figures_font
 
 @dataclass(frozen=True)
 class _Knob:
-    """A slider, with its label, its range in `unit`, its steps per unit, and its tooltip."""
+    """A slider: its label, its range in `unit`, its steps per unit, and its tooltip."""
 
     text: str
     low: int
@@ -31,7 +31,7 @@ class _Knob:
     steps: int = 10
 
     def value(self, place: int) -> float:
-        """Return the value of a slider position, in radians, or as a share for a slider in %."""
+        """Return the value of a slider position in radians, or as a share for a slider in %."""
         at = place / self.steps
         return at / 100.0 if self.unit == " %" else float(np.radians(at))
 

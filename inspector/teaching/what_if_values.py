@@ -6,7 +6,7 @@ from inspector.teaching.taught_frame import TaughtFrame
 
 
 def plotted(taught: TaughtFrame) -> dict[str, float]:
-    """Return the angles of a what-if in radians, by the names of TwistSignals.
+    """Return the angles of a what-if in radians, keyed by the names of TwistSignals.
 
     Undefined angles are left out. The result is empty if the frame is as captured, or during an
     animation.

@@ -1,4 +1,4 @@
-"""Describe the frame of the teaching tab in one or two sentences, by its numbers."""
+"""Describe the frame of the teaching tab by its numbers, in one or two sentences."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from twistcore.analysis.decomposition import UNDEFINED, Decomposition, WhatIf
 
 _HINT = tr("The frame as captured. Move a slider to alter it. The review does not change.")
 _TIP = np.radians(1.0)  # the nudge whose effect is described
-_HALF_TURN = np.radians(120.0)  # beyond this twist, wrapping may flip a sign
+_HALF_TURN = np.radians(120.0)  # beyond this twist, wrapping may change a sign
 
 
 def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) -> tuple[str, str]:
-    """Return a description of the frame, and the colour role of the theme in which to show it."""
+    """Return a description of the frame, and the theme's colour role for the text."""
     d = numbers.frame
     if stage is not None:
         return _on_its_way(d, stage), "soft"
@@ -30,7 +30,7 @@ def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) ->
 
 
 def theta_per_tip(alpha: float) -> float:
-    """Return how much θp changes if w is tipped sideways by 1° near a swing of 180°.
+    """Return the change of θp if w is tipped sideways by 1° near a swing of 180°.
 
     The result is in radians.
     """
@@ -38,7 +38,7 @@ def theta_per_tip(alpha: float) -> float:
 
 
 def azimuth_per_tip(reliability: float) -> float:
-    """Return how far v⊥ turns if v is tipped sideways by 1° in an almost straight limb.
+    """Return the turn of v⊥ if v is tipped sideways by 1° in an almost straight limb.
 
     `reliability` is the reliability of the azimuth. The result is in radians.
     """

@@ -20,9 +20,9 @@ ANGLES = (("p", "theta_p"), ("c", "theta_c"))
 class ChainCurves(Curves):
     """The curves of the document's selected chain.
 
-    before, after: the chain's angles as captured and after correction; centres: the usual values of
-    θp and θc, in radians; running: the offset(t) of the paper at the chain's τ, in radians, empty
-    in an exercise.
+    - before, after: the chain's angles as captured and after correction
+    - centres: the usual values of θp and θc, in radians
+    - running: the offset(t) of the paper at the chain's τ, in radians, empty in an exercise
     """
 
     unreliable_words = tr("azimuth unreliable")
@@ -58,7 +58,7 @@ class ChainCurves(Curves):
     def both_angles(self, prefix: str, frame: int) -> Title:
         """Return θp and θc at a frame, before and after correction, as text.
 
-        prefix: 'd' for their changes since the previous frame, or '' for the angles.
+        `prefix` is 'd' for their changes since the previous frame, or '' for the angles.
         """
         title: Title = []
         for k, name in ANGLES:

@@ -1,4 +1,4 @@
-"""Prepares angles for drawing as curves."""
+"""Prepare angles for drawing as curves."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _MOVES = np.radians(90.0)  # a larger turn in a frame is a jump
 
 
 def centre_of(angle: Array) -> float:
-    """Return the circular mean of an angle, radians; (frames,) -> number."""
+    """Return the circular mean of an angle, radians, (frames,) → number."""
     return float(np.angle(np.exp(1j * angle).sum())) if len(angle) else 0.0
 
 
@@ -28,7 +28,7 @@ def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]
 
 
 def rarest(angle: Array) -> float:
-    """Return the direction that an angle is rarely close to, radians in (−2π, 0]; (n,) -> number.
+    """Return a direction that an angle is rarely close to, radians in (−2π, 0], (n,) → number.
 
     Lines can be broken at this direction without hiding jumps of half a turn.
     """
@@ -43,7 +43,7 @@ def rarest(angle: Array) -> float:
 def above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
     """Return an angle in degrees, from `seam` to one turn above it, (frames,), and its seams.
 
-    The seams are as in :func:`degrees_about`, but jumps of half a turn are drawn.
+    The seams are the same as in :func:`degrees_about`, but jumps of half a turn are drawn.
     """
     y, _ = degrees_about(angle, seam + np.pi)
     across = (np.abs(np.diff(y)) > 180.0) & (np.abs(wrap(np.diff(angle))) < _MOVES)
@@ -56,7 +56,7 @@ def thinned(
     """Return the points of a line over the visible frames.
 
     These are all points, or the lowest and highest value at each pixel if there are more frames
-    than pixels. y: a value per frame, NaN for a gap. NaN is ignored in the lowest and highest
+    than pixels. `y` has a value per frame, NaN for a gap. NaN is ignored in the lowest and highest
     values, so that a short piece between gaps stays visible when zoomed out. Returns x and y, with
     NaN where the line is broken.
     """
@@ -70,7 +70,7 @@ def thinned(
             x = np.insert(x, here - start + 1, here + 0.5)
             out = np.insert(out, here - start + 1, np.nan)
         return x, out
-    start -= start % step  # bins do not move with the view, which avoids flicker
+    start -= start % step  # bins do not move with the view, to avoid flicker
     bins = -(-(stop - start) // step)
     block = y[start : start + bins * step]
     if len(block) < bins * step:

@@ -1,4 +1,4 @@
-"""Values, ranges and number formats that are used for the curves of both chains and limbs."""
+"""Values, ranges and number formats for the curves of both chains and limbs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from inspector.widgets.signed_numbers import plain
 from twistcore.skeleton.rotation import Array, wrap
 
 Title = list[tuple[str, str]]  # text above a plot, as (text, colour role)
-_HEADROOM = 2.2  # least range of the strength plot, in units of τ
+_HEADROOM = 2.2  # smallest range of the strength plot, in units of τ
 SAME = 1e-6  # radians
 NOTHING: Array = np.zeros(0)
 
@@ -22,9 +22,10 @@ NOTHING: Array = np.zeros(0)
 class Curves(ABC):
     """The curves of the document's selection.
 
-    strength: the signal that is compared with τ, in degrees, (frames,); unreliable: the spans of
-    frames in which the angle is unreliable, (spans, 2); unreliable_words: the text that is drawn in
-    these spans; unreliable_hint: the tooltip of these spans.
+    - strength: the signal that is compared with τ, in degrees, (frames,)
+    - unreliable: the spans of frames in which the angle is unreliable, (spans, 2)
+    - unreliable_words: the text in these spans
+    - unreliable_hint: the tooltip of these spans
     """
 
     unreliable_words: str
@@ -59,9 +60,9 @@ class Curves(ABC):
             pane.show_values(*reach)
 
     def grow(self, pane: Pane, degrees: Array, least: float) -> None:
-        """Widen a plot's range to fit a curve; during a drag it never becomes narrower.
+        """Widen a plot's range to fit a curve. During a drag, the range never becomes narrower.
 
-        least: the smallest initial range in degrees.
+        `least` is the smallest initial range in degrees.
         """
         seen = degrees[np.isfinite(degrees)]
         low, high = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)

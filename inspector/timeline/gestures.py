@@ -27,7 +27,7 @@ from twistcore.detection import Interval
 from twistcore.review import Judged
 from twistcore.review.model import resized
 
-_REACH = 6.0  # pixels to either side of an edge or the playhead
+_REACH = 6.0  # pixels on either side of an edge or the playhead
 _ZOOM = 1.25  # per notch of the wheel
 _PAN = 0.12  # of the visible range, per notch
 
@@ -56,10 +56,10 @@ class Hit:
 class Gestures:
     """Turns the mouse events of all plots into changes of the document.
 
-    plots: a function that returns additional menu entries for a plot, given its key; tau_plot: the
-    key of the plot that shows τ. While an edge is dragged or an interval is drawn, the playhead
-    follows the cursor, so that the 3D view shows that frame. Afterwards the playhead returns to
-    where it was, or moves to the new interval.
+    `plots` is a function that returns additional menu entries for a plot, given its key. `tau_plot`
+    is the key of the plot that shows τ. While an edge is dragged or an interval is drawn, the
+    playhead follows the cursor, so that the 3D view shows that frame. Afterwards the playhead
+    returns to its old frame, or moves to the new interval.
     """
 
     draws = True  # a drag on empty space draws an interval
@@ -75,8 +75,8 @@ class Gestures:
     ) -> None:
         """Set up the gestures.
 
-        refresh: a function that applies pending changes, so that the mouse only grips intervals
-        that still exist; repaint: a function that repaints the plots.
+        `refresh` is a function that applies pending changes, so that the mouse only grips intervals
+        that still exist. `repaint` is a function that repaints the plots.
         """
         self._document, self._scenery, self._visible = document, scenery, visible
         self._refresh, self._repaint, self._parent = refresh, repaint, parent
@@ -96,7 +96,7 @@ class Gestures:
     # -- hit test -----------------------------------------------------------------------------
 
     def hit(self, frame: float, pixel: float) -> Hit:
-        """Return the part of the plot at `frame`; pixel: the number of frames per pixel.
+        """Return the part of the plot at `frame`. `pixel` is the number of frames per pixel.
 
         An edge takes precedence over the playhead, because the playhead is on the edge after a jump
         to an interval.
@@ -104,7 +104,7 @@ class Gestures:
         reach = _REACH * pixel
         near = self._scenery.between(frame - reach, frame + reach)
         best: tuple[float, Hit] | None = None
-        for judged in reversed(near):  # the selected one first
+        for judged in reversed(near):  # the selected interval first
             start, stop = self._scenery.drawn_ends(judged, pixel)
             inside = min(reach, (stop - start) / 3.0)
             for part, edge, inward in ((Part.START, start, 1.0), (Part.STOP, stop, -1.0)):
@@ -209,7 +209,7 @@ class Gestures:
         return tr("frames {first}–{last} ({n})", first=start + first, last=stop, n=n)
 
     def _end(self, drawn: tuple[int, int] | None) -> None:
-        """End a drag; drawn: the frames [start, stop) of a new interval, if one was drawn."""
+        """End a drag. `drawn` are the frames [start, stop) of a new interval, if one was drawn."""
         if self._hit.part is not Part.PLAYHEAD and (self._grabbed or self.draws):
             self._document.go_to(self._home)  # during the drag, so without scrolling
         self._grabbed = self._band = self._scenery.drag_label = None
@@ -266,7 +266,7 @@ class Gestures:
             self._visible.deselect_hidden()
 
     def _ask_peak(self, frame: float, pixel: float) -> bool:
-        """Go to a nearby peak above τ that is in no interval, and explain why there is none.
+        """Go to a nearby peak above τ outside all intervals, and explain why none was found.
 
         Returns False if there is no such peak.
         """
@@ -287,7 +287,7 @@ class Gestures:
             self._parent, self._document, self._visible, frame, degrees, judged, self.plots(key)
         )
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self._document.opened.connect(menu.close)  # its place belongs to this clip
+        self._document.opened.connect(menu.close)  # this position belongs to the old clip
         menu.popup(position)
         return menu
 

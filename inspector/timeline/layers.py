@@ -1,7 +1,8 @@
 """Layers behind and in front of the curves: intervals, shading, playhead, titles.
 
 Each layer is one graphics item per plot, and paints only the visible part, in pixels. Its speed
-depends on the visible intervals only; one graphics item per interval would be slow with thousands.
+depends only on the visible intervals, whereas one graphics item per interval would be slow with
+thousands of intervals.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from twistcore.review import Judged
 from twistcore.skeleton.rotation import Array
 
 _TITLE_HEIGHT = 17.0
-_WHOLE = 0.95  # share of all values from which no mark is needed
+_WHOLE = 0.95  # share of all values above which no mark is needed
 _REMEMBERED = 8  # cached regions; all plots use the same one or two
 
 
@@ -31,8 +32,10 @@ _REMEMBERED = 8  # cached regions; all plots use the same one or two
 class DragLabel:
     """The label next to the cursor during a drag.
 
-    key: the key of the plot that shows it; frame: its horizontal position; pixel: its distance from
-    the plot's top; band: the frames [start, stop) that are being drawn, shown in every plot.
+    - key: the key of the plot that shows the label
+    - frame: its horizontal position
+    - pixel: its distance from the plot's top
+    - band: the frames [start, stop) that are being drawn, shown in every plot
     """
 
     key: str
@@ -55,7 +58,7 @@ class Scenery:
     title_lines: int = 1  # lines of text above every plot
     frames: int = 0
     frame: int = 0
-    intervals: tuple[Judged, ...] = ()  # of the selected chain, by start
+    intervals: tuple[Judged, ...] = ()  # of the selected chain, sorted by start
     selected: int | None = None
     drag_label: DragLabel | None = None
     unreliable: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
@@ -101,16 +104,16 @@ class Scenery:
         return chosen
 
     def drawn_ends(self, judged: Judged, pixel: float) -> tuple[float, float]:
-        """Return the ends of an interval as drawn, in frames; short ones are drawn wider.
+        """Return the drawn ends of an interval, in frames; short intervals are drawn wider.
 
-        pixel: frames per pixel.
+        `pixel` is the number of frames per pixel.
         """
         ends = np.array([[judged.interval.start, judged.interval.stop]]) - 0.5
         start, stop = wide_enough(ends, pixel)[0].tolist()
         return start, stop
 
     def regions(self, first: float, last: float, width: int) -> Regions:
-        """Return the regions of a range of frames at a width in pixels; all plots share them."""
+        """Return the regions of a range of frames at a width in pixels, which all plots share."""
         key = (first, last, width, self.selected)
         if key not in self._regions:
             if len(self._regions) >= _REMEMBERED:
@@ -190,8 +193,9 @@ class BackLayer(Layer):
 class FrontLayer(Layer):
     """The layer in front of the curves: playhead, drag label, title and axis labels.
 
-    title: the title as pairs (text, colour role); values, time: the labels of the left and the
-    bottom axis; tau: the position of the τ line in the plot's values, and its label.
+    - title: the title as pairs (text, colour role)
+    - values, time: the labels of the left and the bottom axis
+    - tau: the position of the τ line in the plot's values, and its label
     """
 
     def __init__(self, view: TimeView, scenery: Scenery) -> None:
@@ -233,7 +237,7 @@ class FrontLayer(Layer):
             painter.drawLine(QLineF(x, 0.0, x, self._view.height()))
 
     def _paint_part(self, painter: QPainter) -> None:
-        """Mark at the right edge which part of all values is visible, like a scroll bar."""
+        """Mark the visible part of all values at the right edge, like a scroll bar."""
         if self._values.part is None:
             return
         (low, high), (bottom, top) = self._values.viewRange()[1], self._values.all_values
@@ -279,7 +283,7 @@ class FrontLayer(Layer):
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.values)
             painter.restore()
         if self.time:
-            # On the same level as the numbers.
+            # At the same height as the numbers.
             box = QRectF(edge, self._view.height() + 3.0 * self.scenery.scale, -edge - 6.0, high)
             painter.drawText(box, Qt.AlignmentFlag.AlignRight, self.time)
 
@@ -319,7 +323,7 @@ class FrontLayer(Layer):
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
     def title_lines(self) -> list[list[tuple[str, str]]]:
-        """Return the lines of the title: one line, or in a figure as many as needed."""
+        """Return the lines of the title: one line, or as many as needed in a figure."""
         if not self.scenery.still:
             return [self.title]
         advance = QFontMetricsF(self.scenery.font()).horizontalAdvance

@@ -15,9 +15,11 @@ from twistcore.skeleton.limb import Limb
 class LimbCurves(Curves):
     """The curves of the document's selected limb.
 
-    swivel: the swivel as captured; after: the swivel after correction; height: the distance of the
-    middle joint from the line between the limb's ends, in per cent; departures: the remaining jumps
-    of the swivel, in radians; seam: the angle at which lines are broken.
+    - swivel: the swivel as captured
+    - after: the swivel after correction
+    - height: the distance of the middle joint from the line between the limb's ends, in per cent
+    - departures: the remaining jumps of the swivel, in radians
+    - seam: the angle at which lines are broken
     """
 
     unreliable_words = tr("φ unreliable")
@@ -33,7 +35,7 @@ class LimbCurves(Curves):
         self.height = 100.0 * flips.swivel.height
         self.departures = flips.departures
         self.after = flips.swivel.angle
-        # Break lines at an angle that is rare with and without flips, so that jumps stay whole.
+        # Break lines at an angle that is rare with and without flips, so that jumps stay complete.
         usual = document.detector.intervals(limb.name, document.detector.automatic_tau(limb.name))
         expected = flips.swivel.angle.copy()
         for flip in usual:

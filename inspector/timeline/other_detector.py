@@ -20,7 +20,7 @@ from twistcore.detection import DETECTORS
 from twistcore.review import Judged
 from twistcore.skeleton.helper import Helper
 
-_HEADROOM = 2.2  # least range of the plot, in units of τ
+_HEADROOM = 2.2  # smallest range of the plot, in units of τ
 
 
 class Onlooker(Gestures):
@@ -47,7 +47,7 @@ class OtherDetector(Pane):
             "other", (CurveStyle("strength", "before"),), self.scenery, root=True, parent=parent
         )
         self._clip: ClipAnalysis | None = None  # the clip being analysed
-        self._used = ["", ""]  # the detector in use, and the previous one
+        self._used = ["", ""]  # the current detector, and the previous one
         self._task = OneTask(self)
         self._line = pg.InfiniteLine(angle=0)
         self.addItem(self._line)
@@ -55,7 +55,7 @@ class OtherDetector(Pane):
 
     @property
     def method(self) -> str:
-        """The detector that was used before the current one; at first, any other detector."""
+        """The detector that was used before the current one, or initially any other detector."""
         if self._used[0] != (now := self._document.method):
             self._used = [now, self._used[0]]
         before = self._used[1]
@@ -75,12 +75,12 @@ class OtherDetector(Pane):
         colour_tau(self._line, theme)
 
     def move_playhead(self, before: int, after: int) -> None:
-        """Repaint the plot where the playhead was and where it is now, in frames."""
+        """Repaint the plot at the old and the new position of the playhead, in frames."""
         self.scenery.frame = after
         super().move_playhead(before, after)
 
     def refresh(self) -> None:
-        """Show the selected chain; analyse the clip first if necessary."""
+        """Show the selected chain, and analyse the clip first if necessary."""
         data = self._document.data
         if data is None or not self._document.chain or self._document.limb is not None:
             return  # limb flips have only one detector
@@ -123,7 +123,7 @@ class OtherDetector(Pane):
         self.refresh()
 
     def forget(self) -> None:
-        """Drop the data of the clip and cancel a running analysis."""
+        """Discard the data of the clip and cancel a running analysis."""
         self._task.cancel()
         self._clip = None
         self.scenery.set_intervals(())

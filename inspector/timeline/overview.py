@@ -89,7 +89,7 @@ class OverviewStrip(QWidget):
     ) -> None:
         """Show all intervals of a clip.
 
-        chain: the name of the selected chain; selected: the id of the selected interval.
+        `chain` is the name of the selected chain. `selected` is the id of the selected interval.
         """
         self._frames, self._chains, self._chain = frames, chains, chain
         self._intervals, self._selected = intervals, selected
@@ -102,7 +102,7 @@ class OverviewStrip(QWidget):
         self._frame = frame
 
     def show_view(self, first: float, last: float) -> None:
-        """Show which range of frames is visible in the plots."""
+        """Show the range of frames that is visible in the plots."""
         if (first, last) != self._view:
             self._view = (first, last)
             self.update()
@@ -111,7 +111,7 @@ class OverviewStrip(QWidget):
         """Return the preferred size."""
         return QSize(400, HEIGHT)
 
-    # -- places -------------------------------------------------------------------------------
+    # -- positions ----------------------------------------------------------------------------
 
     def _x(self, frame: float) -> float:
         inner = max(1.0, self.width() - 2 * _EDGE)
@@ -123,7 +123,9 @@ class OverviewStrip(QWidget):
         return max(0, min(self._frames - 1, frame))
 
     def _rows(self) -> dict[str, tuple[float, float]]:
-        """Return the top and height of every chain's row; the selected chain's is the tallest."""
+        """Return the top and height of every chain's row. The selected chain has the tallest
+        row.
+        """
         space = self.height() - 4.0
         others = max(1, len(self._chains) - 1)
         large = space * _SELECTED_SHARE if len(self._chains) > 1 else space
@@ -159,10 +161,10 @@ class OverviewStrip(QWidget):
         painter.end()
 
     def _painted_marks(self) -> QPixmap:
-        """Return a picture of all marks.
+        """Return an image of all marks.
 
-        The marks of all chains except the selected one are cached, because a change of τ only
-        affects one chain.
+        The marks of all chains except the selected one are cached, because a change of τ affects
+        only one chain.
         """
         rows = self._rows()
         others = [j for j in self._intervals if j.interval.chain != self._chain]

@@ -24,16 +24,16 @@ from twistcore.skeleton.rotation import Array
 AXIS_WIDTH = 58
 _AXIS_HEIGHT = 17
 _RIGHT_MARGIN = 8
-_HEADROOM = {True: 0.14, False: 0.07}  # share above the curves; True: with glyphs
-_SMOOTH = 4_000  # most visible frames with antialiased lines
+_HEADROOM = {True: 0.14, False: 0.07}  # share above the curves; True with glyphs
+_SMOOTH = 4_000  # maximum number of visible frames with antialiased lines
 _NO_SEAMS = np.zeros(0, dtype=np.int64)
 _LIT_WIDTH = 3.0
-_LEAST_PART = 10.0  # least range of a part of the values
+_LEAST_PART = 10.0  # smallest range of a part of the values
 
 
 @dataclass(frozen=True)
 class CurveStyle:
-    """The style of a curve; role: its colour role in the theme."""
+    """The style of a curve. `role` is its colour role in the theme."""
 
     name: str
     role: str
@@ -97,10 +97,10 @@ class Pane(Canvas):
         """Update content that is not set from outside."""
 
     def forget(self) -> None:
-        """Drop all data of the clip, because the clip or the detector has changed."""
+        """Discard all data of the clip, because the clip or the detector has changed."""
 
     def set_scale(self) -> None:
-        """Scale text and lines as the scenery says."""
+        """Scale text and lines with the scenery's scale."""
         scale = self.scenery.scale
         for axis in self.axes.values():
             axis.type_scale = scale
@@ -124,7 +124,7 @@ class Pane(Canvas):
             self.viewport().update(0, 0, self.width(), self._title_height)
 
     def show_tau(self, place: float, words: str) -> None:
-        """Show a label for the τ line at the axis; place: its position in the plot's own values."""
+        """Show a label for the τ line at the axis. `place` is its position in the plot's values."""
         if self.front.tau != (place, words):
             self.front.tau = place, words
             if isinstance(axis := self.axes["left"], RootAxis):
@@ -136,7 +136,7 @@ class Pane(Canvas):
         return math.ceil(self.scenery.title_height)
 
     def move_playhead(self, before: int, after: int) -> None:
-        """Repaint the plot where the playhead was and where it is now, in frames."""
+        """Repaint the plot at the old and the new position of the playhead, in frames."""
         for frame in (before, after):
             part = QRectF(self.front.place(frame) - 3.0, 0.0, 6.0, self.view.height())
             self.viewport().update(part.translated(self.view.scenePos()).toAlignedRect())
@@ -153,7 +153,7 @@ class Pane(Canvas):
             curve.pen, curve.smooth = pen, self._smooth
 
     def light(self, first: str | None) -> None:
-        """Highlight the curves whose names begin with `first`, or none if it is None."""
+        """Highlight the curves whose names begin with `first`, or none for None."""
         if first != self._lit:
             self._lit = first
             self._set_pens()
@@ -186,7 +186,7 @@ class Pane(Canvas):
             self._thin(name)
 
     def show_values(self, low: float, high: float) -> None:
-        """Show a range of degrees with a margin; if it begins at 0, then 0 stays at the bottom."""
+        """Show a range of degrees with a margin. If it begins at 0, 0 stays at the bottom."""
         if self.root:
             low, high = float(root_scale(low)), float(root_scale(high))
         span = high - low
@@ -197,7 +197,7 @@ class Pane(Canvas):
     def show_part(self, first: float, last: float, *, grow: bool = False) -> None:
         """Show only the range of the values between two positions in frames.
 
-        grow: extend the part of the values that is visible now; do nothing if all are visible.
+        With `grow`, the currently visible part is extended, unless all values are visible.
         """
         part = self.time.part
         if self.root or (grow and part is None):

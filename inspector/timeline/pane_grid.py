@@ -1,4 +1,4 @@
-"""The grid of panes, with several columns if there is too little height, or a hint instead."""
+"""The grid of panes, with several columns if there is too little height, or a hint."""
 
 from __future__ import annotations
 
@@ -12,22 +12,24 @@ from inspector.timeline.pane import Pane
 from inspector.timeline.plot import Plot
 from inspector.widgets.building import hint
 
-_ROW, _COLUMN = 88, 440  # pixels that a pane needs to be readable
+_ROW, _COLUMN = 88, 440  # minimum height of a readable pane, in pixels
 
 
 class PaneGrid(QStackedWidget):
-    """The panes from top to bottom; shown: the keys of the visible panes.
+    """The panes from top to bottom. `shown` has the keys of the visible panes.
 
-    The visible panes are chosen by the person and apply to the selection. There are as many as fit,
+    The visible panes are chosen by the person and apply to the selection. As many as fit are shown,
     or a single enlarged pane.
     """
 
-    arranged = Signal()  # the set or the place of visible panes has changed
+    arranged = Signal()  # the set or the position of visible panes has changed
 
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], parent: QWidget | None = None
     ) -> None:
-        """Set up the grid; `plots`: the descriptions of the panes, by the same keys as `panes`."""
+        """Set up the grid. `plots` has the descriptions of the panes, with the same keys as
+        `panes`.
+        """
         super().__init__(parent)
         self._panes, self._plots = panes, plots
         self._chosen = frozenset(key for key, plot in plots.items() if plot.at_first)
@@ -120,7 +122,7 @@ class PaneGrid(QStackedWidget):
         rest = self.shown
         rows = -(-len(rest) // self._columns)
         for column in range(self._columns):
-            # An odd pane goes to the right, so that the detectors stay together.
+            # An odd pane is on the right, so that the detectors stay together.
             count = len(rest) // (self._columns - column)
             for row, key in enumerate(rest[:count]):
                 last = row == count - 1

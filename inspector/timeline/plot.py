@@ -32,7 +32,7 @@ class Plot:
     """A pane of the timeline.
 
     - title: the name in the menu of plots and for screen readers
-    - place: the position; panes with smaller numbers are higher up
+    - place: the position; panes with smaller numbers are higher
     - weight: the share of the height that the pane gets
     - priority: panes with smaller numbers stay visible longer if there is too little room
     - axis: returns the label of the left axis, '' if the pane does not apply to the selection
@@ -40,7 +40,7 @@ class Plot:
     - draw_clip: draws the curves that decisions do not change
     - describe: returns the title at a frame
     - height: returns the height at which to draw an edited angle, in degrees
-    - at_first: True if the pane is shown by default
+    - at_first: True if the pane is visible by default
     - styles: the styles of its curves
     - root: True to draw degrees on a square-root scale
     - shade: True to shade frames in which the angle is unreliable
@@ -93,7 +93,7 @@ class Plot:
 
 @cache
 def plots() -> Mapping[str, Plot]:
-    """Return every pane of the folder `panes`, by key, from top to bottom."""
+    """Return every pane of the folder `panes`, keyed by file name, from top to bottom."""
     names = [found.name for found in pkgutil.iter_modules(panes.__path__)]
     every: list[Plot] = [import_module(f"{panes.__name__}.{name}").plot for name in names]
     return {plot.key: plot for plot in sorted(every, key=lambda plot: plot.place)}

@@ -10,14 +10,14 @@ from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.timeline.pane import Pane
 
-_REST_MS = 400  # no description while the playhead runs
+_REST_MS = 400  # no description while the playhead moves
 
 
 class PlotDescriptions(QObject):
-    """Sets the accessible name of every plot; also its description, once the playhead rests."""
+    """Sets the accessible name of every plot, and its description when the playhead rests."""
 
     def __init__(self, document: Document, panes: Mapping[str, Pane], parent: QObject) -> None:
-        """Set up the descriptions; panes: the panes by title."""
+        """Set up the descriptions. `panes` are the panes, keyed by title."""
         super().__init__(parent)
         self._document, self._panes = document, tuple(panes.values())
         for name, pane in panes.items():
@@ -34,7 +34,7 @@ class PlotDescriptions(QObject):
             signal.connect(lambda *_: self._rest.start())
 
     def describe(self) -> None:
-        """Describe each plot by chain, frame and the values in its title."""
+        """Describe each plot by its chain, the frame, and the values in its title."""
         document = self._document
         shown = document.data is not None and bool(document.chain)
         for pane in self._panes:

@@ -16,7 +16,7 @@ from twistcore.skeleton.rotation import Array
 
 _CROWDED = 4  # with fewer pixels per region, borders and glyphs are omitted
 _GLYPH_ROOM = 11  # pixels
-LEAST = 8  # pixels of a region, so that the mouse can hold it
+LEAST = 8  # minimum pixels of a region, so that the mouse can grip it
 _GLYPHS = {Decision.ACCEPTED: "✓", Decision.REJECTED: "✗", Decision.UNDECIDED: "?"}
 _BORDERS = {
     Decision.ACCEPTED: Qt.PenStyle.SolidLine,
@@ -38,10 +38,12 @@ class _Group:
 
 
 class Regions:
-    """The regions of a range of frames at a width in pixels, which can be painted at any height.
+    """The regions of a range of frames at a width in pixels, for painting at any height.
 
-    seen: the intervals in the range; selected: the id of the interval to emphasise; first, last:
-    the range in frames; width: the width in pixels.
+    - seen: the intervals in the range
+    - selected: the id of the interval to emphasise
+    - first, last: the range in frames
+    - width: the width in pixels
     """
 
     def __init__(
@@ -64,7 +66,7 @@ class Regions:
         self._shapes: list[tuple[_Group, list[QRect], QPainterPath]] = []
 
     def paint(self, painter: QPainter, theme: Theme, height: int, glyphs: QFont | None) -> None:
-        """Paint fills and borders; with `glyphs` (a font), also the symbols of the decisions."""
+        """Paint fills and borders and, with `glyphs` (a font), the symbols of the decisions."""
         painter.setClipRect(QRect(0, 0, self._width, height))
         for group, rects, lines in self._shapes_of(height):
             _paint_group(painter, theme, group, rects, lines, self._width, height)
@@ -79,7 +81,7 @@ class Regions:
     def _shapes_of(self, height: int) -> list[tuple[_Group, list[QRect], QPainterPath]]:
         """Return the fills and borders for plots up to this height.
 
-        Lower plots show only part of them.
+        Lower plots show only a part of them.
         """
         if height > self._height:
             self._height = height
@@ -127,7 +129,7 @@ def _paint_group(
 def _places(regions: Sequence[Judged], first: float, last: float, width: int) -> _Spans:
     """Return the left and right pixel of each region, limited to the view.
 
-    They are limited here because clipping at fractions of pixels makes painting slow.
+    The pixels are limited here, because clipping at fractions of pixels makes painting slow.
     """
     frames = np.array([(j.interval.start, j.interval.stop) for j in regions]) - 0.5
     if len(regions) * 2 * LEAST < width:  # leave many regions apart
@@ -141,7 +143,7 @@ def _places(regions: Sequence[Judged], first: float, last: float, width: int) ->
 def wide_enough(spans: Array, pixel: float) -> Array:
     """Return the spans (n, 2), in frames, widened to at least LEAST pixels.
 
-    pixel: the number of frames per pixel.
+    `pixel` is the number of frames per pixel.
     """
     spare = 0.5 * np.maximum(LEAST * pixel - (spans[:, 1] - spans[:, 0]), 0.0)
     return np.stack([spans[:, 0] - spare, spans[:, 1] + spare], axis=1)

@@ -1,4 +1,4 @@
-"""The τ line of the strength plot; dragging it sets τ of the selected chain."""
+"""The τ line of the strength plot. Dragging it sets τ of the selected chain."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SMALLEST_TAU, LARGEST_TAU = 0.1, 180.0  # degrees
 
 
 class ChainTauLine(TauLine):
-    """A line at the τ of the selected chain, on a square-root scale; a drag is one undo step."""
+    """A line at the τ of the selected chain, on a square-root scale. A drag is one undo step."""
 
     dropped = Signal()
 

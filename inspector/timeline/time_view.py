@@ -30,14 +30,14 @@ class Mouse(Protocol):
 
 
 class TimeView(pg.ViewBox):
-    """A view whose mouse events are handled by the timeline's gestures.
+    """A view whose mouse events the timeline's gestures handle.
 
     The values are shown in the range of `fit_to` until the person zooms. The timeline sets the
     range of frames.
     """
 
     def __init__(self, key: str) -> None:
-        """Set up the view; `key`: the key of its plot."""
+        """Set up the view. `key` is the key of its plot."""
         super().__init__(enableMenu=False, enableMouse=False, defaultPadding=0.0)
         self.key = key
         self.gestures: Mouse | None = None
@@ -49,7 +49,7 @@ class TimeView(pg.ViewBox):
     # -- values -------------------------------------------------------------------------------
 
     def fit_to(self, low: float, high: float) -> None:
-        """Set the range of all values; show it unless the view is zoomed or shows only a part."""
+        """Set the range of all values, and show it unless the view is zoomed or shows a part."""
         self._all = (low, high)
         if not self.zoomed and self._part is None:
             self.fit()
@@ -85,8 +85,8 @@ class TimeView(pg.ViewBox):
     def include(self, values: tuple[float, float] | None, spare: float) -> None:
         """Extend the range to include (lowest, highest), unless the person has zoomed.
 
-        spare: the margin as a share of the range. The range then never becomes narrower, until a
-        call with None ends this.
+        `spare` is the margin as a share of the range. From then on, the range never becomes
+        narrower, until a call with None ends this.
         """
         seen = self._beyond or self._all
         if values is None:
@@ -104,7 +104,7 @@ class TimeView(pg.ViewBox):
             self.fit()
 
     def look_like(self, other: TimeView) -> None:
-        """Use the value range of another view if the person has zoomed in that view."""
+        """Use the value range of another view if the person has zoomed that view."""
         if other.zoomed:
             self._show_values(*other.viewRange()[1])
 

@@ -114,7 +114,7 @@ class Timeline(QWidget):
         PlotDescriptions(self.document, titled, self)
 
     def show_plot(self, key: str, *, shown: bool) -> None:
-        """Show or hide a plot; some plots apply only to limbs or only to chains."""
+        """Show or hide a plot. Some plots apply only to limbs or only to chains."""
         self.grid.show_pane(key, shown=shown)
         if shown and self.document.limb is not None and (hint := self.plots[key].no_limb):
             self.document.message.emit(hint, False)
@@ -137,10 +137,12 @@ class Timeline(QWidget):
         for scenery in self._sceneries:
             scenery.still = True
         for pane in self.panes.values():
-            pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # it would be a bitmap
+            pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # it would become a bitmap
 
     def fit_titles(self) -> None:
-        """Make room for all lines of the longest title in a figure."""
+        """Reserve enough lines above each plot of a figure for the plot title with the most
+        lines.
+        """
         lines = max(len(self.panes[key].front.title_lines()) for key in self.grid.shown)
         if lines != self.scenery.title_lines:
             for scenery in self._sceneries:
@@ -173,7 +175,9 @@ class Timeline(QWidget):
             pane.time.fit()
 
     def _arranged(self) -> None:
-        """Update plots that have just become visible; show on the button how many are hidden."""
+        """Update plots that have just become visible, and show on the button how many are
+        hidden.
+        """
         self._repaint()
         self._refresh_shown()
         seen, wanted = len(self.grid.shown), len(self.grid.chosen)
@@ -199,14 +203,14 @@ class Timeline(QWidget):
     def light(self, curves: tuple[tuple[str, str], ...]) -> None:
         """Highlight some curves.
 
-        curves: pairs of a plot's key and the first letters of the names of its curves.
+        `curves` are pairs of a plot's key and the first letters of the names of its curves.
         """
         wanted = dict(curves)
         for key, pane in self.panes.items():
             pane.light(wanted.get(key))
 
     def show_what_if(self, values: Mapping[str, float]) -> None:
-        """Show dots for an edited frame at the playhead; values: angles in radians by name."""
+        """Show dots for an edited frame at the playhead. `values` are radians, keyed by name."""
         if values or self._what_if:
             self._what_if = values
             self._show_dots()
@@ -228,7 +232,7 @@ class Timeline(QWidget):
     # -- following the document ---------------------------------------------------------------
 
     def _opened(self) -> None:
-        self._curves = None  # do not use the curves of the last clip
+        self._curves = None  # do not use the curves of the previous clip
         self._method_changed()
         self.visible.show_all()
 
@@ -344,7 +348,7 @@ class Timeline(QWidget):
         self.overview.show_view(*self.visible.ends)
 
     def _fit_part(self) -> None:
-        """Fit the values to the visible frames as soon as the interval's chain is loaded."""
+        """Fit the values to the visible frames when the interval's chain is loaded."""
         self._arriving = True
         self._stale.mark()
 

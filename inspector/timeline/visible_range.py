@@ -9,11 +9,11 @@ from twistcore.detection import Interval
 from twistcore.review import Judged
 
 SMALLEST = 8.0  # frames
-_SPARE = 3.5  # most frames on either side, in lengths of the interval
+_SPARE = 3.5  # maximum number of frames on either side, in lengths of the interval
 
 
 class VisibleRange(QObject):
-    """The visible range; ends: the first and last visible position in frames, within the clip."""
+    """The visible range. `ends` are the first and last visible position in frames."""
 
     changed = Signal()
     arrived = Signal()  # at an interval

@@ -20,7 +20,7 @@ from inspector.timeline.pane import Pane
 from inspector.timeline.plot import Plot
 from inspector.widgets.axes import root_scale
 
-_DOT, _RING = 4.0, 6.5  # radii in pixels; dot and ring at the same place are both visible
+_DOT, _RING = 4.0, 6.5  # radii in pixels; a dot and a ring at the same point are both visible
 _SPARE = 0.12  # margin around a dot outside the range, as a share of the range
 
 
@@ -30,14 +30,16 @@ class WhatIfDots:
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], scenery: Scenery
     ) -> None:
-        """Set up the dots; `plots`: the descriptions of the panes, by the same keys as `panes`."""
+        """Set up the dots. `plots` has the descriptions of the panes, with the same keys as
+        `panes`.
+        """
         self._plots = {key: plot for key, plot in plots.items() if plot.dots}
         self._panes = {key: panes[key] for key in self._plots}
         self.layers = {key: _Dots(pane.view, scenery) for key, pane in self._panes.items()}
         self._values: dict[str, float] = {}
 
     def show(self, curves: Curves | None, frame: int, values: Mapping[str, float]) -> None:
-        """Show the angles of an edited frame, in radians by name; undefined angles are left out."""
+        """Show the angles of an edited frame, radians keyed by name, except undefined angles."""
         self._values = dict(curves.completed(frame, values)) if curves is not None else {}
         for key, pane in self._panes.items():
             dots = []

@@ -1,4 +1,4 @@
-"""Step through the frames that a histogram bar counts."""
+"""Step through the frames of a bar of the histogram."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class BarFrames:
         self.chosen = None
 
     def next_frame(self, bar: int) -> None:
-        """Go to the next frame of a bar; after the last one, start again at its first."""
+        """Go to the next frame of a bar, or from the last one to the first."""
         own = self._frames[self._bars == bar]
         if len(own):
             self.chosen, self._came_from = bar, self._document.frame

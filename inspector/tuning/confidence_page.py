@@ -1,4 +1,4 @@
-"""The page of the learned confidence, with its reliability and buttons to use and save it."""
+"""The page of the learned confidence: its reliability, and buttons to use and save it."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ class ConfidencePage(QWidget):
             self.use.setChecked(document.learned is not None)
         if not self.performer.hasFocus():
             self.performer.setText(evidence.performers.of(data.clip.path))
-        borrowed = document.borrowed  # verdicts on an example make no profile
+        borrowed = document.borrowed  # verdicts on a sample make no profile
         self.remember.setEnabled(found is not None and borrowed is None)
         self.remember.setToolTip(
             borrowed.why

@@ -1,4 +1,4 @@
-"""The plot of the cost of τ, with the share of repaired errors, its band, and false alarms."""
+"""The plot of the cost of τ: the share of repaired errors with its band, and false alarms."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ class Request:
     left_out
         The frames that are left out of the measurement.
     draws
-        How often errors are drawn for each chain and protocol.
+        The number of draws of errors for each chain and protocol.
     detector
         The file and class of the detector, as 'FILE.py:Class', or '' for a detector that every
         process knows.
@@ -62,8 +62,8 @@ class Capture:
 def measure(pipe: Connection, request: Request) -> None:
     """Measure the curves and send the results through the pipe.
 
-    Sends a Capture, then (chain, curve) for every chain, then None; or an error message instead. If
-    the name of a chain arrives through the pipe, that chain is measured next.
+    Sends a Capture, then (chain, curve) for every chain, then None, or an error message. If the
+    name of a chain arrives through the pipe, that chain is measured next.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)

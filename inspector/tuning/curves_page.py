@@ -1,4 +1,4 @@
-"""The page of the selected chain, with a histogram of strength and the cost of τ."""
+"""The page of the selected chain: a histogram of its strength, and the cost of τ."""
 
 from __future__ import annotations
 
@@ -175,7 +175,7 @@ class CurvesPage(QWidget):
 
     @property
     def _has_costs(self) -> bool:
-        """Return False for a limb or a twist bone, whose τ has a different meaning."""
+        """False for a limb or a twist bone, whose τ has a different meaning."""
         document = self._document
         if document.data is None or not document.chain:
             return True
@@ -207,7 +207,7 @@ class CurvesPage(QWidget):
             self._show_place()
 
     def _may_reveal(self) -> bool:
-        """Return False in an exercise, where the strongest bar would reveal the errors."""
+        """False in an exercise, where the strongest bar would reveal the errors."""
         if (data := self._document.data) is not None and data.blind:
             self._document.message.emit(BLIND, False)
             return False

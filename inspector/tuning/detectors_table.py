@@ -1,4 +1,4 @@
-"""The table of all detectors, with the suggested and the automatic τ of each, and their costs."""
+"""The table of all detectors: the suggested and the automatic τ of each, and their costs."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class _Line:
 
 
 class DetectorsModel(RowModel[_Line]):
-    """The rows of the table, which are two for each chain and two for all chains.
+    """The rows of the table: two for each chain, and two for all chains.
 
     The first of two rows has the suggested τ, and the second has the automatic τ.
     """

@@ -1,4 +1,4 @@
-"""The page of all chains, with their τ and costs, now and in profiles, or with each detector."""
+"""The page of all chains: their τ and costs, now and in profiles, or with each detector."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class ProfilesPage(QWidget):
         self._show_buttons()
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Compare the current τ with no profile or with one, or show two profiles instead of it."""
+        """Compare the current τ with one profile or none, or show two profiles instead."""
         self.model.show_beside(others)
         self._actions["both_costs"].setChecked(False)
         self._need()

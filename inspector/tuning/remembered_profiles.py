@@ -24,7 +24,7 @@ from twistcore.tuning import Profile, read_profile
 from twistcore.tuning.learned_profile import LearnedProfile
 from twistcore.tuning.verdicts_of import performer_of
 
-_PERFORMERS = 2000  # most clips with a named performer
+_PERFORMERS = 2000  # maximum number of clips with a named performer
 
 
 def profile_path(mark: str, performer: str = "") -> Path:
@@ -39,7 +39,7 @@ def profile_path(mark: str, performer: str = "") -> Path:
 def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
     """Return the profile of the performer with this skeleton, or else of the skeleton.
 
-    Also returns a message, or '' if all is well. A damaged file is renamed.
+    The second result is a message, or an empty string. A damaged file is renamed.
     """
     for who in dict.fromkeys((performer, "")):
         path = profile_path(mark, who)
@@ -57,7 +57,7 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
 
 
 def keep_profile(learnt: LearnedProfile, source: str) -> Path:
-    """Save a profile for its rig and performer, and return its path; raises OSError.
+    """Save a profile for its rig and performer, and return its path. Raises OSError.
 
     `source` is the name of the clip that it comes from.
     """
@@ -68,7 +68,7 @@ def keep_profile(learnt: LearnedProfile, source: str) -> Path:
 
 
 class Performers:
-    """The performers of clips, named by the person or by the file name."""
+    """The performers of clips, named by the person or taken from the file name."""
 
     def __init__(self) -> None:
         self._path = settings_path().parent / "performers.json"
@@ -83,7 +83,7 @@ class Performers:
         return self._named.get(str(real_path(clip)), performer_of(clip.name))
 
     def name(self, clip: Path, performer: str) -> None:
-        """Set the performer of a clip; raises OSError.
+        """Set the performer of a clip. Raises OSError.
 
         A name that is also given by the file name is not saved.
         """
@@ -106,7 +106,7 @@ class ProfileOffers(QObject):
         offer: Callable[[str, Answers], None],
         parent: QObject | None = None,
     ) -> None:
-        """Set up the offers; `offer` shows a sentence with answers for a while."""
+        """Set up the offers. `offer` temporarily shows a sentence with answers."""
         super().__init__(parent)
         self._document, self._performers, self._offer = document, performers, offer
         self._declined: set[tuple[str, str]] = set()  # during this run

@@ -1,4 +1,4 @@
-"""The histogram of a chain's strength; a click on a bar goes to one of its frames."""
+"""The histogram of a chain's strength. A click on a bar goes to one of its frames."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class _CountAxis(Axis):
 
 
 class Histogram(TauPlot):
-    """The number of frames by strength, with the paper's m(t) as a grey outline.
+    """The number of frames at each strength, with the paper's m(t) as a grey outline.
 
-    Bars are faint below τ and have their full colour from τ on. When a bar is clicked, the `picked`
+    Bars below τ are faint. When a bar is clicked, the `picked`
     signal is emitted. `words` describes the bar under the mouse or the chosen bar.
     """
 
@@ -93,7 +93,7 @@ class Histogram(TauPlot):
         self._split()
 
     def show_choice(self, bar: int | None, words: str) -> None:
-        """Mark a bar and show words about it, or mark no bar for None."""
+        """Mark a bar and describe it with `words`, or mark no bar for None."""
         self._chosen, self._choice_words = -1 if bar is None else bar, words
         if bar is not None:
             self.mark.setData(_BINS[bar : bar + 2], np.log1p(self._counts[bar : bar + 1]))
@@ -135,7 +135,7 @@ class Histogram(TauPlot):
         return bar if 0 <= bar < len(self._counts) and self._counts[bar] else -1
 
     def _show_words(self) -> None:
-        """Show words about the bar under the mouse, or about the chosen bar."""
+        """Describe the bar under the mouse or the chosen bar."""
         words = self._choice_words
         if self._pointed >= 0 and (self._pointed != self._chosen or not words):
             frames = int(self._counts[self._pointed])

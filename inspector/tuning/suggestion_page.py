@@ -1,4 +1,4 @@
-"""The page of settings for a suggested τ, with the cost of a false alarm, errors, and frames."""
+"""The page of settings for a suggested τ: the cost of a false alarm, errors, and frames."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ _Key = tuple[object, ...]
 
 @dataclass(eq=False)
 class _Measured:
-    """The results for a clip with one set of verdicts, which are curves by detector and chain.
+    """The curves of the clip for one set of verdicts, keyed by detector and chain.
 
     `through` are the detectors whose measurement is complete.
     """
@@ -42,7 +42,7 @@ class _Measured:
 
 
 class Costs(QObject):
-    """The cost curves of the document's clip by detector and chain.
+    """The cost curves of the document's clip, keyed by detector and chain.
 
     The curves depend on the clip, the verdicts and the frames that are left out. If one of these
     changes, a running measurement ends. The detector in use is measured first, followed by the
@@ -77,16 +77,16 @@ class Costs(QObject):
 
     @property
     def curves(self) -> Mapping[str, TauCurve]:
-        """The measured curves of the detector in use, by chain."""
+        """The measured curves of the current detector, keyed by chain."""
         return self.by(self._document.review.state.method) if self._document.data else {}
 
     def by(self, method: str) -> Mapping[str, TauCurve]:
-        """Return the measured curves of a detector, by chain."""
+        """Return the measured curves of a detector, keyed by chain."""
         return self._here.curves.get(method, {})
 
     @property
     def capture(self) -> Capture | None:
-        """The frames of the clip without blends at its ends; None before any measurement."""
+        """The frames of the clip without blends at its ends, or None before any measurement."""
         return self._here.capture
 
     @property
@@ -103,7 +103,7 @@ class Costs(QObject):
         return tuple(c.name for c in chains if not uncorrectable_joints(data.motion, c))
 
     def coming(self, method: str) -> bool:
-        """Return True if some curves of a detector are still missing."""
+        """True if some curves of a detector are still missing."""
         return self.running and method in self._methods and bool(self._missing(method))
 
     def _missing(self, method: str) -> list[str]:
@@ -117,7 +117,7 @@ class Costs(QObject):
         return self._process is not None or self._settle.isActive()
 
     def needs(self, others: Iterable[str]) -> None:
-        """Measure these detectors as well from now on."""
+        """Measure these detectors too from now on."""
         others = frozenset(others)
         if others != self._others:
             self._others = others
@@ -232,7 +232,7 @@ class Costs(QObject):
         self.changed.emit()
 
     def _look(self) -> None:
-        """Receive new results; this takes only microseconds if there are none."""
+        """Receive new results, which takes only microseconds if there are none."""
         news = False
         try:
             while self._pipe is not None and self._pipe.poll():

@@ -41,7 +41,7 @@ class _WholeAxis(Axis):
 
 
 class TauPlot(Canvas):
-    """A plot over τ in degrees; dragging the τ line or double-clicking emits `asked`."""
+    """A plot over τ in degrees. Dragging the τ line or double-clicking emits `asked`."""
 
     asked = Signal(float, bool)  # degrees; True during a drag
     dropped = Signal()

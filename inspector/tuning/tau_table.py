@@ -1,4 +1,4 @@
-"""The table of τ and its cost for every chain, at present and in profiles to compare."""
+"""The table of τ and its cost for each chain, now and in profiles to compare."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Column:
 
 @dataclass(frozen=True)
 class _Line:
-    """The row of a chain; the last row, for all chains, has no name."""
+    """The row of a chain. The last row, for all chains, has no name."""
 
     chain: str
     texts: tuple[str, ...]
@@ -42,7 +42,7 @@ class _Line:
 
 
 class ComparisonModel(RowModel[_Line]):
-    """The rows of the table, with one for each chain and a last row for all chains.
+    """The rows of the table: one for each chain, and a last one for all chains.
 
     Each set of τ has three columns.
     """
@@ -59,7 +59,7 @@ class ComparisonModel(RowModel[_Line]):
         return thing.chain
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return a row for display; values that are the same in both sets of τ are dimmed."""
+        """Return a row for display. Values that are the same in both sets of τ are dimmed."""
         sets = [thing.texts[k : k + 3] for k in range(1, len(thing.texts), 3)]
         colours: dict[int, str] = {}
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):
@@ -71,18 +71,14 @@ class ComparisonModel(RowModel[_Line]):
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """The sets of τ to show, which are two profiles, or the current τ and at most one
-        profile.
-        """
+        """The sets of τ to show: two profiles, or the current τ and at most one profile."""
         if len(self.others) > 1 or self._document.data is None:
             return self.others
         state = self._document.review.state
         return (Column(tr("now"), Profile(state.tau, state.method)), *self.others)
 
     def method(self, column: Column) -> str:
-        """Return the detector with which a set of τ is measured: its own detector, or the one in
-        use.
-        """
+        """Return the detector for a set of τ: its own detector, or the current one."""
         return column.profile.method or self._document.review.state.method
 
     @property
@@ -103,7 +99,7 @@ class ComparisonModel(RowModel[_Line]):
         return " · ".join(notes)
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Compare the current τ with no profile or with one, or show two profiles instead of it."""
+        """Compare the current τ with one profile or none, or show two profiles instead."""
         self.others = tuple(others)
         self.reset()
 

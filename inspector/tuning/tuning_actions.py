@@ -44,7 +44,7 @@ class TuningActions:
         ask_files(self.window, tr("Load profile"), _PATTERN, lambda p: self.load_profile_from(p[0]))
 
     def load_profile_from(self, path: Path) -> None:
-        """Use the τ of a profile file; a damaged file changes nothing."""
+        """Use the τ of a profile file. A damaged file changes nothing."""
         if (profile := self._read(path)) is not None:
             self._take(profile, path.name)
 
@@ -87,13 +87,13 @@ class TuningActions:
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def _nothing_kept(self) -> bool:
-        """Return True, and show why, if the clip is borrowed, so that its τ is not saved."""
+        """True, after showing the reason, if the clip is borrowed and so its τ is not saved."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
 
     def save_profile_to(self, path: Path) -> None:
-        """Write the current τ of every chain and its cost in one atomic step."""
+        """Write the current τ of every chain, with its cost, atomically."""
         data = self.document.data
         if data is None:
             return
@@ -127,7 +127,7 @@ class TuningActions:
             bring_to_front(self.dock)
 
     def take_profile(self) -> None:
-        """Use the τ of the compared profile, or of the right-hand one if there are two."""
+        """Use the τ of the compared profile, or of the right-hand one of two."""
         if self.tuning.profiles.model.others:
             column = self.tuning.profiles.model.others[-1]
             self._take(column.profile, column.name)
@@ -141,12 +141,12 @@ class TuningActions:
             return None
 
     def __post_init__(self) -> None:
-        """Start to offer saved profiles."""
+        """Begin to offer saved profiles."""
         performers = self.tuning.evidence.performers
         offer = self.bar.offer_behind
         self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
 
-    # -- frames that do not count -------------------------------------------------------------
+    # -- frames left out of tuning -----------------------------------------------------------
 
     def leave_out_interval(self) -> None:
         """Leave the frames of the selected interval out of tuning."""

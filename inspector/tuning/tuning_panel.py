@@ -1,4 +1,4 @@
-"""The tuning tab, with τ of the selected chain, and pages of costs, profiles and verdicts."""
+"""The tuning tab: τ of the selected chain, and pages of costs, profiles and verdicts."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ class TuningPanel(QWidget):
 
     @property
     def _blind(self) -> bool:
-        """Return True in an exercise, where strength, cost and recall would reveal the errors."""
+        """True in an exercise, where strength, cost and recall would reveal the errors."""
         return self._document.data is not None and self._document.data.blind
 
     def _watch(self) -> None:
@@ -187,7 +187,7 @@ class TuningPanel(QWidget):
             self.curves.show_chain()
         degrees = self._degrees()
         self.curves.show_tau(degrees, held=bool(self._drag))
-        if abs(self.box.value() - degrees) > _SAME:  # do not overwrite a number being typed
+        if abs(self.box.value() - degrees) > _SAME:  # do not overwrite a typed number
             with QSignalBlocker(self.box):
                 self.box.setValue(degrees)
         self.verdicts.show_tau(degrees, held=bool(self._drag))
@@ -273,7 +273,7 @@ class TuningPanel(QWidget):
         return out
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Compare the current τ with no profile or with one, or show two profiles instead of it."""
+        """Compare the current τ with one profile or none, or show two profiles instead."""
         self.profiles.show_beside(others)
         self._look_at_profiles()
 

@@ -29,12 +29,12 @@ from twistcore.work.progress import Tell
 CLIP, FOLDER, RIG = tr("This clip"), tr("Folder"), tr("This rig")
 _SETTLE_MS = 400  # wait until a series of verdicts has ended
 
-_Known = dict[tuple[Path, int, str], JudgedClip | str]  # by session, its time, and the performer
+_Known = dict[tuple[Path, int, str], JudgedClip | str]  # by session, time and performer
 
 
 @dataclass(frozen=True, eq=False)
 class Scope:
-    """A group of verdicts, in some clips, on all chains or on one.
+    """A group of verdicts in some clips, on all chains or on one chain.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Evidence:
     scopes
         The groups of verdicts from narrow to wide, followed by one for each chain.
     learnt
-        The learned profiles by the name of their scope.
+        The learned profiles, keyed by the name of their scope.
     skipped
         Reasons why clips of the folder were left out.
     """
@@ -168,7 +168,7 @@ def _counted(
     known: _Known,
     tell: Tell,
 ) -> tuple[Evidence, _Known]:
-    """Count the verdicts, in a thread; return the result and the cache for this folder."""
+    """Count the verdicts in a thread, and return the result and the cache for this folder."""
     own = judged_clip(data.analysis, state, performers.of(data.clip.path))
     others, skipped, still = [], [], _Known()
     folder = clips_in(data.clip.path.parent)

@@ -1,4 +1,4 @@
-"""The page of verdicts, with precision and recall of τ, and the suggested τ."""
+"""The verdicts page: precision and recall at each τ, and the suggested τ."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class ScopeLine:
 
 
 class ScopeModel(RowModel[ScopeLine]):
-    """The rows of the table, with one for each group of verdicts."""
+    """The rows of the table, one for each group of verdicts."""
 
     heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
@@ -65,13 +65,14 @@ class ScopeModel(RowModel[ScopeLine]):
     ) -> None:
         """Show groups of verdicts at the current τ.
 
-        `tau` is the current τ in radians by chain. `label` are the names to display for chains.
+        `tau` is the current τ in radians, keyed by chain. `label` has the names to display for
+        chains.
         """
         self.show([_line(s, tau, label) for s in scopes])
 
 
 def suggestion_of(scope: Scope) -> Suggestion | None:
-    """Return the suggestion of a group of verdicts, for its chain or for all chains."""
+    """Return the τ that a group of verdicts suggests for its chain, or for all chains."""
     if scope.chain or scope.found is None:
         return scope.suggestion
     return scope.found.common
@@ -119,7 +120,7 @@ def _between(what: str, low: str, high: str) -> str:
 
 
 def needed_words(scope: Scope) -> str:
-    """Return a sentence about the verdicts that a group still needs before it can suggest τ."""
+    """Return a sentence about the verdicts that a group needs before it can suggest τ."""
     errors, own = scope.curve.needed
     parts = []
     if errors and scope.chain:
@@ -132,7 +133,7 @@ def needed_words(scope: Scope) -> str:
         )
     elif errors:
         parts.append(plural("{n} more accepted interval", "{n} more accepted intervals", errors))
-    if own and scope.chain:  # in other scopes these are among the accepted ones
+    if own and scope.chain:  # in other scopes, these are among the accepted ones
         parts.append(
             plural("{n} more verdict on this chain", "{n} more verdicts on this chain", own)
         )
@@ -213,10 +214,10 @@ class VerdictPage(QWidget):
         if at.isValid():
             self.show_scope(self.model.things[at.row()].name)
             if (scope := self.scope) is not None and scope.chain in self._labels:
-                self._document.select_chain(scope.chain)  # the τ line belongs to it
+                self._document.select_chain(scope.chain)  # the τ line belongs to this group
 
     def suggested(self) -> dict[str, float]:
-        """Return the τ that the chosen group suggests, in radians by chain."""
+        """Return the τ that the chosen group suggests, in radians, keyed by chain."""
         scope, data = self.scope, self._document.data
         if scope is None or data is None:
             return {}

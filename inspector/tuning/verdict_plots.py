@@ -1,4 +1,4 @@
-"""Plots of verdicts, with precision and recall over τ, and the reliability of the confidence."""
+"""Plots of verdicts: precision and recall over τ, and the reliability of the confidence."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class PrecisionPlot(TauPlot):
             line.setPen(pg.mkPen(None))
 
     def show_curve(self, curve: VerdictCurve | None, suggestion: Suggestion | None) -> None:
-        """Show the curve of a group of verdicts and its suggestion; None means no decisions yet."""
+        """Show the curve of a group of verdicts and its suggestion. None means no decisions yet."""
         self.touch()
         self.between.setVisible(suggestion is not None)
         self.mark.setData([], [])
@@ -100,7 +100,7 @@ class _ShareAxis(Axis):
 class ReliabilityPlot(Canvas):
     """The share accepted, plotted against confidence, before and after learning.
 
-    The diagonal is ideal. A larger dot stands for more intervals; the bar through it is the
+    The diagonal is ideal. A larger dot means more intervals, and the bar through it is the
     confidence interval of the share.
     """
 

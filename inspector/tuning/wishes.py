@@ -11,9 +11,9 @@ from inspector.session import settings_checks as checks
 from inspector.session.settings import FeatureSetting, Settings
 from twistcore.tuning import SharedTau, TauCurve, shared_tau
 
-MOST_DRAWS = 50  # draws of errors, to measure the cost of τ
-# Points of FSR that a false alarm may cost, degrees of the smallest errors looked for, and draws of
-# errors to measure with.
+MOST_DRAWS = 50  # number of draws of errors, to measure the cost of τ
+# Points of FSR that a false alarm may cost, degrees of the smallest error to find, and number of
+# draws of errors.
 POINTS = FeatureSetting("alarm_points", 5.0, checks.number_between(0.0, 100.0))
 SMALLEST = FeatureSetting("smallest_error", 2.0, checks.number_between(0.1, 180.0))
 DRAWS = FeatureSetting("error_draws", 3, checks.whole_between(1, MOST_DRAWS))
@@ -43,7 +43,7 @@ class Wishes(QObject):
 
     @property
     def draws(self) -> int:
-        """How often errors are drawn for every chain and protocol."""
+        """The number of draws of errors for every chain and protocol."""
         return DRAWS.of(self._settings)
 
     def wish(

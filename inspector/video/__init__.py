@@ -1,1 +1,1 @@
-"""The witness video that is shown next to the 3D view, with its reader and its panel."""
+"""The witness video next to the 3D view: its reader and its panel."""

@@ -35,7 +35,7 @@ class Video(FeatureParts):
         self.video.restored.connect(self.video_actions.show_dock)
 
     def take(self, path: Path) -> bool:
-        """Show a dropped video next to the open clip; return False for other files."""
+        """Show a dropped video next to the open clip. Returns False for other files."""
         if is_video := path.suffix.lower() in SUFFIXES:
             self.video_actions.show_video(path)
         return is_video

@@ -1,4 +1,4 @@
-"""The record of which video belongs to which clip."""
+"""A record of the video that belongs to each clip."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from inspector.session.settings import FeatureSetting, Settings
 from twistcore.files.ordinary import real_path
 
 MOST_VIDEOS = 500
-FARTHEST_S = 86_400.0  # a video's offset, either way
+FARTHEST_S = 86_400.0  # maximum offset of a video in either direction
 
-# By a clip's path, the video's path and offset in seconds. The latest is the last.
+# Keyed by the clip's path: the video's path and its offset in seconds. The latest is the last.
 VIDEOS: FeatureSetting[dict[str, tuple[str, float]]] = FeatureSetting(
     "videos",
     {},

@@ -1,4 +1,4 @@
-"""The widget that shows a picture of the video, or a message."""
+"""The widget that shows an image of the video, or a message."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from inspector.widgets.theme import Colours
 
 
 class Screen(QWidget):
-    """A widget that shows a picture as large as it allows, or a message."""
+    """A widget that shows an image as large as possible, or a message."""
 
     resized = Signal()
 
@@ -26,17 +26,17 @@ class Screen(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def sizeHint(self) -> QSize:
-        """Return a size for a picture with the aspect ratio 16:9."""
+        """Return a size for an image with the aspect ratio 16:9."""
         return QSize(320, 180)
 
     def show_image(self, image: QImage | None, text: str = "") -> None:
-        """Show a picture, or the message if there is no picture."""
+        """Show an image, or the message if there is no image."""
         self.image, self.text = image, text
         self.update()
         self._name_picture()
 
     def _name_picture(self) -> None:
-        """Give screen readers the message, or the name of the picture."""
+        """Give screen readers the message, or the name of the image."""
         name = self.text if self.image is None else tr("Picture of the video")
         if name != self.accessibleName():
             self.setAccessibleName(name)
@@ -47,9 +47,7 @@ class Screen(QWidget):
         return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
 
     def picture_rect(self) -> QRectF:
-        """Return the picture's rectangle, centred on whole pixels and with the picture's aspect
-        ratio.
-        """
+        """Return the image's rectangle, centred on whole pixels, with the image's aspect ratio."""
         assert self.image is not None
         (across, down), image = self.pixels(), self.image
         scale = min(across / image.width(), down / image.height())  # 1 if decoded for this size
@@ -62,7 +60,7 @@ class Screen(QWidget):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the picture, or the message."""
+        """Paint the image, or the message."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(self._colours.theme.surface))
         if self.image is not None:

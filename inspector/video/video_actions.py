@@ -44,7 +44,7 @@ class VideoActions:
             self.video.open_video(path)
 
     def show_dock(self) -> None:
-        """Show the dock; if it is next to the curves, give it a third of the width."""
+        """Show the dock. If it is next to the curves, give it a third of the width."""
         if not self.dock.isVisible():
             self.dock.show()
             width = self.window.width() // 3

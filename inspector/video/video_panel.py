@@ -33,7 +33,7 @@ BEFORE, AFTER = tr("before the video's start"), tr("after its end")
 
 
 class VideoPanel(QWidget):
-    """The picture of the video, its time offset, and the button that holds it.
+    """The image of the video, its time offset, and the button that holds it.
 
     The video's time is frame · Δt + offset, in seconds. While the video is held, only the playhead
     moves; on release, the offset is set so that video and playhead show the same moment.
@@ -55,7 +55,7 @@ class VideoPanel(QWidget):
         self._offset = 0.0
         self._held: float | None = None
         self._task = OneTask(self)
-        self._size: tuple[int, int] | None = None  # size for which the picture was decoded
+        self._size: tuple[int, int] | None = None  # size for which the image was decoded
         self.display = Screen(colours, NO_VIDEO)
         self.offset = SignedBox(decimals=3, singleStep=0.001, suffix=" s")
         self.offset.setRange(-FARTHEST_S, FARTHEST_S)
@@ -86,14 +86,14 @@ class VideoPanel(QWidget):
 
     @property
     def busy(self) -> bool:
-        """True while a video is being opened or a picture is being decoded."""
+        """True while a video is being opened or an image is being decoded."""
         return self._task.running
 
     # -- which video --------------------------------------------------------------------------
 
     def open_video(self, path: Path) -> None:
-        """Open a video for the open clip; the previous video is replaced
-        once the new one is loaded.
+        """Open a video for the open clip. The previous video is replaced when the new one is
+        loaded.
         """
         self._load(path, 0.0, lambda error: self._document.message.emit(str(error), True))
 
@@ -192,10 +192,10 @@ class VideoPanel(QWidget):
             self.offset.setValue(seconds)
 
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
-        """Switch to another video, or to none, and release the hold."""
+        """Switch to another video or to none, and release the hold."""
         if self.reader is not None:
             close = self.reader.close
-            Task(lambda _: close(), self).start()  # in a thread, as it may still be decoding
+            Task(lambda _: close(), self).start()  # in a thread, because it may still be decoding
         self.reader, self._held = reader, None
         self._hold.setChecked(False)
         self._show_offset(offset)
@@ -203,7 +203,7 @@ class VideoPanel(QWidget):
     # -- the picture --------------------------------------------------------------------------
 
     def _follow(self) -> None:
-        """Decode the picture for the playhead, unless another one is being decoded."""
+        """Decode the image at the playhead, unless another one is being decoded."""
         reader = self.reader
         if reader is None or self.busy or not self.isVisible():
             return
@@ -234,7 +234,7 @@ class VideoPanel(QWidget):
         self._show_time()
 
     def _show_facts(self) -> None:
-        """Show the properties of the video, and enable the controls that can be used with it."""
+        """Show the properties of the video, and enable the controls that apply to it."""
         reader = self.reader
         for widget in (self.back, self.forth, self._hold):
             widget.setEnabled(reader is not None)
@@ -256,6 +256,6 @@ class VideoPanel(QWidget):
         self.clock.setText(text)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Decode the picture when the panel becomes visible."""
+        """Decode the image when the panel becomes visible."""
         super().showEvent(event)
         self._follow()

@@ -1,4 +1,4 @@
-"""Read the pictures of a video file by their time stamps, with PyAV."""
+"""Read the images of a video file by their time stamps, with PyAV."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ WANTS_PYAV = tr(
 )
 
 # Seconds by which a frame may begin early: a BVH rounds its frame time and Matroska its time
-# stamps, so frames that belong together differ a little.
+# stamps, so frames that belong together differ slightly.
 TOLERANCE = 0.0005
 _FPS = 25.0  # default for a file without a frame rate
 _KEPT_BYTES = 96_000_000  # memory for decoded frames, so that steps back need no decoding
 _SPARSE = "mpeg"  # a format with few time stamps: after a seek the time is a guess
-_ORDERED = "avi"  # a format whose stamps only give the order of decoding
+_ORDERED = "avi"  # a format whose stamps give only the order of decoding
 
 
 class VideoError(Exception):
@@ -44,7 +44,7 @@ class VideoError(Exception):
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture that a video shows from `start` to `stop`, in seconds since its first frame.
+    """An image that a video shows from `start` to `stop`, in seconds since its first frame.
 
     `pixels` are uint8 values of red, green and blue with shape (height, width, 3), upright and with
     square pixels.
@@ -55,7 +55,7 @@ class Picture:
     pixels: NDArray[np.uint8]
 
     def covers(self, seconds: float) -> bool:
-        """True if the video shows this picture at a time, in seconds."""
+        """True if the video shows this image at a time, in seconds."""
         return self.start <= seconds + TOLERANCE < self.stop
 
 
@@ -65,12 +65,12 @@ def can_play() -> bool:
 
 
 class VideoReader:
-    """Reads the first video stream of a file; several threads may use one reader.
+    """Reads the first video stream of a file. Several threads may use one reader.
 
     Parameters
     ----------
     width, height
-        Size of an upright picture with square pixels.
+        Size of an upright image with square pixels.
     fps
         Average frames per second.
     duration
@@ -83,7 +83,7 @@ class VideoReader:
     """
 
     def __init__(self, path: Path) -> None:
-        """Open a file and decode its first frame; raises VideoError."""
+        """Open a file and decode its first frame. Raises VideoError."""
         if not can_play():
             raise VideoError(WANTS_PYAV)
         self.path = path
@@ -105,16 +105,15 @@ class VideoReader:
         self.duration = (self._container.duration or 0) / 1e6
 
     def place(self, seconds: float) -> int:
-        """Return −1 for a time before the start of the video, +1 after its end, 0 in between.
+        """Return −1 for a time before the start of the video, +1 after its end, and 0 in between.
 
-        The end is known only after it has been read.
+        The end is known only after it was read.
         """
         at = seconds + TOLERANCE
         return -1 if at < 0.0 else int(at >= self.end)
 
     def picture(self, seconds: float, width: int, height: int) -> Picture | None:
-        """Return the picture at a time, at most `width` × `height` pixels,
-        or None outside the video.
+        """Return the image at a time, at most `width` × `height` pixels, or None outside the video.
 
         `seconds` is the time since the video's first frame. Raises VideoError if reading fails.
         """
@@ -145,7 +144,7 @@ class VideoReader:
             return Picture(start, stop, self._pixels(frame, width, height))
 
     def close(self) -> None:
-        """Close the file, after which no picture can be read."""
+        """Close the file, after which no image can be read."""
         with self._lock:
             self.end = -math.inf
             self._passed.clear()
@@ -170,7 +169,7 @@ class VideoReader:
                 break
             if self._passed and self._passed[0][0] <= at:
                 return
-            back = max(1.0, 2.0 * back)  # some formats seek to a later place than requested
+            back = max(1.0, 2.0 * back)  # some formats seek to a later position than requested
         self._container.close()
         self._rewind()
 
@@ -215,7 +214,7 @@ class VideoReader:
         self._key = math.nan  # time of the last key frame in this run
 
     def _decode(self) -> bool:
-        """Append the next frame to `_passed`; return False at the end of the video."""
+        """Append the next frame to `_passed`. Returns False at the end of the video."""
         last = self._passed[-1][0] if self._passed else -math.inf
         while True:
             frame = next(self._coming, None)
@@ -228,7 +227,7 @@ class VideoReader:
                 start = last + self._step if self._passed else 0.0
             else:
                 start = stamp * self._time_base - self._origin
-            if start > last:  # a damaged stream may step back in time
+            if start > last:  # a damaged stream may go back in time
                 break
         if frame.key_frame:
             if start - self._key > self._gap:  # False while _key is NaN
@@ -250,7 +249,7 @@ class VideoReader:
 
 
 def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
-    """Yield frames in the order in which they are shown, without damaged frames."""
+    """Yield frames in their display order, without damaged frames."""
     import av
 
     packets = container.demux(stream)

@@ -1,1 +1,1 @@
-"""The 3D view: oriented bones that make roll visible."""
+"""The 3D view, in which oriented bones make roll visible."""

@@ -1,7 +1,8 @@
 """Bodies of a skeleton: wedges that make roll visible, rigidly attached to joints.
 
 The body of the bone P→C is attached to P, like the bone itself, so a twist error of P rolls it.
-All vertices of a clip are built once, in joint coordinates; a frame only applies rotation matrices.
+All vertices of a clip are built once, in joint coordinates. For a frame, only rotation matrices are
+applied.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from inspector.viewport.mesh_actor import Index, segments
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, matrix_from_quaternion, normalise
 
-# The part of a vertex, which sets its colour. SKIN, BAND: light and dark stripes of a limb.
+# The part of a vertex, which determines its colour. SKIN, BAND: light and dark stripes of a limb.
 FRONT, BACK, SIDE, STRIPE, JOINT, SKIN, BAND = PARTS = range(7)
 _SHORTEST = 1e-4  # of the height; shorter bones get no body
 
@@ -24,7 +25,7 @@ _SHORTEST = 1e-4  # of the height; shorter bones get no body
 # width. It is widest near the parent, which shows the direction of the bone.
 _STATIONS = ((0.03, 0.42, 0.20), (0.16, 1.0, 0.36), (0.97, 0.46, 0.17))
 # The stripe is a thin rail on one edge, with the wedge's colour on both sides, so that a turn by
-# 180° also shows in the outline.
+# 180° is also visible in the outline.
 _RAIL = (0.80, 1.24)
 _RAIL_THICK = 0.42
 
@@ -33,8 +34,11 @@ _RAIL_THICK = 0.42
 class BoneSegment:
     """A bone from a joint to its child or End Site.
 
-    parent: the joint that rotates it; child: −1 for an End Site; tip: (3,) in the parent's
-    coordinates; normal: unit normal of the front face, likewise; width: half the width.
+    - parent: the joint that rotates the bone
+    - child: the child, −1 for an End Site
+    - tip: the bone's end in the parent's coordinates, (3,)
+    - normal: the unit normal of the front face in the parent's coordinates, (3,)
+    - width: half the width
     """
 
     parent: int
@@ -48,9 +52,13 @@ class BoneSegment:
 class Soup:
     """Polygons with vertices that are rigidly attached to joints.
 
-    vertices: (V, 3) in joint coordinates; joint, bone, part: (V,), with bone −1 for the spheres of
-    joints; faces: triangles (n, 3); edges: lines (n, 2); blocks: ranges of vertices (first, stop,
-    joints), in which every joint has the same number of vertices.
+    - vertices: positions in joint coordinates, (V, 3)
+    - joint, bone, part: the joint, bone and part of each vertex, (V,); the bone is −1 for the
+      spheres of joints
+    - faces: triangles (n, 3)
+    - edges: lines (n, 2)
+    - blocks: ranges of vertices (first, stop, joints), in which every joint has the same number of
+      vertices
     """
 
     vertices: Array
@@ -66,7 +74,9 @@ class Soup:
 class Attached:
     """A body that is rigidly attached to a joint, without a bone.
 
-    vertices: (c, 3) in the joint's coordinates; part: (c,); faces: triangles (n, 3).
+    - vertices: positions in the joint's coordinates, (c, 3)
+    - part: the part of each vertex, (c,)
+    - faces: triangles (n, 3)
     """
 
     joint: int
@@ -116,7 +126,7 @@ def build_soup(
 ) -> Soup:
     """Return the wedges of all bones, `grown` times as thick, and spheres at joints.
 
-    without: indices of bones that a skin covers; attached: more bodies, with bone −1.
+    `without` has the indices of bones that a skin covers. `attached` are more bodies, with bone −1.
     """
     kept = [(n, bone) for n, bone in enumerate(bones) if n not in without]
     radius: dict[int, float] = {}
@@ -172,7 +182,7 @@ def _is_free(motion: Motion, joint: int) -> bool:
 
 
 def _offset(motion: Motion, joint: int) -> Array:
-    """Return a joint's place in its parent's coordinates, (3,); the median if it moves."""
+    """Return a joint's position in its parent's coordinates, (3,), or the median if it moves."""
     offset = motion.translation(joint)
     if offset.ndim == 2:
         still: Array = np.median(offset, axis=0)

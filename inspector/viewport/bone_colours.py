@@ -1,4 +1,4 @@
-"""Colours of the bodies by role and part."""
+"""Colours of the bodies for each role and part."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from inspector.widgets.theme import Theme
 
 Colours = NDArray[np.uint8]
 Floats = NDArray[np.float64]
-# Shift of each of PARTS towards white, or below 0 towards black.
+# Shift of each of PARTS towards white, or towards black if negative.
 _LIGHT = np.array([0.34, -0.24, -0.06, -0.60, -0.28, 0.50, -0.45])
 _DARK = np.array([0.10, -0.24, -0.06, 0.55, -0.28, 0.34, -0.52])
 _SCALED = np.array([0.10, -0.24, -0.06, -0.55, -0.28, 0.15, -0.45])
@@ -23,7 +23,7 @@ _SCALE = ("#f3cf52", "#e8603c", "#b0308f")  # |offset| of 60°, 120°, 180°, wh
 
 
 class Role(IntEnum):
-    """The role of a bone, shown by its colour."""
+    """The role of a bone, which determines its colour."""
 
     PLAIN = 0
     CHOSEN = 1  # in the selected chain
@@ -38,7 +38,7 @@ def rgb(colour: str) -> Floats:
 
 
 def mix(first: str, second: str, share: float) -> Floats:
-    """Return a mixture of two colours, (3,) in 0…255; share: of the second one, 0…1."""
+    """Return a mixture of two colours, (3,) in 0…255, with the share 0…1 of the second one."""
     return (1.0 - share) * rgb(first) + share * rgb(second)
 
 
@@ -68,7 +68,7 @@ def palette(theme: Theme) -> Floats:
 
 
 def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colours:
-    """Return the colours of the vertices, (V, 3), from the roles (bones,)."""
+    """Return the colours of the vertices, (V, 3), for the roles of the bones, (bones,)."""
     role = np.where(shape.bone >= 0, roles[shape.bone], Role.PLAIN)
     return np.clip(colours[role, shape.part], 0.0, 255.0).astype(np.uint8)
 
@@ -81,14 +81,14 @@ def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
 
 
 def scale_colour(theme: Theme, angle: Floats) -> Floats:
-    """Return colours (n, 3), 0…255, for angles |offset| (n,), radians, from bone colour to warm."""
+    """Return the scale's colours (n, 3), 0…255, for angles |offset| (n,), in radians."""
     stops = np.stack([rgb(theme.bone), *(rgb(c) for c in _SCALE)])
     at = np.abs(angle) / np.pi * (len(stops) - 1)
     return np.stack([np.interp(at, range(len(stops)), stops[:, k]) for k in range(3)], axis=1)
 
 
 def scale_paint(shape: Soup | Skin, theme: Theme, offsets: Floats) -> Colours:
-    """Return the colours of the vertices, (V, 3), by the |offset| of their bone, radians,
+    """Return the colours of the vertices, (V, 3), for the |offset| of each bone, radians,
     (bones,).
     """
     plain = np.append(offsets, 0.0)  # bone −1 is a sphere

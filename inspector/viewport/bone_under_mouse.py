@@ -1,4 +1,4 @@
-"""Shows the name of the bone under the mouse, and selects its chain or limb on a click."""
+"""Show the name of the bone under the mouse, and select its chain or limb on a click."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array, rotate
 
-_REACH = 12.0  # pixels around a body that still hit it
+_REACH = 12.0  # pixels around a body that still hit the body
 
 
 class Pointing(QObject):
@@ -37,13 +37,13 @@ class Pointing(QObject):
         return view
 
     def click(self, at: QPointF) -> None:
-        """Select the chain of the bone at a place in the view; on another click, its limb."""
+        """Select the chain of the bone at a point of the view or, on another click, its limb."""
         found = self._next_chain(self.joint_at(at))
         if found is not None:
             self._view.document.select_chain(found.name)
 
     def hover(self, at: QPointF) -> None:
-        """Show the name of the bone's joint at a place, or hide the last name.
+        """Show the name of the bone's joint at a point, or hide the last name.
 
         If its chain is selected already, also show the limb that a click would select.
         """
@@ -57,7 +57,7 @@ class Pointing(QObject):
             QToolTip.showText(self._view.mapToGlobal(at.toPoint()), as_tip(name), self._view)
 
     def _next_chain(self, joint: int | None) -> Chain | None:
-        """Return the next chain or limb of a joint's bone for a click to select."""
+        """Return the chain or limb of a joint's bone that the next click selects."""
         data = self._view.document.data
         if joint is None or data is None:
             return None
@@ -74,7 +74,7 @@ class Pointing(QObject):
         return own[at % len(own)] if own else None
 
     def joint_at(self, at: QPointF) -> int | None:
-        """Return the joint of the bone at a place in the view, or None."""
+        """Return the joint of the bone at a point of the view, or None."""
         scene, camera = self._view.scene, self._view.camera
         if scene is None or camera is None:
             return None
@@ -92,7 +92,7 @@ def _bone_at(
     camera: OrbitCamera,
     size: tuple[int, int],
 ) -> int | None:
-    """Return the index of the front bone at a pixel (2,), or None; size: of the view, pixels."""
+    """Return the index of the front bone at a pixel (2,) of a view of `size` pixels, or None."""
     if not bones:
         return None
     parents = np.array([b.parent for b in bones])
@@ -109,7 +109,7 @@ def _bone_at(
 
 
 def _distance_to_segments(point: Array, start: Array, stop: Array) -> tuple[Array, Array]:
-    """Return distances (n,) of a point (2,) to segments, and the nearest places along them, 0…1."""
+    """Return distances (n,) of a point (2,) to segments, and the nearest points on them, 0…1."""
     along = stop - start
     length = np.maximum((along**2).sum(axis=1), 1e-12)
     where = np.clip(((point - start) * along).sum(axis=1) / length, 0.0, 1.0)

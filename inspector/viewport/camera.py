@@ -28,8 +28,10 @@ VIEWS = {  # degrees from the figure's front, degrees above the horizon
 class OrbitCamera:
     """An orbiting camera.
 
-    target: the centre of view, (3,); azimuth, elevation: radians; distance: in the file's unit; up,
-    ahead: unit vectors (3,), ahead is azimuth 0 and orthogonal to up.
+    - target: the centre of view, (3,)
+    - azimuth, elevation: angles in radians
+    - distance: in the file's unit
+    - up, ahead: unit vectors (3,); `ahead` is azimuth 0 and orthogonal to `up`
     """
 
     target: Array
@@ -58,7 +60,7 @@ class OrbitCamera:
 
     @cached_property
     def axes(self) -> Array:
-        """The axes right, up and back of the picture, rows of a rotation matrix (3, 3)."""
+        """The axes right, up and back of the image, as rows of a rotation matrix (3, 3)."""
         back = self.direction
         right = normalise(np.cross(self.up, back))
         return np.stack([right, np.cross(back, right), back])
@@ -69,7 +71,7 @@ class OrbitCamera:
         return replace(self, azimuth=self.azimuth + azimuth, elevation=steep)
 
     def panned(self, right: float, up: float, height: int) -> OrbitCamera:
-        """Return the camera panned, so that the picture moves by pixels; height: of the view."""
+        """Return the camera moved so that the image shifts by pixels in a view of this height."""
         unit = 2.0 * self.distance * np.tan(VIEW_ANGLE / 2.0) / max(height, 1)
         axes = self.axes
         return replace(self, target=self.target - unit * (right * axes[0] + up * axes[1]))
@@ -93,7 +95,7 @@ class OrbitCamera:
     ) -> OrbitCamera:
         """Return the camera moved, in the same direction, so that all points (n, 3) just fit.
 
-        covered: the share of the picture's height that is covered at the top.
+        `covered` is the share of the image's height that is covered at the top.
         """
         flat = points @ self.axes.T
         low, high = flat.min(axis=0), flat.max(axis=0)
@@ -121,7 +123,9 @@ class OrbitCamera:
 
 
 def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
-    """Return a camera between two with the same up and ahead; share: 0…1 of the shorter turn."""
+    """Return a camera between two with equal `up` and `ahead`, at a share 0…1 of the shorter
+    turn.
+    """
     turn = (stop.azimuth - start.azimuth + np.pi) % (2.0 * np.pi) - np.pi
     return replace(
         stop,
@@ -133,7 +137,7 @@ def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
 
 
 def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
-    """Return the camera at a named view of a figure that faces a level unit vector (3,)."""
+    """Return the camera in a named view of a figure that faces a level unit vector (3,)."""
     around, above = VIEWS[name]
     turned = replace(camera, ahead=facing, azimuth=np.radians(around), elevation=np.radians(above))
     return turned.orbited(0.0, 0.0)
@@ -155,13 +159,17 @@ def roll_direction(
     up: Array,
     hidden: Hidden = _nothing_hidden,
 ) -> Array:
-    """Return the direction from which the roll of a bone shows best, a unit vector (3,).
+    """Return the direction from which the roll of a bone is best visible, a unit vector (3,).
 
-    axis: along the bone; after, before: its front normals; outward: from the body to the limb;
-    facing: the figure's front; all (3,); hidden: the hidden share of the limb. The best view shows
-    the whole limb. It is at an angle to the bone, so that the circle about it is open, from
-    outside and not from below, with both fronts on the near side, one of them almost frontal and
-    the other almost edge-on.
+    - axis: along the bone
+    - after, before: its front normals
+    - outward: from the body to the limb
+    - facing: the figure's front
+    - hidden: function that returns the hidden share of the limb
+
+    All vectors are (3,). The best view shows the whole limb. It is at an angle to the bone, so that
+    the circle about it is open, from outside and not from below, with both fronts on the near side,
+    one of them almost frontal and the other almost edge-on.
     """
     first = np.cross(axis, up)
     if np.linalg.norm(first) < 0.1:
@@ -201,12 +209,16 @@ def circle_direction(
     up: Array,
     hidden: Hidden = _nothing_hidden,
 ) -> Array:
-    """Return the direction from which a turn about a limb's line shows best, a unit vector (3,).
+    """Return the direction from which a turn about a limb's line is best visible, (3,).
 
-    axis: along the line; aside: from it to the middle joint; outward: from the body to the limb;
-    facing: the figure's front; all (3,); hidden: the hidden share of the limb. The best view shows
-    the whole limb. It is at an angle to the line, so that its circle is open, with the joint to
-    one side, and not steeply from above or from below.
+    - axis: along the line
+    - aside: from the line to the middle joint
+    - outward: from the body to the limb
+    - facing: the figure's front
+    - hidden: function that returns the hidden share of the limb
+
+    All vectors are (3,). The best view shows the whole limb. It is at an angle to the line, so that
+    its circle is open, with the joint to one side, and not steeply from above or from below.
     """
     around, above = np.meshgrid(np.radians(np.arange(0, 360, 10)), np.radians(np.arange(0, 45, 9)))
     side = np.cross(up, facing)

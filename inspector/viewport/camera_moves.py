@@ -19,20 +19,20 @@ from inspector.viewport.solid_and_ghost import Style
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import Array
 
-_EDGE = 0.03  # share of the picture at the border that counts as outside
-_TINY = 0.03  # share of the picture's height
+_EDGE = 0.03  # share of the image at the border that is treated as outside
+_TINY = 0.03  # share of the image's height
 _HALF_VIEW = float(np.tan(VIEW_ANGLE / 2.0))
 
 Aim = tuple[Array, Array]  # points (n, 3) to frame, and the unit vector (3,) to look from
 
 
 class Steering(QWidget):
-    """Camera control for a view; subclasses draw in `_schedule`."""
+    """Camera control for a view. Subclasses draw in `_schedule`."""
 
     follow = True
     _scene: Scene | None = None
     _camera: OrbitCamera | None = None
-    _framed = "iso"  # the preset to keep on resizing; '' after a manual move
+    _framed = "iso"  # the preset to keep on resizing, '' after a manual move
     _anchor: Chain | None = None  # the limb to follow instead of the root
     _anchored: Array | None = None
     _turn: tuple[OrbitCamera, OrbitCamera] | None = None  # start and goal of a turn
@@ -92,7 +92,7 @@ class Steering(QWidget):
         self.set_view(self._framed or "iso")
 
     def focus_chain(self, milliseconds: int = 0) -> None:
-        """Turn the camera to the side of the selected chain that shows its roll best.
+        """Turn the camera to the side of the selected chain from which its roll is best visible.
 
         The turn takes `milliseconds` and does not block; another call continues from there.
         """
@@ -115,7 +115,7 @@ class Steering(QWidget):
         self._schedule()
 
     def sees_chain(self) -> bool:
-        """True if all joints of the selected chain are inside the picture and not tiny."""
+        """True if all joints of the selected chain are inside the image and not tiny."""
         chain, camera, scene = selected_chain(self.document), self.camera, self.scene
         if chain is None or camera is None or scene is None or self.turning:
             return True
@@ -154,7 +154,7 @@ class Steering(QWidget):
         after = self.document.pose(frame, after=True)
         above = -1
         if scene.style == Style.SKIN and chain.segment in ("ForeArm", "Leg"):
-            above = int(data.motion.skeleton.parents[chain.parent])  # its skin is twisted as well
+            above = int(data.motion.skeleton.parents[chain.parent])  # its skin is twisted, too
         facing = scene.facing(after[1], chain.person)
         side = limb_side(
             chain, scene.bodies, before, after, facing, scene.up,
@@ -176,7 +176,7 @@ class Steering(QWidget):
                 self._turn = None
 
     def _stop_turning(self) -> None:
-        """Stop a turn, because the person or another turn takes over."""
+        """Stop a turn, because the person or another turn takes control."""
         self._turn = None
         self._turning.stop()
 
@@ -198,22 +198,22 @@ class Steering(QWidget):
         return list(scene.people.values()) if one is None else [one]
 
     def _aspect(self) -> float:
-        """Return the aspect ratio of a picture."""
+        """Return the aspect ratio of an image."""
         return self.picture_size()[0] / max(self.height(), 1)
 
     def _covered(self) -> float:
-        """Return the share of a picture's height that is covered at the top."""
+        """Return the share of an image's height that is covered at the top."""
         return 0.0
 
     def picture_size(self) -> tuple[int, int]:
-        """Return width and height of a picture; a split view has two pictures."""
+        """Return width and height of an image; a split view has two images."""
         halves = 2 if self.scene is not None and self.scene.split else 1
         return self.width() // halves, self.height()
 
     # -- following ----------------------------------------------------------------------------
 
     def _hold(self, chain: Chain | None) -> None:
-        """Follow a limb or the root from its current place."""
+        """Follow a limb or the root from its current position."""
         self._anchor = chain
         self._anchored = self._followed(self.scene) if self.scene is not None else None
 

@@ -1,4 +1,4 @@
-"""A third figure in addition to before and after, as a dashed outline."""
+"""A third figure next to before and after, as a dashed outline."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class DashedOutline:
 
     @property
     def shown(self) -> bool:
-        """True if any part of it is drawn."""
+        """True if any part of the third figure is drawn."""
         return self._piece.shown
 
     def colour(self, theme: Theme) -> None:
@@ -68,11 +68,11 @@ class DashedOutline:
         if not self._piece.shown:
             return
         points = place(self._soup, rotations, positions)
-        points[~drawn[self._soup.bone]] = positions[0]  # zero length is not drawn
+        points[~drawn[self._soup.bone]] = positions[0]  # edges of zero length are not drawn
         start, stop = points[self._soup.edges].swapaxes(0, 1)
         dashes = start[:, None] + self._shares[:, None] * (stop - start)[:, None]
         self._piece.move(dashes.reshape(-1, 3))
 
     def remove(self) -> None:
-        """Remove it from the picture."""
+        """Remove the outline from the view."""
         self._piece.remove()

@@ -1,4 +1,4 @@
-"""Draws the document's frame in a scene, and makes the legend."""
+"""Draw the document's frame in a scene, and make the legend."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Guest(Protocol):
         """Return the legend as rich text."""
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
-        """Draw into every picture."""
+        """Draw into every image."""
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
         """Return points (n, 3) to frame and the unit vector (3,) to look from, or None."""
@@ -62,11 +62,13 @@ class Looks:
 
 @dataclass(frozen=True, eq=False)
 class AngleSign:
-    """An angle to write into the picture.
+    """An angle to write into the image.
 
-    degrees: the offset; times: how many times as wide its fan is drawn; bone: the ends of its bone
-    before correction, (2, 3); spoke: the centre and the middle of the rim of its fan, (2, 3), or
-    None without a fan; rim: points all along the fan's rim, (n, 3).
+    - degrees: the offset
+    - times: the factor by which its fan is enlarged
+    - bone: the ends of its bone before correction, (2, 3)
+    - spoke: the centre and the middle of the rim of its fan, (2, 3), or None without a fan
+    - rim: points along the fan's rim, (n, 3)
     """
 
     degrees: float
@@ -87,8 +89,8 @@ class FrameDrawing:
         self.guest: Guest | None = None
         self.companion: Companion | None = None
         self._document = document
-        self.left: Pose | None = None  # the pose that was drawn, in the left picture
-        self.roles: frozenset[int] = frozenset()  # of the bones that were drawn, in all pictures
+        self.left: Pose | None = None  # the pose that was drawn in the left image
+        self.roles: frozenset[int] = frozenset()  # of the bones that were drawn, in all images
         self._drawn_offsets: tuple[object, ...] = ()
 
     def draw(self, scene: Scene, camera: OrbitCamera) -> None:
@@ -109,7 +111,7 @@ class FrameDrawing:
         third = self.companion.pose(document.frame) if self.companion and seen else None
         scene.draw_companion(third, pose)
         turn = self.turn(scene, camera)
-        # Axes would lie in the fan.
+        # Axes would be inside the fan.
         triads = looks.triads and self.guest is None and (turn is None or not turn.drawn)
         scene.draw_triads(pose, _ends(selected_chain(document)) if triads else ())
         both = scene.split or document.show == Show.BOTH
@@ -128,7 +130,7 @@ class FrameDrawing:
             self.guest.draw(scene, pose, camera)
 
     def turn(self, scene: Scene, camera: OrbitCamera) -> Turn | None:
-        """Return the turn of the selected chain or limb; None if it has none, or with a guest."""
+        """Return the turn of the selected chain or limb, or None if it has none or with a guest."""
         document, chain = self._document, selected_chain(self._document)
         if chain is None or self.guest is not None:
             return None
@@ -140,7 +142,7 @@ class FrameDrawing:
         )
 
     def pose(self, scene: Scene, show: Show | None = None) -> Pose:
-        """Return the pose of the frame; show: by default the document's choice."""
+        """Return the pose of the frame. `show` is by default the document's choice."""
         document = self._document
         if self.guest is not None:
             return self.guest.pose(scene, Show.BOTH if show is None else show)
@@ -163,7 +165,7 @@ class FrameDrawing:
         return Pose(after, after_positions, roles, ghost, offsets, positions)
 
     def legend(self, scene: Scene, theme: Theme) -> str:
-        """Return the legend of the picture as rich text."""
+        """Return the legend of the image as rich text."""
         if self.guest is not None:
             text = self.guest.legend()
         else:
@@ -174,7 +176,7 @@ class FrameDrawing:
         return text
 
     def angle_to_show(self, scene: Scene, camera: OrbitCamera) -> AngleSign | None:
-        """Return the offset at the frame; None if there is none, or if before is not shown."""
+        """Return the offset at the frame, or None without an offset or if before is not shown."""
         document, chain = self._document, selected_chain(self._document)
         hidden = not scene.split and document.show == Show.AFTER
         if chain is None or self.guest is not None or hidden:
@@ -198,7 +200,7 @@ class FrameDrawing:
         return first if chain is None else scene.people.get(chain.person, first)
 
     def sides(self) -> Mapping[str, int]:
-        """Return the joint C of the selected chain or limb, the last, and of the other side's."""
+        """Return joint C of the selected chain or limb, last, and joint C on the other side."""
         document, chosen = self._document, selected_chain(self._document)
         if chosen is None or not chosen.side or not chosen.segment or document.data is None:
             return {}
@@ -211,7 +213,7 @@ class FrameDrawing:
         return {**found, chosen.side: chosen.child}
 
     def is_current(self) -> bool:
-        """True if the offsets at the frame are the same as when it was drawn."""
+        """True if the offsets at the frame have not changed since it was drawn."""
         return self._offsets() == self._drawn_offsets
 
     def _offsets(self) -> tuple[object, ...]:
@@ -241,7 +243,7 @@ def _ends(chain: Chain | None) -> tuple[int, ...]:
 
 
 def fault_at(document: Document) -> Interval | None:
-    """Return the selected interval if it contains the frame and is no twist error."""
+    """Return the selected interval if it contains the frame and is not a twist error."""
     judged = document.interval
     if judged is None or judged.interval.repairable:
         return None
@@ -258,8 +260,8 @@ def selected_limb(document: Document) -> Limb | None:
 def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] | None) -> Pose:
     """Return the captured pose, or an altered one with the captured pose as its ghost.
 
-    altered: global rotations and positions. Only bones that keep their place have a ghost. All
-    bones but the selected chain's are faint.
+    `altered` has the global rotations and positions. Only bones that keep their position have a
+    ghost. All bones except the selected chain's are faint.
     """
     before, positions = document.pose(document.frame, after=False)
     roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
@@ -274,7 +276,7 @@ def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] 
 
 
 def _roles(bones: tuple[BoneSegment, ...], chain: Chain | None, skeleton: Skeleton) -> Index:
-    """Return the roles of the bones, with those of the selected chain or limb as CHOSEN; (bones,).
+    """Return the role of each bone, CHOSEN for the selected chain or limb, (bones,).
 
     For a twist bone, its own bones and the bone around it are CHOSEN.
     """
@@ -293,7 +295,7 @@ def _own_bones(joint: int, skeleton: Skeleton) -> list[tuple[int, int]]:
 
 
 def suggested_bones(document: Document, scene: Scene) -> NDArray[np.bool_]:
-    """Return which bones only suggested corrections turn at the frame, (bones,)."""
+    """Return a mask of the bones that only suggested corrections turn at the frame, (bones,)."""
     skeleton = scene.data.motion.skeleton
     chains = map(document.find_chain, document.suggested_chains)
     wanted = {pair for chain in chains for pair in _moved_bones(chain, skeleton)}
@@ -318,8 +320,8 @@ def _turned_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
 def _bone_offsets(document: Document, scene: Scene) -> Array:
     """Return the |offset| of each bone at the frame, radians, (bones,).
 
-    If a bone belongs to a chain and a limb, or its joint is corrected alone, the larger offset
-    counts.
+    If a bone belongs to a chain and a limb, or its joint is corrected alone, the larger offset is
+    used.
     """
     by_pair: dict[tuple[int, int], float] = {}
     for chain in scene.data.chains_and_limbs:

@@ -16,7 +16,11 @@ _STOPS = 9  # points on a grid line for fading its colour
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """A disc: centre (3,) on the ground, up (3,), radius and cell in the file's length unit."""
+    """A disc on the ground.
+
+    - centre, up: the centre and the upward direction, (3,) each
+    - radius, cell: in the file's length unit
+    """
 
     centre: Array
     up: Array
@@ -41,7 +45,7 @@ def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0
     away = root - centre
     away = away - (away @ up)[:, None] * up
     radius = float(np.linalg.norm(away, axis=1).max()) + 1.6 * height
-    # 1, 2 or 5 times a power of ten, so that a person can count lengths.
+    # 1, 2 or 5 times a power of ten, so that a person can read off lengths.
     exact = height / _CELLS
     power = 10.0 ** np.floor(np.log10(exact))
     cell = power * min((1.0, 2.0, 5.0, 10.0), key=lambda c: abs(np.log(c * power / exact)))
@@ -49,7 +53,8 @@ def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0
 
 
 def ground_lines(ground: Ground) -> tuple[Array, Index, Array]:
-    """Return the grid's points (n, 3), lines (m, 2), and strength: 1 in the middle, 0 at the rim.
+    """Return the grid's points (n, 3), lines (m, 2), and strength from 1 in the middle to 0 at the
+    rim.
 
     The lines are opaque and fade to the background colour. Blending would need another pass, a
     third of the frame time with software rendering.
@@ -63,7 +68,7 @@ def ground_lines(ground: Ground) -> tuple[Array, Index, Array]:
     origin = origin + ground.level * ground.up
     radius = count * ground.cell
     aside = (np.arange(1 - count, count) * ground.cell)[:, None]
-    # Up to the edge of the disc.
+    # To the edge of the disc.
     ahead = np.sqrt(radius**2 - aside**2) * np.linspace(-1.0, 1.0, _STOPS)
     points = [
         origin + aside[..., None] * across + ahead[..., None] * along

@@ -1,7 +1,7 @@
-"""A head with a face and a rib cage, which show in which direction a person looks.
+"""A head with a face and a rib cage, which show the direction in which a person looks.
 
 Joints are found by shape, not by name: the chest is the last joint above both arms, and the head
-is at the end of the line of joints that rises from it.
+is at the end of the line of joints that rises from the chest.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from twistcore.skeleton.limb import joint_path
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, normalise, rotate
 
-_FRAMES = 60  # of a clip, from which the usual direction of a joint is taken
+_FRAMES = 60  # number of a clip's frames that determine the usual direction of a joint
 _SKULL = np.array([0.042, 0.064, 0.052])  # half sizes across, up and forward, in figure heights
 _CAGE = np.array([0.075, 0.095, 0.048])
-_RISE = 0.75  # of the head's half height: from its joint to its middle
+_RISE = 0.75  # share of the head's half height from its joint to its middle
 _DROP = 0.085  # from the middle of the shoulders down to the middle of the chest
-_SLIM = 0.62  # of half the shoulders' width: the widest chest, so that arms stay in view
+_SLIM = 0.62  # share of half the shoulders' width: the widest chest that does not hide the arms
 _NOSE = np.array([[0.0, 0.22, 0.86], [-0.2, -0.22, 0.9], [0.2, -0.22, 0.9], [0.0, -0.16, 1.3]])
 _NOSE_FACES = np.array([[0, 1, 3], [2, 0, 3], [1, 2, 3]])
 _EYE = np.array([[-0.16, 0.0, 0.0], [0.0, -0.12, 0.0], [0.16, 0.0, 0.0], [0.0, 0.12, 0.0]])
@@ -41,9 +41,9 @@ _EYES_AT = np.array([0.38, 0.2, 0.99])
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """The head or the chest of a person: its body and the bone that stands for it.
+    """The head or the chest of a person: its body, and the bone that represents it.
 
-    The bone leads from its joint to its middle, and its normal points forward; face: True for a
+    The bone leads from its joint to its middle, and its normal points forward. `face` is True for a
     head.
     """
 
@@ -59,9 +59,10 @@ def heads_and_chests(
     positions: Array,
     height: float,
 ) -> tuple[Front, ...]:
-    """Return the head and the chest of each person with two arms, as far as there are.
+    """Return the existing heads and chests of each person with two arms.
 
-    rotations: global, (frames, joints, 4); positions: (frames, joints, 3); height: of the figure.
+    `rotations` are global, (frames, joints, 4). `positions` have the shape (frames, joints, 3).
+    `height` is the figure's.
     """
     some = slice(None, None, max(1, len(positions) // _FRAMES))
     pose = rotations[some], positions[some]
@@ -105,7 +106,7 @@ def _of_person(
 def _chest_and_head(
     skeleton: Skeleton, arms: Sequence[int], positions: Array, rise: Array
 ) -> tuple[int, int]:
-    """Return the last joint above both arms, and the head's joint, −1 if there is none."""
+    """Return the last joint above both arms, and the head's joint or −1."""
     above = [set(joint_path(skeleton, -1, joint)) for joint in arms]
     chest, on_the_way = max(set.intersection(*above)), set.union(*above)
     upright = normalise(rise)

@@ -1,4 +1,4 @@
-"""The legend above the picture: what the colours mean, and how far the selected limb is off."""
+"""The legend above the image: the meaning of the colours, and the offset of the selected limb."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def frame_legend(
     """Return the legend of the document's frame as rich text.
 
     `chain` is the selected chain, `fault` is an error at the frame that is no twist error, and
-    `roles` are the roles of the bones in the picture.
+    `roles` are the roles of the bones in the image.
     """
     degrees = 0.0
     if chain is not None:
@@ -68,10 +68,12 @@ def legend_text(
 ) -> str:
     """Return the legend as rich text: the colours of before and after, and the chain's offset.
 
-    show: one of document.Show, or 'split' for two pictures; tracked: with a third figure; swivel:
-    the offset is a limb's; fault: text about an error that is only shown, instead of the offset;
-    chosen: a limb has the colour of the selection; suggested: the picture after the correction
-    contains corrections that nobody has decided on.
+    - show: one of document.Show, or 'split' for two images
+    - tracked: True with a third figure
+    - swivel: True if the offset is a limb's
+    - fault: text about an error that is only listed, instead of the offset
+    - chosen: True if a limb has the colour of the selection
+    - suggested: True if the image after the correction contains corrections without a decision
     """
     before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
     after = _key("■", theme.after, tr("after"))

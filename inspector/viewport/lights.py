@@ -1,4 +1,4 @@
-"""The lights and the background colour of all pictures."""
+"""The lights and the background colour of all images."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """The circle on which a limb's middle joint moves, about the line from its first joint to its end.
 
-A flip moves the knee or elbow along this circle; the other joints of the limb stay. A twist bone
-has a circle about the bone around it, with a mark that shows its roll, because a twist bone often
-has no visible body. A bone that is turned about itself has a circle about its middle, with a fan
-from its front before correction to its front after correction.
+A flip moves the knee or elbow along this circle, and the other joints of the limb do not move. A
+twist bone has a circle about the bone around it, with a mark that shows its roll, because a twist
+bone often has no visible body. A bone that is turned about itself has a circle about its middle,
+with a fan from its front before correction to its front after correction.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, quaternion_from_axis_angle, rotate
 
 _FAN = 0.5, (0.08, 0.13)  # radius in lengths of the bone; its bounds in figure heights
-_SMALL, _SEEN = np.radians(15.0), np.radians(45.0)  # smaller turns are drawn about as wide as that
+_SMALL, _SEEN = np.radians(15.0), np.radians(45.0)  # smaller turns are enlarged to about this width
 _TIMES = 3, 5  # bounds of the factor
 _DIAL = 0.06  # radius of a twist bone's circle, in figure heights
-_DIAL_AT = 0.25, 0.75  # place on its bone; closer to an end, the joint would hide it
+_DIAL_AT = 0.25, 0.75  # position on its bone; closer to an end, the joint would hide it
 _FOLDED = 0.02  # of the limb's length; an end closer to the first joint defines no line
 _STEPS = 60  # steps of the circle
 _ARC = 30  # steps of the arc from before to after
@@ -46,9 +46,9 @@ _WIRES = np.vstack([k * _RING + segments(np.append(np.arange(_RING), 0)) for k i
 
 @dataclass(frozen=True, eq=False)
 class Circle:
-    """A circle about the line from `first` (P) to `end` (E), with C at centre + aside; all (3,).
+    """A circle about the line from `first` (P) to `end` (E), with C at centre + aside, (3,) each.
 
-    axis: unit vector from P to E.
+    `axis` is the unit vector from P to E.
     """
 
     first: Array
@@ -58,12 +58,12 @@ class Circle:
     aside: Array
 
     def at(self, angles: Array) -> Array:
-        """Return the places of C after turns by angles (n,) about the line, radians; (n, 3)."""
+        """Return the positions of C after turns by angles (n,) about the line, radians, (n, 3)."""
         return self.centre + rotate(quaternion_from_axis_angle(self.axis, angles), self.aside)
 
 
 def circle_of(limb: Limb, positions: Array) -> Circle | None:
-    """Return the circle of a limb at positions (joints, 3); None if it is straight or folded.
+    """Return the circle of a limb at positions (joints, 3), or None if it is straight or folded.
 
     The middle joint of a straight limb has no angle about the line; a folded limb has no line.
     """
@@ -82,10 +82,10 @@ def circle_of(limb: Limb, positions: Array) -> Circle | None:
 def helper_circle(
     helper: Helper, skeleton: Skeleton, pose: tuple[Array, Array], height: float
 ) -> Circle | None:
-    """Return the circle of a twist bone in a pose; None if its bone has no length.
+    """Return the circle of a twist bone in a pose, or None if its bone has no length.
 
-    pose: global rotations (joints, 4) and positions (joints, 3); height: of the figure. The mark
-    turns with the twist bone.
+    `pose` has the global rotations (joints, 4) and positions (joints, 3). `height` is the figure's.
+    The mark turns with the twist bone.
     """
     rotations, positions = pose
     upper = int(skeleton.parents[helper.parent])
@@ -106,8 +106,8 @@ def helper_circle(
 def bone_circle(ends: Array, front: Array, height: float) -> Circle | None:
     """Return the circle about the middle of a bone from its ends, (2, 3).
 
-    front: the direction of the bone's front, (3,); height: of the figure. None if the bone has no
-    length, or if its front points along it.
+    `front` is the direction of the bone's front, (3,). `height` is the figure's. The result is None
+    if the bone has no length, or if its front points along it.
     """
     first, end = ends
     length = float(np.linalg.norm(end - first))
@@ -123,7 +123,7 @@ def bone_circle(ends: Array, front: Array, height: float) -> Circle | None:
 
 
 def times_drawn(offset: float) -> int:
-    """Return how many times as wide as it is a turn about a bone is drawn; offset: radians."""
+    """Return the factor by which a turn about a bone is enlarged. `offset` is in radians."""
     size = abs(offset)
     if size >= _SMALL:
         return 1
@@ -161,7 +161,7 @@ class LimbCircle:
                 piece.add_to(renderer)
 
     def remove(self) -> None:
-        """Remove it from the picture."""
+        """Remove the circle from the view."""
         for piece in self.pieces:
             piece.remove()
 
@@ -186,9 +186,11 @@ class LimbCircle:
     ) -> None:
         """Draw the circle, or nothing if there is none.
 
-        circle: of the pose before; offset: of the limb, radians; before: draw the mark of before;
-        after: the middle joint's place after correction, (3,), or None for no mark; line: draw the
-        limb's line.
+        - circle: the circle of the pose before
+        - offset: the offset of the limb, radians
+        - before: True to draw the mark of before
+        - after: the middle joint's position after correction, (3,), or None for no mark
+        - line: True to draw the limb's line
         """
         turned = circle is not None and bool(abs(offset) > SAME)
         both = turned and before and after is not None

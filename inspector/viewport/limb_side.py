@@ -1,4 +1,4 @@
-"""The view direction that shows a limb's error best, and the points to frame."""
+"""The direction from which a limb's error is best visible, and the points to frame."""
 
 from __future__ import annotations
 
@@ -19,14 +19,17 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
-_ON_BONE = (0.15, 0.4, 0.65, 0.9)  # places on a bone that should be seen
+_ON_BONE = (0.15, 0.4, 0.65, 0.9)  # positions on a bone that should be visible
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
 _AIR = 0.045  # margin around the limb, in figure heights
 
 
 @dataclass(frozen=True, eq=False)
 class LimbSide:
-    """A view of a limb. direction: unit vector towards the camera; points: to frame, (n, 3)."""
+    """A view of a limb.
+
+    `direction` is the unit vector towards the camera. `points` are the points to frame, (n, 3).
+    """
 
     direction: Array
     points: Array
@@ -39,8 +42,10 @@ class LimbSide:
         margin: float = 1.4,
         covered: float = 0.0,
     ) -> OrbitCamera:
-        """Return a camera for this view; height: of the figure; aspect: width to height; covered:
-        the share of the picture's height that is covered at the top.
+        """Return a camera for this view.
+
+        `height` is the figure's. `aspect` is the ratio of width to height. `covered` is the share
+        of the image's height that is covered at the top.
         """
         corners = [self.points + _AIR * height * e for e in (*np.eye(3), *-np.eye(3))]
         turned = camera.looking_from(self.direction)
@@ -48,7 +53,7 @@ class LimbSide:
 
 
 def limb_joints(chain: Chain, positions: Array) -> Array:
-    """Return the places of a chain's joints, (2 or 3, 3), from positions (joints, 3)."""
+    """Return the positions of a chain's joints, (2 or 3, 3), from positions (joints, 3)."""
     joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
     return positions[joints]
 
@@ -68,9 +73,13 @@ def limb_side(
 ) -> LimbSide | None:
     """Return the best view of a chain or limb, or None if it has no body.
 
-    For limbs and twist bones the circle is seen open. before, after: global rotations (joints, 4)
-    and positions (joints, 3); facing, up: unit vectors (3,) of the figure; height: of the figure;
-    above: another joint to frame, −1 for none; body: the joints of the person, by default all.
+    For limbs and twist bones, the circle is open in this view.
+
+    - before, after: global rotations (joints, 4) and positions (joints, 3)
+    - facing, up: unit vectors (3,) of the figure
+    - height: the height of the figure
+    - above: another joint to frame, −1 for none
+    - body: the joints of the person, by default all joints
     """
     rotations, positions = after
     limb = limb_joints(chain, positions)
@@ -123,7 +132,7 @@ def _hidden_share(
     height: float,
     directions: Array,
 ) -> Array:
-    """Return the hidden share of a limb, before or after, whichever is larger; (directions,)."""
+    """Return the hidden share of a limb, before or after, the larger one, (directions,)."""
     joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
     own = list(pairwise(joints))
     if isinstance(chain, Limb):

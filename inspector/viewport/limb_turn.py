@@ -1,4 +1,4 @@
-"""How far the selected limb or bone is turned at a frame, and the circle on which that shows."""
+"""The turn of the selected limb or bone at a frame, and the circle that shows the turn."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ LEAST_ANGLE = 0.5  # degrees, to be shown at a bone
 
 @dataclass(frozen=True, eq=False)
 class Turn:
-    """The circle of a turned limb or bone before correction, and how far its mark moves.
+    """The circle of a turned limb or bone before correction, and the movement of its mark.
 
-    drawn: the turn as drawn, radians, `times` as wide as it is; after: the mark's place after
-    correction, (3,); line: True if the circle is about a limb's line, not about a bone.
+    - drawn: the turn as drawn, radians, enlarged by the factor `times`
+    - after: the mark's position after correction, (3,)
+    - line: True if the circle is about a limb's line, not about a bone
     """
 
     circle: Circle
@@ -64,9 +65,9 @@ def turn_of(
 ) -> Turn | None:
     """Return the turn of a chain or limb at a frame, or None if it has no circle.
 
-    The bone of a chain has a circle only if it is turned; its fan is on the near side. offset:
-    radians; before, after: global rotations (joints, 4) and positions (joints, 3); height: of the
-    figure; towards: unit vector towards the viewer, (3,).
+    The bone of a chain has a circle only if it is turned; its fan is on the near side. `offset` is
+    in radians. `before` and `after` have global rotations (joints, 4) and positions (joints, 3).
+    `height` is the figure's. `towards` is the unit vector towards the viewer, (3,).
     """
     if isinstance(chain, Limb):
         circle = circle_of(chain, before[1])

@@ -1,4 +1,4 @@
-"""A mesh with its actor; its points and colours are updated in place every frame.
+"""A mesh with its actor, whose points and colours are updated in place every frame.
 
 This code must be fast: arrays are looked up once, plain VTK mappers draw them, and VTK is notified
 only of changes.
@@ -17,9 +17,10 @@ Index = NDArray[np.int64]
 
 
 class Piece:
-    """A number of vertices with constant faces, (n, 3) or (n, 4), or lines, (n, 2).
+    """Vertices with constant faces, (n, 3) or (n, 4), or lines, (n, 2).
 
-    channels: of a vertex colour, 3 or 4; 0: one colour for all, set by `tint`.
+    `channels` is the number of channels of a vertex colour, 3 or 4, or 0 for a single colour set by
+    `tint`.
     """
 
     def __init__(
@@ -63,7 +64,7 @@ class Piece:
         self._renderers: list[vtkRenderer] = []
 
     def unlit(self, *, width: float = 1.0, back_faces: bool = True) -> Piece:
-        """Draw without lighting; width: of lines, pixels."""
+        """Draw without lighting. `width` is the width of lines in pixels."""
         prop = self.actor.GetProperty()
         prop.LightingOff()
         prop.SetLineWidth(width)
@@ -90,7 +91,7 @@ class Piece:
         self.actor.GetProperty().SetColor(*(np.asarray(colour, dtype=float) / 255.0))
 
     def move(self, points: ArrayLike, normals: ArrayLike | None = None) -> None:
-        """Set the vertices, (V, 3), and the normals, likewise, of a piece with normals."""
+        """Set the vertices, (V, 3), and for a piece with normals also the normals, (V, 3)."""
         self.points[:] = points
         self._data.Modified()
         if self._normals is not None and normals is not None:
@@ -106,23 +107,23 @@ class Piece:
             self._mesh.Modified()
 
     def show(self, shown: bool) -> None:
-        """Show or hide it."""
+        """Show or hide the mesh."""
         if bool(self.actor.GetVisibility()) != shown:
             self.actor.SetVisibility(shown)
 
     @property
     def shown(self) -> bool:
-        """True if it is visible."""
+        """True if the mesh is visible."""
         return bool(self.actor.GetVisibility())
 
     def add_to(self, renderer: vtkRenderer) -> Piece:
-        """Add it to a renderer."""
+        """Add the mesh to a renderer."""
         renderer.AddActor(self.actor)
         self._renderers.append(renderer)
         return self
 
     def remove(self) -> None:
-        """Remove it from all renderers."""
+        """Remove the mesh from all renderers."""
         for renderer in self._renderers:
             renderer.RemoveActor(self.actor)
         self._renderers.clear()

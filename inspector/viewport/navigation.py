@@ -1,4 +1,4 @@
-"""Controls the camera with mouse and wheel over the 3D view.
+"""Control the camera with mouse and wheel over the 3D view.
 
 VTK's own interaction styles are not used: they render twice per move, tip the figure over, and
 react to keys that quit or change the scene.
@@ -10,7 +10,7 @@ from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-_CLICK = 4.0  # most pixels of movement in a click
+_CLICK = 4.0  # maximum pixels of movement in a click
 _TURN = 0.0075  # radians per pixel
 _STEP = 1.15  # zoom per wheel notch
 
@@ -30,7 +30,7 @@ class Navigation(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle events for the camera; VTK gets no input at all."""
+        """Handle events for the camera. VTK gets no input at all."""
         kind = event.type()
         if kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
             event.ignore()  # pass on to the window, which handles keys

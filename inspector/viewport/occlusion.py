@@ -1,4 +1,4 @@
-"""How much of a limb is hidden behind other bones, as seen from many directions."""
+"""Measure how much of a limb is hidden behind other bones, from many directions."""
 
 from __future__ import annotations
 
@@ -10,21 +10,25 @@ import numpy as np
 from inspector.viewport.bodies import BoneSegment
 from twistcore.skeleton.rotation import Array
 
-_THICK = 0.022  # least radius of a bone that may hide others, in figure heights
-_CLEAR = 0.8  # share of that radius which hides; at the border something is still seen
+_THICK = 0.022  # smallest radius of a bone that may hide others, in figure heights
+_CLEAR = 0.8  # share of that radius that hides; near the border, parts remain visible
 
 
 @dataclass(frozen=True, eq=False)
 class Occluders:
-    """Bones as rods: starts and stops (B, 3), radius (B,)."""
+    """Bones as rods.
+
+    `starts` and `stops` have the shape (B, 3), and `radius` has the shape (B,).
+    """
 
     starts: Array
     stops: Array
     radius: Array
 
     def hidden_share(self, points: Array, directions: Array) -> Array:
-        """Return the share of points (n, 3) that are hidden, for each direction (d, 3) to look
-        from, unit vectors; (d,).
+        """Return the share of points (n, 3) that are hidden, for each direction, (d,).
+
+        `directions` are the unit vectors (d, 3) from which the points are seen.
         """
         if not len(self.starts):
             return np.zeros(len(directions))
@@ -55,8 +59,10 @@ def occluders(
 ) -> Occluders:
     """Return all bones except the limb's own.
 
-    ends: the tips of all bones in the world, (bones, 3); positions: of the joints, (joints, 3);
-    own: the limb's bones, as (parent, child); height: of the figure.
+    - ends: the tips of all bones in world space, (bones, 3)
+    - positions: the positions of the joints, (joints, 3)
+    - own: the limb's bones, as (parent, child)
+    - height: the height of the figure
     """
     kept = [k for k, b in enumerate(bones) if (b.parent, b.child) not in own]
     return Occluders(

@@ -1,4 +1,4 @@
-"""Detects the kind of OpenGL: none, software or hardware."""
+"""Detect the kind of OpenGL: none, software or hardware."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext, QS
 from inspector.language import tr
 
 _GL_RENDERER = 0x1F01
-_PICTURELESS = ("offscreen", "minimal")  # Qt platforms where VTK's picture is blank
+_PICTURELESS = ("offscreen", "minimal")  # Qt platforms on which VTK's image is blank
 _WAYLAND = "wayland"  # also 'wayland-egl'; pyvistaqt cannot draw there yet
 _STRONG = ("nvidia", "geforce", "quadro", "rtx", "radeon", "amd", "apple m")
 _NO_OPENGL = tr(
@@ -25,7 +25,7 @@ _SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "software", "swrast", "gdi g
 
 @functools.cache
 def renderer_name() -> str:
-    """Return the driver's name; '' if there is no desktop OpenGL 3.2. The result is cached."""
+    """Return the driver's name, or '' without desktop OpenGL 3.2. The result is cached."""
     platform = QGuiApplication.platformName()
     if platform in _PICTURELESS or platform.startswith(_WAYLAND):
         return ""
@@ -61,6 +61,6 @@ def multisamples() -> int:
 
 
 def complaint() -> str:
-    """Return why there is no 3D view, for an empty `renderer_name`."""
+    """Return the reason why there is no 3D view, for an empty `renderer_name`."""
     on_wayland = QGuiApplication.platformName().startswith(_WAYLAND)
     return _NO_XWAYLAND if on_wayland else _NO_OPENGL

@@ -1,4 +1,4 @@
-"""Overlays of the picture: legend, notice, colour scale, and the line between two pictures."""
+"""Overlays of the 3D view: legend, notice, colour scale, and the line between two images."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Overlays:
     """The widgets over a view, which ignore the mouse."""
 
     def __init__(self, view: QWidget) -> None:
-        # Between two pictures; created first, so that it is below the other widgets.
+        # Between two images; created first, so that it is below the other widgets.
         self.divider = _let_through(QWidget(view))
         self.divider.hide()
         self.notice = _let_through(QLabel(view))  # a sentence in the middle
@@ -51,7 +51,7 @@ class Overlays:
         self._split = False
 
     def colour(self, theme: Theme, points: float) -> None:
-        """Apply the theme's colours; points: font size of the legend."""
+        """Apply the theme's colours. `points` is the font size of the legend."""
         self.notice.setStyleSheet(f"color: {theme.soft}; background: transparent; font-size: 15px")
         self.legend.setStyleSheet(
             f"background: {theme.raised}; color: {theme.text}; padding: 4px 8px;"
@@ -72,7 +72,7 @@ class Overlays:
         self.scale.colour(theme)
 
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
-        """Place all overlays; those of a figure only while one is drawn."""
+        """Place all overlays; those of a figure only while a figure is drawn."""
         view = self.notice.parentWidget()  # no reference, which would keep OpenGL
         assert view is not None
         high = view.height()
@@ -101,11 +101,12 @@ class Overlays:
         spoke: Array | None = None,
         busy: Array = NOTHING,
     ) -> None:
-        """Show an angle in the left picture, or hide it.
+        """Show an angle in the left image, or hide it.
 
-        bone: its ends in pixels, (2, 2); thick: its radius in pixels; spoke: from the centre of a
-        fan to its rim, in pixels, (2, 2), to show the angle outside; by default next to the bone;
-        busy: pixels that should stay in view, (n, 2).
+        `bone` has the bone's ends in pixels, (2, 2), and `thick` is its radius in pixels. `spoke`
+        leads from the centre of a fan to its rim, in pixels, (2, 2), to show the angle outside the
+        fan; by default the angle is next to the bone. `busy` are the pixels that should stay
+        visible, (n, 2).
         """
         if not text or bone is None:
             self.angle.hide()
@@ -125,10 +126,11 @@ class Overlays:
         self.angle.show()
 
     def show_sides(self, places: Mapping[str, Array], busy: Array = NOTHING) -> None:
-        """Show the letters of the left and the right side at pixels (2,) of the left picture, or
-        near them if something else is there; a letter that does not fit into the picture is hidden.
+        """Show the letters of the left and the right side, at pixels (2,) of the left image, or
+        near them if something else is there.
 
-        busy: pixels that should stay in view, (n, 2).
+        A letter that does not fit into the image is hidden. `busy` are the pixels that should stay
+        visible, (n, 2).
         """
         room = self._room()
         for side, label in self.sides.items():
@@ -158,9 +160,9 @@ class Overlays:
         return box
 
     def show_whole(self, drawn: Miniature | None, size: QSize, busy: Array) -> None:
-        """Show the whole figure in the corner of the left picture that has most room, or hide it.
+        """Show the whole figure in the emptiest corner of the left image, or hide it.
 
-        busy: pixels that should stay in view, (n, 2).
+        `busy` are the pixels that should stay visible, (n, 2).
         """
         room = self._room().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
         if drawn is None or room.width() < size.width() or room.height() < size.height():
@@ -178,7 +180,7 @@ class Overlays:
         self.whole.show_miniature(drawn, min(corners, key=covered), SIDES)
 
     def _room(self) -> QRect:
-        """Return the left picture below the legend."""
+        """Return the part of the left image below the legend."""
         view = self.notice.parentWidget()
         assert view is not None
         wide = view.width() // (2 if self._split else 1)
@@ -191,7 +193,7 @@ class Overlays:
         return max(self.legend.geometry().bottom() + 1, line)
 
     def fit(self) -> None:
-        """Fit the legend above the picture, over the whole width, and the divider below it."""
+        """Fit the legend above the image, over the whole width, and the divider below it."""
         view, legend = self.notice.parentWidget(), self.legend
         assert view is not None
         wide, middle = view.width(), view.width() // 2
@@ -223,7 +225,7 @@ class OffsetScale(QWidget):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw a bar of colours with numbers."""
+        """Draw the colour bar and its tick labels."""
         painter, theme = QPainter(self), self._theme
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QColor(theme.line))
@@ -262,6 +264,6 @@ def sampled(box: QRect) -> Array:
 
 
 def _let_through(widget: _Shown) -> _Shown:
-    """Return the widget, made transparent for the mouse."""
+    """Make a widget transparent for the mouse, and return it."""
     widget.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
     return widget

@@ -1,4 +1,4 @@
-"""The VTK scene: figures on the ground, in one picture or in two."""
+"""The VTK scene: figures on the ground, in one image or in two."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8) 
 
 
 class Scene:
-    """The scene of a clip in a plotter; another clip gets a new scene."""
+    """The scene of a clip in a plotter. Another clip gets a new scene."""
 
     def __init__(self, plotter: QtInteractor, document: Document, theme: Theme) -> None:
         data = document.data
@@ -78,7 +78,7 @@ class Scene:
 
     @property
     def split(self) -> bool:
-        """True if before and after are in separate pictures."""
+        """True if before and after are in separate images."""
         return self._right is not None
 
     def set_style(self, style: Style) -> None:
@@ -96,7 +96,7 @@ class Scene:
         self._restore()
 
     def set_split(self, on: bool) -> None:
-        """Show before and after in two pictures with one camera, or in one picture."""
+        """Show before and after in two images with one camera, or in one image."""
         if on == self.split:
             return
         trailing = self.trails is not None
@@ -129,14 +129,14 @@ class Scene:
             self.trails.colour(self._theme, background(self._theme))
 
     def colour(self, theme: Theme) -> None:
-        """Apply the theme's colours; figures are painted with the next pose."""
+        """Apply the theme's colours. Figures are painted with the next pose."""
         self._theme = theme
         self._restore()
 
     # -- a frame ------------------------------------------------------------------------------
 
     def draw(self, pose: Pose, after: Pose | None = None) -> None:
-        """Draw the figures; after: the figure on the right. The caller repaints."""
+        """Draw the figures. `after` is the figure on the right. The caller repaints."""
         self._solid.draw(pose)
         self._ghost.draw(pose)
         if self._other is not None and after is not None:
@@ -156,7 +156,7 @@ class Scene:
         return self._third is not None and self._third.shown
 
     def draw_triads(self, pose: Pose, joints: Sequence[int]) -> None:
-        """Draw the axes of two joints; without joints, hide them."""
+        """Draw the axes of two joints, or hide them without joints."""
         self._triads.show(bool(joints))
         if not joints:
             return
@@ -175,7 +175,9 @@ class Scene:
         after: Array | None = None,
         line: bool = True,
     ) -> None:
-        """Draw the circle of the selected limb or bone, as LimbCircle.draw; None hides it."""
+        """Draw the circle of the selected limb or bone, like LimbCircle.draw, or hide it for
+        None.
+        """
         if circle is not None and self._circle is None:
             # In two pictures, only before has the circle: after is shown as it would be.
             self._circle = LimbCircle(self.height, self.renderers()[:1])
@@ -199,9 +201,9 @@ class Scene:
         return [joints[0] for joints in self.people.values()]
 
     def facing(self, positions: Array, person: str = "") -> Array:
-        """Return the direction that the figure faces, a level unit vector (3,).
+        """Return the direction in which the figure faces, a level unit vector (3,).
 
-        person: one of several people, by default the first.
+        `person` is one of several people, by default the first.
         """
         own = tuple(limb for limb in self._limbs if not person or limb.person == person)
         return heading(positions, own, self.up)
@@ -265,7 +267,7 @@ class Scene:
             self.trails.colour(self._theme, back)
 
     def renderers(self) -> list[vtkRenderer]:
-        """Return the renderers of the pictures, from left to right."""
+        """Return the renderers of the images, from left to right."""
         return [self._left] if self._right is None else [self._left, self._right]
 
     def _drop_right(self) -> None:

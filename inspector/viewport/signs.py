@@ -1,4 +1,4 @@
-"""The signs in the left picture: the angle, the letters of the sides, and the whole figure."""
+"""The signs in the left image: the angle, the letters of the sides, and the whole figure."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.whole_figure import bone_ends, miniature, miniature_size
 from twistcore.skeleton.rotation import Array, rotate
 
-_GIRTH = 0.035  # half the width of a limb and some air, in figure heights
+_GIRTH = 0.035  # half the width of a limb with a margin, in figure heights
 _BESIDE = 14.0  # pixels from a limb to the letter of its side
 _HEAVY = 3  # a fan or another label weighs as much as so many bones
 _THIN = 0.02  # half the width of a bone, in figure heights
@@ -29,7 +29,7 @@ def show_signs(
     camera: OrbitCamera,
     size: tuple[int, int],
 ) -> None:
-    """Show the signs of the pose that was drawn; size: of a picture, pixels."""
+    """Show the signs of the drawn pose. `size` is the size of an image in pixels."""
     thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
     sign, pose = drawing.angle_to_show(scene, camera), drawing.left
     busy, spoke = NOTHING, None
@@ -78,10 +78,11 @@ def _letters(
     thick: float,
     spoke: Array | None,
 ) -> dict[str, Array]:
-    """Return the pixel (2,) of each side's letter: next to its limb, away from the fan and from
-    the other limb.
+    """Return the pixel (2,) of each side's letter.
+
+    A letter is next to its limb, away from the fan and from the other limb.
     """
-    joints = drawing.sides()  # the selected limb's is the last
+    joints = drawing.sides()  # the selected limb is the last
     pixels, depth = camera.project(pose.positions[list(joints.values())].reshape(-1, 3), *size)
     middle = pixels.mean(axis=0) if len(pixels) else pixels
     places = {}
@@ -101,7 +102,7 @@ def _show_whole(
     size: tuple[int, int],
     busy: Array,
 ) -> None:
-    """Show the whole figure, if the picture shows only a part of it."""
+    """Show the whole figure if the image shows only a part of it."""
     joints = set(drawing.own_joints(scene))
     own = np.array([b.parent in joints for b in scene.bones], dtype=bool)
     ends = bone_ends(scene, pose)

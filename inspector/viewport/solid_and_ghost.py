@@ -37,7 +37,7 @@ from twistcore.skeleton.rotation import Array, geodesic_angle
 
 _GROWN = 1.09  # the ghost is slightly larger than the solid body
 _FAINT = 64  # alpha of a faint body
-SAME = np.radians(0.05)  # bones that differ by less count as equal
+SAME = np.radians(0.05)  # bones that differ by less are treated as equal
 
 
 class Style(StrEnum):
@@ -51,10 +51,12 @@ class Style(StrEnum):
 class Pose:
     """The pose and look of a frame.
 
-    rotations (joints, 4), positions (joints, 3): the solid figure; roles (bones,): of
-    bone_colours.Role; ghost: rotations (joints, 4) of the ghost and its drawn bones (bones,), or
-    None; ghost_positions: (joints, 3), if they differ from the solid figure's; offsets: |offset| of
-    the bones, radians, (bones,), to colour by offset; faint: translucent bones, (bones,), if any.
+    - rotations, positions: of the solid figure, (joints, 4) and (joints, 3)
+    - roles: the role of each bone, from bone_colours.Role, (bones,)
+    - ghost: the rotations (joints, 4) of the ghost and its drawn bones (bones,), or None
+    - ghost_positions: the ghost's positions, (joints, 3), if they differ from the solid figure's
+    - offsets: the |offset| of each bone, radians, (bones,), to colour by offset
+    - faint: mask of the translucent bones, (bones,), if any
     """
 
     rotations: Array
@@ -79,7 +81,11 @@ class Shapes:
         fine: bool | None = None,
         attached: Sequence[Attached] = (),
     ) -> None:
-        """fine: a rounder skin, by default depends on the OpenGL driver; attached: more bodies."""
+        """Build the shapes.
+
+        `fine` makes a rounder skin, by default depending on the OpenGL driver. `attached` are more
+        bodies.
+        """
         self.style = style
         worn = chains if style == Style.SKIN else ()
         fine = not opengl.is_software() if fine is None else fine
@@ -94,22 +100,25 @@ class Shapes:
             self._other[number] = bones[number].child
 
     def differing(self, before: Array, after: Array) -> NDArray[np.bool_]:
-        """Return the mask of bones that differ between two poses, global rotations (joints, 4);
-        (bones,).
+        """Return a mask of the bones that differ between two poses, (bones,).
+
+        The poses are global rotations, (joints, 4).
         """
         differs = geodesic_angle(before, after) > SAME
         found: NDArray[np.bool_] = differs[self._parents] | differs[self._other]
         return found
 
     def turned(self, before: Array, after: Array) -> NDArray[np.bool_]:
-        """Return the mask of bones that turn themselves between two poses, as `differing`, without
-        the bones whose skin is only wrung by the bone below.
+        """Return a mask of the bones that turn themselves between two poses, (bones,).
+
+        Bones whose skin is only twisted by the bone below are left out. The poses are global
+        rotations, (joints, 4).
         """
         found: NDArray[np.bool_] = (geodesic_angle(before, after) > SAME)[self._parents]
         return found
 
     def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return the mask of vertices of chosen bones (bones,) and of the spheres at their ends,
+        """Return a mask of the vertices of chosen bones (bones,) and of the spheres at their ends,
         (V,).
         """
         own: NDArray[np.bool_] = (shape.bone >= 0) & chosen[shape.bone]
@@ -131,7 +140,7 @@ class _Figure:
             piece.add_to(renderer)
 
     def remove(self) -> None:
-        """Remove it from the picture."""
+        """Remove the figure from the view."""
         for piece in self.pieces:
             piece.remove()
 
@@ -141,7 +150,7 @@ class Solid(_Figure):
 
     def __init__(self, shapes: Shapes, ground: Ground, renderer: vtkRenderer) -> None:
         wedges, skin = shapes.bodies, shapes.skin
-        # Without spheres and stripes the shadow is the same, with a quarter of the polygons.
+        # Without spheres and stripes, the shadow is the same, with a quarter of the polygons.
         large = ~np.isin(wedges.part[wedges.faces[:, 0]], (JOINT, STRIPE))
         shadows = (wedges, wedges.faces[large]), (skin, skin.faces)
         parts: list[tuple[Soup | Skin, Piece, Piece]] = [
@@ -182,7 +191,7 @@ class Solid(_Figure):
                 self._paint(k, pose)
             if self._faint:
                 self._faint[k].move(points)
-                points[self._apart[k]] = points[0]  # zero area is not drawn
+                points[self._apart[k]] = points[0]  # faces of zero area are not drawn
             faces.move(points, normals)
         self._painted = look
 
@@ -198,7 +207,7 @@ class Solid(_Figure):
             self._faint[k].paint(np.hstack([colours, alpha]))
 
     def _set_apart(self, faint: NDArray[np.bool_] | None) -> None:
-        """Make pieces for the faint bones."""
+        """Make separate pieces for the faint bones."""
         for piece in self._faint:
             piece.remove()
             self.pieces.remove(piece)
@@ -246,7 +255,7 @@ class Ghost(_Figure):
             shown = hidden is not None and not hidden.all()
             if shown:
                 points, _ = _placed(shape, rotations, positions, grown=_GROWN)
-                points[hidden] = positions[0]  # no area: not drawn
+                points[hidden] = positions[0]  # faces without an area are not drawn
             for piece in pieces:
                 piece.show(shown)
                 if shown:
@@ -256,7 +265,7 @@ class Ghost(_Figure):
 def _placed(
     shape: Soup | Skin, rotations: Array, positions: Array, *, grown: float = 1.0
 ) -> tuple[Array, Array | None]:
-    """Return world vertices and, for skin, normals, both (V, 3); wedges ignore `grown`."""
+    """Return world vertices and, for skin, normals, (V, 3) each. Wedges ignore `grown`."""
     if isinstance(shape, Skin):
         return drape(shape, rotations, positions, grown=grown)
     return place(shape, rotations, positions), None

@@ -28,12 +28,12 @@ from twistcore.skeleton.rotation import (
     twist_angle,
 )
 
-_BANDS = 6  # alternating dark and light stripes around a limb; the pattern repeats after 120°
+_BANDS = 6  # number of dark and light stripes around a limb; the pattern repeats after 120°
 STATIONS = np.array([0.0, 0.05, 0.11, 0.19, 0.30, 0.42, 0.54, 0.66, 0.78, 0.87, 0.94, 1.0])
 _BEND = 0.20  # share of a bone near a joint where the skin bends with the next bone
 _CAP = 0.11  # share of a bone at a limb's end that is rounded
 _SWELL = 0.16  # extra thickness of a limb in its upper middle
-# Radius at P and at C by segment, in figure heights.
+# Radius at P and at C for each segment, in figure heights.
 _GIRTH = {
     "Shoulder": (0.026, 0.027),
     "Arm": (0.029, 0.023),
@@ -50,12 +50,19 @@ _FOOT, _EDGE = (0.36, 0.80), (0.22, 1.40)  # half its width, and distance from t
 class Skin:
     """Tubes of B bones with K rings of M vertices, in the order (B, K, M), then the fins' vertices.
 
-    parent, child: joints of the bones, (B,); below: the bone after C, or the bone itself, (B,);
-    above: the bone before P, likewise; axis: P→C in P's coordinates, (B, 3); across: two unit
-    vectors perpendicular to it, (B, 2, 3), aligned along the limb in the rest pose, so that stripes
-    meet; radius: (B, K); circle: cosine and sine of the vertices, (M, 2); bone: index of the body's
-    bone, (V,); part: of bodies.PARTS, likewise; faces: (n, 4); edges: lines (n, 2) along the dark
-    stripes; fin: vertices of the fins in P's coordinates, (B, F, 3); fin_normals: likewise.
+    - parent, child: the joints of the bones, (B,)
+    - below: the bone after C, or the bone itself, (B,)
+    - above: the bone before P, or the bone itself, (B,)
+    - axis: P→C in P's coordinates, (B, 3)
+    - across: two unit vectors perpendicular to the axis, (B, 2, 3), aligned along the limb in the
+      rest pose, so that stripes meet
+    - radius: the radius of each ring, (B, K)
+    - circle: cosine and sine of the vertices, (M, 2)
+    - bone: the index of the body's bone for each vertex, (V,)
+    - part: the part of each vertex, from bodies.PARTS, (V,)
+    - faces: faces (n, 4)
+    - edges: lines (n, 2) along the dark stripes
+    - fin, fin_normals: the vertices of the fins and their normals in P's coordinates, (B, F, 3)
     """
 
     parent: Index
@@ -82,7 +89,7 @@ class Skin:
 def build_skin(
     bones: Sequence[BoneSegment], chains: Sequence[Chain], height: float, *, fine: bool = False
 ) -> Skin:
-    """Return the skin of every chain's bone P→C with a body; fine: with twice as many vertices."""
+    """Return the skin of every chain's bone P→C with a body. `fine` doubles the vertices."""
     numbers = {(b.parent, b.child): k for k, b in enumerate(bones) if b.child >= 0}
     pairs = [(c, numbers[c.parent, c.child]) for c in chains if (c.parent, c.child) in numbers]
     count = len(pairs)
@@ -140,8 +147,8 @@ def drape(
     start, stop = positions[skin.parent], positions[skin.child]
     centre = start[:, None] + STATIONS[:, None] * (stop - start)[:, None]
     frame = _turned(angle, sides)  # (B, K, 2, 3)
-    # Near a joint a ring belongs to both bones, as in linear blend skinning, with equal shares at
-    # the joint itself. Its place and sides are weighted means.
+    # Near a joint, a ring belongs to both bones, as in linear blend skinning, with equal shares at
+    # the joint itself. Its position and sides are weighted means.
     end = _turned(angle[:, -1:], sides)  # the roll at the end of a bone …
     for other, ours, reach in ((skin.below, stop, STATIONS - 1.0), (skin.above, start, STATIONS)):
         share = 0.5 * np.clip(1.0 - np.abs(reach) / _BEND, 0.0, 1.0) ** 2
@@ -165,14 +172,14 @@ def drape(
 
 
 def _turned(angle: Array, sides: Array) -> Array:
-    """Return sides (B, 2, 3) turned by angles (B, K) about their common normal: (B, K, 2, 3)."""
+    """Return sides (B, 2, 3) turned by angles (B, K) about their common normal, (B, K, 2, 3)."""
     cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
     first, second = sides[:, None, 0], sides[:, None, 1]
     return np.stack([cosine * first + sine * second, cosine * second - sine * first], axis=-2)
 
 
 def _carried(vector: Array, start: Array, stop: Array) -> Array:
-    """Return a normal (3,) of `start`, turned along with the shortest turn to `stop`."""
+    """Return a normal (3,) of `start` after the shortest turn from `start` to `stop`."""
     across = start + stop
     if across @ across < 1e-6:
         return vector

@@ -1,6 +1,6 @@
 """Trails of hands and feet around a frame, before and after correction.
 
-A twist correction moves no joint [Choi26 §3.2], which the coinciding trails show.
+A twist correction moves no joint [Choi26 §3.2], so both trails coincide.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Trails:
     """The trails as fading lines: broad for before, thin on top for after."""
 
     def __init__(self, document: Document, renderers: list[vtkRenderer]) -> None:
-        """`renderers`: one, or two for before and after."""
+        """Set up the trails. There is one renderer, or two for before and after."""
         data = document.data
         assert data is not None
         self._document, self._data = document, data
@@ -60,7 +60,7 @@ class Trails:
             piece.paint(np.tile(line, (len(self._joints), 1)).astype(np.uint8))
 
     def forget(self) -> None:
-        """Drop computed places, because the review has changed."""
+        """Discard computed positions, because the review has changed."""
         self._known = None
         self._drawn = (-1, b"")
 
@@ -73,12 +73,12 @@ class Trails:
         self._drawn = (frame, eye.tobytes())
         first, second = self._around(frame)
         self.apart = float(np.linalg.norm(first - second, axis=2).max()) if first.size else 0.0
-        # Shift along the line of sight, so that it is on top at the same place in the picture.
+        # Shift along the line of sight, so that it is on top at the same point of the image.
         for piece, way in ((self.before, first), (self.after, second + _NEARER * (eye - second))):
             piece.move(way.transpose(1, 0, 2).reshape(-1, 3))
 
     def _around(self, frame: int) -> tuple[Array, Array]:
-        """Return both trails around a frame, (stops, joints, 3), held at the clip's ends.
+        """Return both trails around a frame, (stops, joints, 3), repeating the clip's ends.
 
         Several seconds are computed at once, so that playing needs only a look-up.
         """

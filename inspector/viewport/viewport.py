@@ -38,7 +38,7 @@ _FIGURE_MS = 30  # tables and curves of a new clip come first, then the figure
 
 
 class Viewport(Steering):
-    """The 3D view; a click on a bone selects its chain in the document.
+    """The 3D view. A click on a bone selects its chain in the document.
 
     All changes in one turn of the event loop are drawn together. Call `close()` before the window
     is destroyed, because the render window must be finalised while its OpenGL context exists.
@@ -96,7 +96,7 @@ class Viewport(Steering):
         self._schedule()
 
     def set_scale(self, scale: float) -> None:
-        """Scale the text over the picture; 1 is the normal size."""
+        """Scale the text over the image; 1 is the normal size."""
         self._scale = scale
         self._colour(self.theme)
 
@@ -116,21 +116,21 @@ class Viewport(Steering):
         self.take_view(other)
 
     def invite(self, guest: Guest | None) -> None:
-        """Let a guest draw into the view; None: no guest."""
+        """Let a guest draw into the view, or no guest for None."""
         if self.drawing.guest is not None and guest is not self.drawing.guest:
             self.drawing.guest.leave()
         self.drawing.guest = guest
         self._schedule()
 
     def accompany(self, companion: Companion) -> None:
-        """Draw a third figure from a companion, whenever it has one."""
+        """Draw the companion's figure as a third figure, whenever the companion has one."""
         self.drawing.companion = companion
         companion.changed.connect(self._schedule)
 
     # -- drawing ------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Draw the current state of the document; Qt's next repaint shows it."""
+        """Draw the current state of the document. Qt's next repaint shows it."""
         self._timer.stop()
         self._stale.take()
         if self.view is None:
@@ -146,7 +146,7 @@ class Viewport(Steering):
         self._repaint()
 
     def _repaint(self) -> None:
-        """Repaint with Qt's next repaint; pyvista's `update` would render at once."""
+        """Repaint with Qt's next repaint, since pyvista's `update` would render immediately."""
         if self.view is not None:
             QWidget.update(self.view)
 
@@ -156,7 +156,7 @@ class Viewport(Steering):
 
     @property
     def pending(self) -> bool:
-        """True if a picture is still to be drawn."""
+        """True if an image is still to be drawn."""
         return self._stale.pending or self._timer.isActive() or self._builder.isActive()
 
     def has_painted_interval(self) -> bool:
@@ -166,7 +166,7 @@ class Viewport(Steering):
         return self.document.interval_id in (None, self._painted)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Note what the view paints; never stop an event."""
+        """Record what the view paints. All events are passed on."""
         if event.type() == QEvent.Type.Paint:
             self._painted = self._drawn
         return False
@@ -232,12 +232,12 @@ class Viewport(Steering):
             self._warm()
 
     def _complete(self) -> None:
-        """Finish building the figure at once."""
+        """Finish building the figure immediately."""
         while self._builder.isActive():
             self._build()
 
     def _reviewed(self) -> None:
-        """Draw again if the frame has changed; most steps of τ do not affect it."""
+        """Draw again if the frame has changed, which most steps of τ do not cause."""
         trails = self._scene.trails if self._scene is not None else None
         if trails is not None:
             trails.forget()
@@ -253,7 +253,7 @@ class Viewport(Steering):
     # -- Qt -----------------------------------------------------------------------------------
 
     def _make_view(self) -> None:
-        """Create the OpenGL widget; without OpenGL a notice is shown instead."""
+        """Create the OpenGL widget, or show a notice without OpenGL."""
         self.view = make_plotter(self)
         if self.view is None:
             return
@@ -291,7 +291,7 @@ class Viewport(Steering):
         QToolTip.hideText()  # so is the name of a bone
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Draw changes that were made while hidden."""
+        """Draw changes that were made while the view was hidden."""
         super().showEvent(event)
         self._schedule()
         if self._scene is None and not self._warmed:
@@ -318,8 +318,8 @@ class Viewport(Steering):
                 self._scene.remove()
             self._scene = None
             self.view.close()
-            # Qt deletes the surface with the window. A stale Python reference to it was once taken
-            # for an action of the next window at the same address.
+            # Qt deletes the surface with the window. A stale Python reference to it was once
+            # mistaken for an action of the next window at the same address.
             self.view._surface = None
             self.view = None
         super().closeEvent(event)

@@ -1,4 +1,4 @@
-"""The whole figure as a small drawing, for a picture that shows only a part of it."""
+"""The whole figure as a small drawing, for a view that shows only a part of it."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from inspector.viewport.solid_and_ghost import Pose
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.rotation import Array, rotate
 
-_SHARE, _BOUNDS = 0.30, (64, 150)  # of a picture's width; pixels
+_SHARE, _BOUNDS = 0.30, (64, 150)  # share of an image's width; pixels
 _TALL = 1.3  # height to width
 _AIR = 1.3  # around the figure
-_NOSE = 1.9  # from the middle of the head to the tip, in half widths
+_NOSE = 1.9  # from the middle of the head to the tip of the nose, in half widths
 _GAP = 9.0  # pixels from a joint to the letter of its side
 
 
@@ -29,9 +29,12 @@ _GAP = 9.0  # pixels from a joint to the letter of its side
 class Miniature:
     """A drawing of the figure in pixels.
 
-    bones: ends, (n, 2, 2); roles: of bone_colours.Role, (n,); heads: centre, nose,
-    (heads, 2, 2); radius: of the heads, (heads,); facing: True for a face towards the viewer,
-    (heads,); letters: the pixel of each side's letter, (2,).
+    - bones: the two end points of each bone, (n, 2, 2)
+    - roles: the role of each bone, from bone_colours.Role, (n,)
+    - heads: the centre and the nose of each head, (heads, 2, 2)
+    - radius: the radius of each head, (heads,)
+    - facing: True for a face towards the viewer, (heads,)
+    - letters: the pixel of each side's letter, (2,)
     """
 
     bones: Array
@@ -43,7 +46,7 @@ class Miniature:
 
 
 def miniature_size(picture: tuple[int, int]) -> QSize:
-    """Return the size of the drawing for a picture of this width and height, pixels."""
+    """Return the size of the drawing for an image of this width and height, in pixels."""
     wide = round(min(max(_SHARE * picture[0], _BOUNDS[0]), _BOUNDS[1]))
     return QSize(wide, round(_TALL * wide))
 
@@ -65,10 +68,11 @@ def miniature(
     camera: OrbitCamera,
     size: QSize,
 ) -> Miniature:
-    """Return a drawing of the figure as the camera sees it, in whole.
+    """Return a drawing of the whole figure as the camera sees it.
 
-    ends: of all bones, (bones, 2, 3); own: the bones to draw, (bones,); sides: the joint at which
-    to write the letter of each side.
+    - ends: the ends of all bones, (bones, 2, 3)
+    - own: mask of the bones to draw, (bones,)
+    - sides: the joint next to the letter of each side
     """
     wide, high = size.toTuple()
     shown = ends[own]
@@ -113,7 +117,7 @@ class WholeFigure(QWidget):
         self.update()
 
     def show_miniature(self, drawn: Miniature, at: QRect, words: Mapping[str, str]) -> None:
-        """Show a drawing at a place in the view; words: the letter of each side."""
+        """Show a drawing at a point of the view. `words` has the letter of each side."""
         self._miniature, self._words = drawn, words
         self.setGeometry(at)
         self.show()

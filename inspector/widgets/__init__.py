@@ -1,1 +1,1 @@
-"""General-purpose widgets that do not depend on anything about twist."""
+"""General-purpose widgets that know nothing about twist."""

@@ -1,4 +1,4 @@
-"""Axes of the plots, labelled with as many round numbers as fit."""
+"""Axes of the plots, with as many round numbers as fit."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def from_root_scale(value: float) -> float:
 
 
 def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
-    """Return as many of the ascending places as fit if they are at least `room` apart."""
+    """Thin out ascending tick positions so that neighbours are at least `room` apart."""
     chosen = [-math.inf]
     for at in places:
         if at - chosen[-1] >= room:
@@ -41,7 +41,7 @@ def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
 
 
 class Axis(pg.AxisItem):
-    """An axis that leaves mouse input to the plot. `type_scale` is the factor for the type size."""
+    """An axis that leaves mouse input to the plot. `type_scale` scales the type size."""
 
     type_scale = 1.0
 
@@ -51,7 +51,7 @@ class Axis(pg.AxisItem):
 
 
 class UnitAxis(Axis):
-    """An axis of numbers with a unit, in degrees by default."""
+    """An axis of numbers with a unit, by default degrees."""
 
     unit = "°"
 
@@ -64,7 +64,7 @@ class UnitAxis(Axis):
         ]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the tick labels, with as many decimals as the spacing needs."""
+        """Return the tick labels with as many decimals as the spacing needs."""
         decimals = max(0, int(np.ceil(-np.log10(spacing) - 1e-9))) if spacing < 1 else 0
         return [f"{plain(v, decimals)}{self.unit}" for v in values]
 
@@ -72,15 +72,13 @@ class UnitAxis(Axis):
 class RootAxis(Axis):
     """An axis of degrees on a signed square-root scale.
 
-    `taken` is the place on this scale that is kept free of numbers.
+    `taken` is the position on this scale that is kept free of numbers.
     """
 
     taken: float | None = None
 
     def keep_clear(self, place: float) -> None:
-        """Keep a place on this scale free of numbers, because the plot
-        draws something else there.
-        """
+        """Keep a position on this scale free of numbers, because the plot draws something there."""
         before, self.taken = self._overlapped(), place
         if self._overlapped() != before:
             self.picture = None  # drawn again at the next repaint
@@ -90,7 +88,7 @@ class RootAxis(Axis):
         return self.type_scale * _TICK_ROOM * (high - low) / max(float(self.height()), 1.0)
 
     def _overlapped(self) -> list[float]:
-        """Return the places of the numbers that would overlap `taken`."""
+        """Return the positions of the numbers that would overlap `taken`."""
         ticks = root_scale(np.array(_ROOT_TICKS)).tolist()
         return [t for t in ticks if self.taken is not None and abs(t - self.taken) < self._room()]
 
@@ -102,7 +100,7 @@ class RootAxis(Axis):
         return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the label in degrees for each place on the scale."""
+        """Return the label in degrees for each position on the scale."""
         return [f"{plain(from_root_scale(v), 0)}°" for v in values]
 
 
@@ -112,7 +110,7 @@ class FrameAxis(Axis):
     first = 0
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
-        """Return those spacings that are whole numbers of frames."""
+        """Return the spacings that are whole numbers of frames."""
         return [s for s in super().tickSpacing(low, high, size) if s[0] >= 1.0] or [(1.0, 0.0)]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:

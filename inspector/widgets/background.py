@@ -1,4 +1,4 @@
-"""Work in background threads, with results delivered in the GUI thread."""
+"""Run work in background threads, and deliver results in the GUI thread."""
 
 from __future__ import annotations
 
@@ -34,11 +34,10 @@ _post: _Post | None = None
 
 
 class Task(QObject):
-    """Runs `work(tell)` in a thread; emits `finished`, or `failed` with an
-    exception, in this thread.
+    """Runs `work(tell)` in a thread; emits `finished`, or `failed` with an exception, here.
 
-    Long work reports its progress by calling `tell`, after which `progress(share)` is emitted in
-    this thread, too. After `cancel()`, nothing more is emitted.
+    The signals are emitted in the GUI thread. Long work reports its progress by calling `tell`,
+    after which `progress(share)` is emitted, too. After `cancel()`, nothing more is emitted.
     """
 
     finished = Signal(object)
@@ -58,11 +57,11 @@ class Task(QObject):
         QThreadPool.globalInstance().start(_Runner(self, _post))
 
     def cancel(self) -> None:
-        """Ignore the result; work that is running ends when it next reports its progress."""
+        """Ignore the result. Running work ends when it next reports its progress."""
         self._cancelled = True
 
     def tell(self, share: float) -> None:
-        """Report the progress from the thread, as a share 0…1; raises Cancelled after `cancel`."""
+        """Report the progress from the thread, as a share 0…1. Raises Cancelled after `cancel`."""
         if self._cancelled:
             raise Cancelled
         if (percent := int(100.0 * share)) != self._percent:
@@ -75,7 +74,7 @@ class Task(QObject):
             self.progress.emit(share)
 
     def run(self) -> Callable[[], None]:
-        """Do the work in the thread; return the call that delivers its result."""
+        """Do the work in the thread, and return the call that delivers its result."""
         try:
             return partial(self._deliver, self._work(self.tell), None)
         except (Exception, Cancelled) as caught:  # the GUI thread reports every error
@@ -94,7 +93,7 @@ class Task(QObject):
 
 
 class OneTask(QObject):
-    """Runs one task at a time; a new task replaces the one that is running."""
+    """Runs one task at a time. A new task replaces the running one."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -112,8 +111,8 @@ class OneTask(QObject):
         failed: Callable[[Any], object] = lambda _: None,
         progress: Callable[[float], object] = lambda _: None,
     ) -> None:
-        """Run `work(tell)` in a thread, then call `done` or `failed`, unless
-        another task replaces it.
+        """Run `work(tell)` in a thread, then call `done` or `failed` unless another task replaces
+        it.
         """
         self.cancel()
         self._task = Task(work, self)
@@ -146,5 +145,5 @@ class _Runner(QRunnable):
 
 
 def wait_for_tasks(milliseconds: int) -> bool:
-    """Wait for running tasks; return False if they have not ended after this time."""
+    """Wait for running tasks. Returns False if they have not ended after this time."""
     return QThreadPool.globalInstance().waitForDone(milliseconds)

@@ -23,7 +23,7 @@ _Label = TypeVar("_Label", bound=QLabel)
 _Box = TypeVar("_Box", bound=QBoxLayout)
 _Margins = tuple[int, int, int, int]  # pixels: left, top, right, bottom
 
-# A widget, a layout or a text; one of them with its stretch; a number of pixels; or a stretch.
+# A widget, a layout or a text; one of these with its stretch; a number of pixels; or a stretch.
 Part = QWidget | QLayout | str | tuple[QWidget | QLayout, int] | int | None
 
 
@@ -33,10 +33,10 @@ def hbox(
     margins: _Margins | None = None,
     spacing: int | None = None,
 ) -> QHBoxLayout:
-    """Return a layout with its parts from left to right.
+    """Return a layout with these parts from left to right.
 
-    `owner` is the widget that gets the layout. `margins` and `spacing` are in pixels; None means
-    the default of the style.
+    `owner` is the widget that gets the layout. `margins` and `spacing` are in pixels, with None for
+    the style's default.
     """
     box = QHBoxLayout() if owner is None else QHBoxLayout(owner)
     return _filled(box, parts, margins, spacing)
@@ -48,7 +48,7 @@ def vbox(
     margins: _Margins | None = None,
     spacing: int | None = None,
 ) -> QVBoxLayout:
-    """Return a layout with its parts from top to bottom; the parameters are those of `hbox`."""
+    """Return a layout with these parts from top to bottom. For the parameters, see `hbox`."""
     box = QVBoxLayout() if owner is None else QVBoxLayout(owner)
     return _filled(box, parts, margins, spacing)
 
@@ -74,7 +74,7 @@ def _filled(
 
 
 class Wrapping(QWidget):
-    """A widget whose parts are side by side or, if it is too narrow, one below the other."""
+    """A widget whose parts are side by side or, if it is too narrow, one above the other."""
 
     def __init__(self, *parts: QLayout, spacing: int) -> None:
         super().__init__()
@@ -111,7 +111,7 @@ class Wrapping(QWidget):
 
 
 def soft(label: _Label) -> _Label:
-    """Return the label after giving it the theme's colour for secondary text."""
+    """Set a label to the theme's colour for secondary text, and return it."""
     label.setObjectName("soft")
     return label
 
@@ -122,11 +122,11 @@ def hint(text: str = "") -> QLabel:
 
 
 def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
-    """Return a small button with a word or a symbol. If `flat` is True, the button has no frame
-    unless the mouse is over it.
+    """Return a small button with a word or a symbol.
 
-    Symbols are used because the style's own icons are black and cannot be seen in a dark window.
-    Screen readers cannot read symbols, so they read the tool tip instead.
+    If `flat` is True, the button has no frame unless the mouse is over it. Symbols are used because
+    the style's own icons are black and cannot be seen in a dark window. Screen readers cannot read
+    symbols, so they read the tool tip instead.
     """
     button = QToolButton(autoRaise=flat)
     button.setText(text)
@@ -157,6 +157,6 @@ def scrolled(content: QWidget) -> QScrollArea:
 
 
 def bring_to_front(widget: QWidget) -> None:
-    """Show a widget in front of others; a dock is also shown in front of its other tabs."""
+    """Show a widget in front of others. A dock is also shown in front of its other tabs."""
     widget.show()
     widget.raise_()

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QGraphicsGridLayout, QGraphicsItem, QSizePolicy, Q
 
 from inspector.widgets.theme import Theme
 
-_PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}  # row and column; the view's is 0, 1
+_PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}  # row and column; the view is at 0, 1
 
 
 class Canvas(pg.GraphicsView):
@@ -30,8 +30,8 @@ class Canvas(pg.GraphicsView):
     ) -> None:
         """Build the plot.
 
-        `axes` are the axes by side: 'left', 'bottom' or 'right'. `view` is the view, or None for
-        one without mouse input.
+        `axes` are the axes, keyed by side: 'left', 'bottom' or 'right'. `view` is the view, or None
+        for a view without mouse input.
         """
         super().__init__(parent)
         self.setViewportUpdateMode(self.ViewportUpdateMode.NoViewportUpdate)
@@ -79,14 +79,12 @@ class Canvas(pg.GraphicsView):
             axis.setStyle(tickFont=font, tickLength=-4, autoExpandTextSpace=False)
 
     def touch(self) -> None:
-        """Repaint the plot together with the next repaint of the window."""
+        """Repaint the plot at the next repaint of the window."""
         self.viewport().update()
 
 
 class TauLine(pg.InfiniteLine):
-    """A line that can be dragged; `changed` is emitted when it moves, or
-    the mouse enters or leaves.
-    """
+    """A line that can be dragged; `changed` reports its moves and the mouse entering or leaving."""
 
     changed = Signal()
 

@@ -21,7 +21,7 @@ def ask_files(
     folder: Path | None = None,
     several: bool = False,
 ) -> None:
-    """Ask for an existing file, or for several, and call `then` with the user's choice."""
+    """Ask for one or several existing files, and call `then` with the user's choice."""
     mode = QFileDialog.FileMode
     dialog = _dialog(parent, title, pattern, mode.ExistingFiles if several else mode.ExistingFile)
     if folder is not None:

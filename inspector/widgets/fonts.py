@@ -43,12 +43,12 @@ def shipped_families() -> frozenset[str]:
 
 
 def use_shipped_fonts() -> None:
-    """Use the shipped fonts for all texts, so that pictures look the same on all systems."""
+    """Use the shipped fonts for all texts, so that screenshots look the same on all systems."""
     assert SANS in shipped_families(), "matplotlib's fonts are missing"
     font = QFont(QApplication.font())
     font.setFamilies([SANS])
     font.setPointSizeF(_PICTURED)
-    # These override fontconfig's settings of the system.
+    # These override the system's fontconfig settings.
     font.setHintingPreference(QFont.HintingPreference.PreferVerticalHinting)
     font.setStyleStrategy(QFont.StyleStrategy.NoSubpixelAntialias)
     QApplication.setFont(font)

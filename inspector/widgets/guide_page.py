@@ -1,4 +1,4 @@
-"""The window of the guide, with the pages of docs/, links, pictures, history and search."""
+"""The window of the guide: the pages of docs/ with links, pictures, history and search."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _TOPICS = (
 )
 _MARGIN = 24  # pixels around a page
 _SETTLE_MS = 150  # wait until resizing ends
-_PICTURES = (".png", ".svg", ".gif")  # for a film its first frame
+_PICTURES = (".png", ".svg", ".gif")  # the first frame, for a film
 _SOLID = QTextFrameFormat.BorderStyle.BorderStyle_Solid
 _Type = QTextDocument.ResourceType
 
@@ -100,7 +100,7 @@ class GuidePage(QWidget):
         self.forward.setIcon(icon("forward", theme))
 
     def _find_typed(self) -> None:
-        """Search again from the start of the current match, after the search text has changed."""
+        """Search again from the start of the current match, because the search text has changed."""
         cursor = self.browser.textCursor()
         cursor.setPosition(cursor.selectionStart())
         self._find(cursor)
@@ -109,7 +109,7 @@ class GuidePage(QWidget):
         self._find(self.browser.textCursor())
 
     def _find(self, behind: QTextCursor) -> None:
-        """Go to the next match; after the end of the page, continue from its beginning."""
+        """Move to the next match, continuing at the beginning after the end of the page."""
         words, document = self.line.text(), self.browser.document()
         place = document.find(words, behind)
         if place.isNull():
@@ -164,7 +164,7 @@ class Pages(MarkdownPage):
         super().__init__()
         self._docs = docs
         self.document().setDocumentMargin(_MARGIN)
-        # Always, or the layout ignores the bar's width and pictures get too wide.
+        # Always shown, or the layout ignores the bar's width and pictures become too wide.
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         self.shown_heading = ""  # the heading of the last followed link
         self.setOpenLinks(False)
@@ -177,9 +177,7 @@ class Pages(MarkdownPage):
         self._follow(QUrl.fromLocalFile(str(self._docs / file)))
 
     def _follow(self, url: QUrl) -> None:
-        """Show the page of a link, from its top or from a heading; web
-        pages open in the browser.
-        """
+        """Show the page of a link, at its top or at a heading; web pages open in the browser."""
         if not url.isLocalFile():
             QDesktopServices.openUrl(url)
             return
@@ -223,7 +221,7 @@ class Pages(MarkdownPage):
         url = QUrl(name)
         if Path(url.path()).suffix not in _PICTURES:
             return super().loadResource(kind, url)
-        if kind != _Type.ImageResource.value:  # a link to a picture: show it as a page
+        if kind != _Type.ImageResource.value:  # a link to a picture, which is shown as a page
             return f"![]({url.fileName()})"
         picture = QImage(self.source().resolved(url).toLocalFile())
         ratio = self.devicePixelRatioF()
@@ -234,7 +232,7 @@ class Pages(MarkdownPage):
         return picture
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Fit the pictures once resizing has ended."""
+        """Fit the pictures when resizing has ended."""
         super().resizeEvent(event)
         if event.oldSize().width() not in (-1, event.size().width()):
             self._settled.start()

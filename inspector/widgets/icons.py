@@ -1,4 +1,4 @@
-"""The program's icons, which are line drawings in the theme's colours."""
+"""The program's icons: line drawings in the theme's colours."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SIDES = (16, 22, 24, 32, 48, 64, 128, 256)  # pixels, for title bars, task bars
 
 
 def has_icon(name: str) -> bool:
-    """True if there is an icon with this name, which is the id of an action or another word."""
+    """True if there is an icon with this name, the id of an action or another word."""
     return (ICONS / f"{name}.svg").is_file()
 
 
@@ -39,9 +39,9 @@ def icon(name: str, theme: Theme) -> QIcon:
 
 
 def _drawn(renderer: QSvgRenderer, side: int, scale: float) -> QPixmap:
-    """Return a square picture.
+    """Return a square image.
 
-    `side` is the size of the picture in pixels at a screen scale of 1.
+    `side` is the size of the image in pixels at a screen scale of 1.
     """
     picture = QPixmap(round(side * scale), round(side * scale))
     picture.setDevicePixelRatio(scale)

@@ -20,7 +20,7 @@ _PAD = 8  # pixels next to a key
 
 
 class KeyedList(QListWidget):
-    """A list of texts with keys, which are shown before the text or at the right edge."""
+    """A list of texts with keys, before the text or at the right edge."""
 
     def __init__(self, *, keys_first: bool) -> None:
         super().__init__()

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 from twistcore.files.encoding import legible
 
 _TAG = re.compile("[<&]")
-_MOST = 4000  # letters: laying out millions takes minutes
+_MOST = 4000  # maximum number of letters, since laying out millions takes minutes
 _LARGE = 2000  # pixels: larger than any label
 _ASIDE = 4  # pixels next to a line of the status bar
 _STILL_MS = 400  # screen readers get a line that has not changed for this time
@@ -40,8 +40,8 @@ class SteadyLabel(QLabel):
         self._grow()
 
     def sizeHint(self) -> QSize:
-        """Return the size of the text or, if that is wider, of the text
-        for which room is reserved.
+        """Return the size of the text, or of the text for which room is reserved if that is
+        wider.
         """
         aligned, room = self.alignment().value, QRect(0, 0, _LARGE, _LARGE)
         widest = self.fontMetrics().boundingRect(room, aligned, self._widest).width()
@@ -79,7 +79,7 @@ def bold(text: str) -> str:
 
 
 def as_tip(text: str) -> str:
-    """Return plain text for a tool tip in such a way that Qt does not take it for HTML.
+    """Return plain text for a tool tip, changed so that Qt does not take it for HTML.
 
     Qt guesses whether the text of a tool tip is HTML. An invisible word joiner after every '<' and
     '&' prevents that.
@@ -178,7 +178,7 @@ class Caption(QWidget):
 
 
 class ElidedLabel(QLabel):
-    """A line of text that never widens its parent; a text that is too long is cut off with …."""
+    """A line of text that never widens its parent; a long text is cut off with …."""
 
     def __init__(self) -> None:
         super().__init__()

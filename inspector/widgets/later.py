@@ -1,4 +1,4 @@
-"""Delay work until pending events are handled, and join quick steps."""
+"""Delay work until pending events are handled, and combine quick steps."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _BURST_MS = 800
 
 
 class Latest(QObject):
-    """Carries out only the last of many requests, after the pending events are handled."""
+    """Executes only the last of many requests, after the pending events are handled."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -29,7 +29,7 @@ class Latest(QObject):
         self._work = None
 
     def flush(self) -> None:
-        """Carry out the pending request now."""
+        """Execute the pending request now."""
         self._timer.stop()
         work, self._work = self._work, None
         if work is not None:
@@ -70,7 +70,7 @@ class Stale(QObject):
 
 
 class Burst(QObject):
-    """Joins quick steps, such as those of a spin box, into one step of the history."""
+    """Combines quick steps, such as those of a spin box, into one step of the history."""
 
     def __init__(self, begin_drag: Callable[[], int], parent: QObject) -> None:
         """Prepare a burst. `begin_drag` returns a new number, which joins the steps."""
@@ -84,7 +84,7 @@ class Burst(QObject):
         return self._timer.isActive()
 
     def drag(self) -> int:
-        """Return the number that joins the next step with the steps before it."""
+        """Return the number that combines the next step with the previous ones."""
         if not self.active:
             self._drag = self._begin_drag()
         self._timer.start()

@@ -19,14 +19,14 @@ Answers = Sequence[tuple[str, Callable[[], object]]]
 
 
 class MessageBar(QFrame):
-    """Shows the latest message; an error stays until the user closes it.
+    """Shows the latest message. An error stays until the user closes it.
 
     A question that is covered by an error returns when the error is closed. The keys Alt+1, Alt+2 …
     choose an answer.
     """
 
     def __init__(self, over: QWidget) -> None:
-        """Build the bar. over: the widget over which it is shown."""
+        """Build the bar. `over` is the widget that the bar covers."""
         super().__init__(over)
         self.setObjectName("bar")
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
@@ -39,7 +39,7 @@ class MessageBar(QFrame):
         layout.addWidget(close, 0, Qt.AlignmentFlag.AlignTop)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self.hide)
-        self._question: tuple[str, Answers] | None = None  # the question that waits
+        self._question: tuple[str, Answers] | None = None  # the waiting question
         self.hide()
 
     def show_message(self, text: str, wrong: bool) -> None:
@@ -57,18 +57,18 @@ class MessageBar(QFrame):
             self._timer.start(_SHOWN_MS)
 
     def add_error(self, text: str) -> None:
-        """Show an error; if another error is already shown, append the new one to it."""
+        """Show an error. If another error is already shown, append the new one."""
         text = of_core(text)
         if not (self.isVisible() and text in self.label.text()):
             self.show_message(self._after_error(text), True)
 
     @property
     def asks(self) -> bool:
-        """True if the bar shows a question that has not been answered yet."""
+        """True if the bar shows a question without an answer."""
         return self._question is not None and bool(self._answers.count()) and self.isVisible()
 
     def offer(self, text: str, answers: Answers) -> None:
-        """Show a message with buttons for a while, unless a question has not been answered yet."""
+        """Show a message with buttons temporarily, unless a question has no answer yet."""
         if not self.asks:
             self._question = None
             self._show(self._after_error(text), False)
@@ -76,12 +76,12 @@ class MessageBar(QFrame):
             self._timer.start(2 * _SHOWN_MS)
 
     def offer_behind(self, text: str, answers: Answers) -> None:
-        """Append a message with buttons to the message that is already shown."""
+        """Append a message with buttons to the current message."""
         shown = self.label.text() if self.isVisible() and not self.property("wrong") else ""
         self.offer(f"{shown} {text}".strip(), answers)
 
     def withdraw(self, text: str) -> None:
-        """Hide this message if the bar is showing it."""
+        """Hide this message if the bar shows it."""
         if of_core(text) == self.label.text() and not self._answers.count():
             self._close()
 
@@ -93,9 +93,7 @@ class MessageBar(QFrame):
         self._add(answers)
 
     def _after_error(self, text: str) -> str:
-        """Return the text appended to the error that is shown, so that
-        the error can still be read.
-        """
+        """Return the text appended to the current error, so that the error can still be read."""
         error = self.isVisible() and self.property("wrong") and not self._answers.count()
         return f"{self.label.text()} {text}" if error else text
 
@@ -111,7 +109,7 @@ class MessageBar(QFrame):
         self._stack()
 
     def _stack(self) -> None:
-        """Put the buttons below one another, without their keys, if the view is too narrow."""
+        """Put the buttons one above the other, without their keys, if the view is too narrow."""
         parts = (self.label, *self.buttons(), self._keys)
         wide = sum(part.minimumSizeHint().width() for part in parts) + _AROUND
         view = self.parentWidget()
@@ -153,6 +151,6 @@ class MessageBar(QFrame):
         self.style().unpolish(self)
         self.style().polish(self)
         self.show()
-        if QAccessible.isActive():  # screen readers read it at once, wherever the focus is
+        if QAccessible.isActive():  # screen readers read it immediately, wherever the focus is
             alert = QAccessibleEvent(self.label, QAccessible.Event.Alert)
             QAccessible.updateAccessibility(alert)

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QWidget
 
 
 def own_surface(view: QWidget) -> None:
-    """Give a widget its own native surface; only on X11, where this is known to work."""
+    """Give a widget its own native surface, but only on X11, where this is known to work."""
     if QGuiApplication.platformName() == "xcb":
         # Not its siblings and parents, or closed menus would stay visible between them.
         QGuiApplication.setAttribute(Qt.ApplicationAttribute.AA_DontCreateNativeWidgetSiblings)
@@ -23,7 +23,7 @@ def own_surface(view: QWidget) -> None:
 
 
 class _Uncovered(QObject):
-    """Copies the window to the screen again wherever something had covered it.
+    """Copies the window to the screen again after something has covered it.
 
     Without a compositor, the screen does not keep the parts of a window that are covered. Qt does
     not restore a window with an OpenGL view, because it expects OpenGL to compose it, so that a
@@ -37,7 +37,7 @@ class _Uncovered(QObject):
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Copy the window to the screen when it must be painted; let every event pass."""
+        """Copy the window to the screen when it must be painted. All events are passed on."""
         if watched is self._window:
             handle = self._window.windowHandle()
             if event.type() == QEvent.Type.Show and handle is not None:

@@ -43,10 +43,10 @@ _UNDOING = QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo
 
 
 class ReviewKeys(QObject):
-    """Watches the input fields of a window; call `watch` for widgets that are built later."""
+    """Watches the input fields of a window. Call `watch` for widgets that are built later."""
 
     def __init__(self, window: QWidget, home: Callable[[], QWidget]) -> None:
-        """Start watching. `home` returns the widget with the focus while nothing is typed."""
+        """Start watching. `home` returns the widget that has the focus while nothing is typed."""
         super().__init__(window)
         self._window, self._home = window, home
         self._before = ""  # the text of the focused widget when it got the focus
@@ -79,7 +79,7 @@ class ReviewKeys(QObject):
         self._home().setFocus(Qt.FocusReason.OtherFocusReason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle keys and the mouse wheel; let all other events pass."""
+        """Handle keys and the mouse wheel, and pass on all other events."""
         kind = event.type()
         if isinstance(event, QChildEvent):
             child = event.child()
@@ -100,8 +100,8 @@ class ReviewKeys(QObject):
         return False
 
     def _is_here(self, watched: QObject) -> bool:
-        """True if a widget of the window or of a floating dock has the
-        focus, but not one of a dialog.
+        """True if a widget of the window or of a floating dock has the focus, but not of a
+        dialog.
         """
         if not isinstance(watched, QWidget) or not watched.hasFocus() or _line(watched) is None:
             return False
@@ -129,9 +129,7 @@ class ReviewKeys(QObject):
         return True
 
     def _focus_changed(self, old: QWidget | None, new: QWidget | None) -> None:
-        """Return the focus to the review if Qt moved it from a hidden
-        widget to another input field.
-        """
+        """Return the focus to the review if Qt moved it from a hidden widget to another field."""
         if old is None or new is None or not isValid(old) or (old.isVisible() and old.isEnabled()):
             return
         if new.window() is self._window and _line(new) is not None:
@@ -177,7 +175,7 @@ def _restore(widget: QObject, before: str) -> None:
     elif isinstance(widget, QComboBox):
         widget.setCurrentText(before)
     elif isinstance(widget, QLineEdit):
-        # A search line, which has a clear button, becomes empty.
+        # A search line has a clear button and becomes empty.
         widget.setText("" if widget.isClearButtonEnabled() else before)
     elif isinstance(widget, QTextEdit | QPlainTextEdit):
         widget.setPlainText(before)

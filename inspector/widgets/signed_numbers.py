@@ -19,16 +19,12 @@ def signed(value: float, digits: int = 1) -> str:
 
 
 def plain(value: float, digits: int = 1) -> str:
-    """Return a number as text such as '12.0', '−0.3' or '0.0', with a minus sign only if it is not
-    0.
-    """
+    """Return a number as text such as '12.0', '−0.3' or '0.0', never '−0.0'."""
     return f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", _MINUS)
 
 
 def angle_of(kind: Kind, radians: float) -> str:
-    """Return an interval's angle for a list, such as '+12.0°', '±8.0°' for noise, or '–' without
-    angle.
-    """
+    """Return an interval's angle for a list: '+12.0°', '±8.0°' for noise, or '–' if it has none."""
     if not (sign := kind.info.sign):
         return "–"
     degrees = math.degrees(radians)
@@ -50,4 +46,4 @@ class SignedBox(QDoubleSpinBox):
         """Check whether a text is a number or the beginning of one."""
         checked = super().validate(text.replace(_MINUS, "-"), place)
         assert isinstance(checked, tuple)
-        return checked[0], text, checked[2]  # keep the text with its minus
+        return checked[0], text, checked[2]  # keep the text with its minus sign

@@ -1,4 +1,4 @@
-"""The card with the program's name that is shown while the program starts."""
+"""The splash screen."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from inspector.widgets.theme import Theme
 _SIZE = (340, 120)  # pixels
 _ICON, _LEFT = 64, 24  # pixels
 _NAME_POINTS = 15.0
-_PATIENCE_S, _STEP_S = 0.5, 0.005  # at most, until the desktop has placed a window
+_PATIENCE_S, _STEP_S = 0.5, 0.005  # the maximum time until the desktop has placed a window
 
 
 class Splash(QLabel):
@@ -36,12 +36,12 @@ class Splash(QLabel):
         self.move(middle - self.rect().center())
 
     def show_at_once(self) -> None:
-        """Show the card and wait until it is painted, because the event loop does not run yet."""
+        """Show the splash screen and wait until it is painted, since no event loop runs yet."""
         self.show()
         _wait_until_exposed(self)
 
     def finish(self, window: QWidget) -> None:
-        """Close the card once the window is on the screen, so that there is no gap in between."""
+        """Close the splash screen when the window is on the screen, without a gap in between."""
         if self.isVisible():
             _wait_until_exposed(window)
         self.close()

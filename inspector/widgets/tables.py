@@ -1,6 +1,4 @@
-"""Tables for the panels, in which each row is described once and only changed rows are drawn
-again.
-"""
+"""Tables for the panels. Each row is described once, and only changed rows are redrawn."""
 
 from __future__ import annotations
 
@@ -45,8 +43,8 @@ _LEFT, _RIGHT = (
 _MARK_ROOM = 4 * "\N{NO-BREAK SPACE}"
 _BESIDE = 12  # pixels between a text and the soft text after it
 _END = Qt.TextElideMode.ElideRight
-_MOST = 500  # letters of a cell: laying out millions takes minutes
-_FEW = 64  # at most so many rows are added or removed one by one; more reset the table
+_MOST = 500  # maximum number of letters in a cell, since laying out millions takes minutes
+_FEW = 64  # maximum number of rows that are added or removed one by one; more reset the table
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,7 @@ class TableRow:
     sort
         A sortable value for each column, or () to sort by the texts.
     colours
-        '#rrggbb' by column.
+        '#rrggbb', keyed by column.
     tips
         One tool tip for all columns, or one per column.
     tick
@@ -68,7 +66,7 @@ class TableRow:
     beside
         Secondary text after the text of the first column, drawn by a BesideDelegate.
     spoken
-        Texts for screen readers by column, for symbols, bars and empty cells.
+        Texts for screen readers, keyed by column, for symbols, bars and empty cells.
     left
         Columns aligned to the left in this row, although the model aligns them to the right.
     """
@@ -84,7 +82,7 @@ class TableRow:
 
 
 class RowModel(QAbstractTableModel, Generic[_Thing]):
-    """A table model with one row per thing; a subclass implements `key` and `describe`.
+    """A table model with one row per thing. A subclass implements `key` and `describe`.
 
     A thing is not drawn again if it equals the one shown before with the same key. Things must
     therefore be frozen, and must compare equal if they look equal.
@@ -93,7 +91,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
     heads: tuple[str, ...] = ()
     head_tips: tuple[str, ...] = ()
     right: Collection[int] = ()  # columns aligned to the right
-    middle: Collection[int] = ()  # columns of names that are cut in the middle, not at the end
+    middle: Collection[int] = ()  # columns of names that are cut in the middle
 
     def __init__(self, colours: Colours) -> None:
         super().__init__()
@@ -108,13 +106,13 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         raise NotImplementedError
 
     def describe(self, thing: _Thing) -> TableRow:
-        """Return the row for a thing; called only for visible rows."""
+        """Return the row for a thing. Called only for visible rows."""
         raise NotImplementedError
 
     # -- change -------------------------------------------------------------------------------
 
     def show(self, things: Sequence[_Thing]) -> None:
-        """Show these things, and update only what has changed."""
+        """Show rows for `things`, and update only the changed ones."""
         keys = [self.key(t) for t in things]
         if keys != self._keys:
             self._change_rows(things, keys)
@@ -128,9 +126,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
                 self.dataChanged.emit(self.index(first, 0), self._last(last))
 
     def begin_anew(self, things: Sequence[_Thing]) -> None:
-        """Show these things after resetting the table, because headings
-        or many rows have changed.
-        """
+        """Reset the table and show new rows. Use this if the headings or many rows have changed."""
         self.beginResetModel()
         self.things, self._keys = things, [self.key(t) for t in things]
         self._rows.clear()
@@ -299,21 +295,20 @@ class RowTable(QTableView):
 
     @property
     def numbers_width(self) -> int:
-        """The width that the column of numbers needs, even if hidden; 0 without numbers."""
+        """The width that the column of numbers needs, even if it is hidden; 0 without numbers."""
         numbers = self.verticalHeader()
         needs = max(numbers.sizeHint().width(), numbers.minimumWidth())
         return needs if self._has_numbers else 0
 
     def keep_room(self, first: int, spared: Sequence[int]) -> None:
-        """Hide the columns `spared`, one by one, while the first column is
-        narrower than `first` pixels.
+        """Hide the columns `spared` one by one while the first is narrower than `first` pixels.
 
         The first column takes up the rest of the table's width.
         """
         self._first, self._spared = first, tuple(spared)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide columns if the first one, which names the row, would become too narrow."""
+        """Hide columns if the first one, with the names of the rows, would become too narrow."""
         if self._spared:
             header = self.horizontalHeader()
             room = self.viewport().width() - self._first
@@ -384,7 +379,7 @@ class RowDelegate(QStyledItemDelegate):
 
 
 class BesideDelegate(RowDelegate):
-    """Draws a secondary text after the text of the first column, as far as it fits."""
+    """Draws a secondary text after the text of the first column, if there is room."""
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Draw the cell, then the secondary text."""

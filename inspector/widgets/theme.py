@@ -15,7 +15,7 @@ from inspector.widgets.fonts import FIXED, shipped_families
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours by role, as '#rrggbb'; texts have a contrast of at least 4.5:1 on `surface`."""
+    """Colours of each role, as '#rrggbb'. Texts have a contrast of at least 4.5:1 on `surface`."""
 
     dark: bool
     window: str  # behind panels
@@ -27,7 +27,7 @@ class Theme:
     soft: str  # secondary text
     accent: str  # selection, focus, playhead
     on_accent: str
-    before: str  # the clip as it is: orange
+    before: str  # the clip as captured: orange
     after: str  # the clip as corrected: blue
     tracked: str  # the clip as tracked with QuaMo: magenta
     tau: str  # the τ line
@@ -66,7 +66,7 @@ _COLOURS = {  # light, dark
 LIGHT = Theme(dark=False, **{role: light for role, (light, _) in _COLOURS.items()})
 DARK = Theme(dark=True, **{role: dark for role, (_, dark) in _COLOURS.items()})
 
-_OUTLINE = 140  # percent: how much darker Fusion's outlines are than the window
+_OUTLINE = 140  # percent by which Fusion's outlines are darker than the window
 _BOXES = (
     "QCheckBox", "QRadioButton", "QComboBox", "QAbstractSpinBox", "QLineEdit", "QPushButton",
     "QSlider", "QTableView", "QListView",
@@ -74,7 +74,7 @@ _BOXES = (
 
 
 class Colours(QObject):
-    """The current theme; `changed` sends a new theme to all connected views."""
+    """The current theme. `changed` sends a new theme to all connected views."""
 
     changed = Signal(object)  # the Theme
 
@@ -83,7 +83,7 @@ class Colours(QObject):
         self.theme = theme
 
     def follow(self, colour: Callable[[Theme], None]) -> None:
-        """Call `colour` at once, and again for every new theme.
+        """Call `colour` immediately, and again for every new theme.
 
         `colour` is a method of a QObject. Qt disconnects it when the object is deleted.
         """
@@ -146,8 +146,8 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
     for target in (role.Text, role.WindowText, role.ButtonText, role.PlaceholderText):
         palette.setColor(QPalette.ColorGroup.Disabled, target, QColor(theme.faint))
     app.setPalette(palette)
-    # Fusion draws borders in a shade of the window's colour, invisible on a dark window. These
-    # widgets use the colour for borders only, so they get a lighter one.
+    # Fusion draws borders in a shade of the window's colour, which is invisible on a dark window.
+    # These widgets use the colour only for borders, so they get a lighter one.
     palette.setColor(role.Window, QColor(theme.edge).lighter(_OUTLINE))
     for kind in _BOXES:
         app.setPalette(palette, kind)  # type: ignore[arg-type]  # the stubs ask for bytes, wrongly
@@ -169,7 +169,7 @@ def figures_font(size: float = 0.0) -> QFont:
     return font
 
 
-# Labels show plain text, unless they are set to RichText: Qt would guess.
+# Labels show plain text unless they are set to RichText; Qt would guess.
 _STYLE = """
 QLabel[textFormat="AutoText"] {{ qproperty-textFormat: PlainText; }}
 * {{ dialogbuttonbox-buttons-have-icons: 0; }}
@@ -221,7 +221,7 @@ QToolTip {{ background: {raised}; color: {text}; border: 1px solid {line}; paddi
 
 @cache
 def mixed(colour: str, paper: str, alpha: int) -> QColor:
-    """Return the opaque colour that results from blending a colour over a background at alpha/255.
+    """Return the opaque colour of a colour blended over a background at alpha/255.
 
     Filling with opaque colours is 30 times faster.
     """

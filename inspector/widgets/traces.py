@@ -40,7 +40,7 @@ class Trace:
 
 
 class TracePlot(Canvas):
-    """A plot of curves; `asked` is emitted with the frame that the user clicks."""
+    """A plot of curves. `asked` is emitted with the frame that the user clicks."""
 
     asked = Signal(int)
 
@@ -78,9 +78,9 @@ class TracePlot(Canvas):
         self.show_lines(self._lines)
 
     def show_lines(self, lines: Sequence[Trace]) -> None:
-        """Draw these curves instead of the ones shown so far."""
+        """Draw these curves instead of the current ones."""
         self._lines = tuple(lines)
-        # Items are never removed, as Qt may still paint a removed item.
+        # Items are never removed, because Qt may still paint a removed item.
         while len(self.curves) < len(lines):
             self.curves.append(pg.PlotCurveItem())
             self.addItem(self.curves[-1])

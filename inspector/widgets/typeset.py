@@ -27,7 +27,7 @@ class Formula:
 
 
 class Typesetter(QObject):
-    """Typesets formulas in a thread; formulas that are requested together are delivered together.
+    """Typesets formulas in a thread. Formulas that are requested together arrive together.
 
     This takes half a second, or several seconds if matplotlib must first index the fonts.
     """
@@ -43,9 +43,7 @@ class Typesetter(QObject):
         self.trouble = ""
 
     def start(self, texts: Iterable[str]) -> None:
-        """Typeset these formulas unless they were requested before, and emit
-        `ready` when all are done.
-        """
+        """Typeset formulas that were not requested before, and emit `ready` when all are done."""
         fresh = tuple(tex for tex in texts if tex not in self._requested)
         self._requested |= dict.fromkeys(fresh)
         if fresh:
@@ -93,7 +91,7 @@ class Typesetter(QObject):
 
 
 def outlines(texts: Iterable[str]) -> dict[str, Any]:
-    """Return the vertices (y upwards) and the path codes of each formula; thread-safe.
+    """Return the vertices (y upwards) and the path codes of each formula. Thread-safe.
 
     Texts that are not valid TeX are left out.
     """

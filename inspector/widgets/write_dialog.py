@@ -22,7 +22,7 @@ from twistcore.files.ordinary import is_there
 
 
 class WriteDialog(QDialog):
-    """A form with the name of a file; its button has the same text as the dialog's title.
+    """A form with the name of a file. Its button has the same text as the dialog's title.
 
     A subclass adds its rows to `form`, including `where` and `replace`, and then calls `end_form`.
     """
@@ -41,8 +41,8 @@ class WriteDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
     def end_form(self) -> None:
-        """Add the buttons below all rows; to be called last, because Tab
-        follows the order of creation.
+        """Add the buttons below all rows. Call this last, because Tab follows the order of
+        creation.
         """
         buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
@@ -63,4 +63,4 @@ class WriteDialog(QDialog):
 
     def _take(self, path: Path) -> None:
         self.path.setText(str(path))
-        self.replace.setChecked(is_there(path))  # the file dialog has asked about replacing
+        self.replace.setChecked(is_there(path))  # the file dialog has already asked about replacing

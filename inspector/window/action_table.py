@@ -1,4 +1,4 @@
-"""The table of the window's actions, including those of all features, with menus, keys and help."""
+"""The table of the window's actions, including those of all features: menus, keys and help."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _search_intervals(parts: Parts) -> None:
     parts.review_actions.intervals.search_here()
 
 
-# Laid out as a table: first what is shown, then what the action does.
+# Laid out as a table: the texts first, then the effect of the action.
 # fmt: off
 _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
     "File": (

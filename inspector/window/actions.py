@@ -26,7 +26,7 @@ _TITLES = {  # titles of menus; & marks the letter that opens the menu
 }
 
 
-Menus = Mapping[str, Sequence[ActionRow[Any] | None]]  # by name, in their order; None: a separator
+Menus = Mapping[str, Sequence[ActionRow[Any] | None]]  # keyed by name; None is a separator
 
 
 def rows(menus: Menus) -> Iterator[ActionRow[Any]]:
@@ -40,7 +40,7 @@ def menu_title(name: str) -> str:
 
 
 def menu_order(name: str) -> int:
-    """Return the position of a menu in the menu bar; an unknown menu comes before the Help menu."""
+    """Return the position of a menu in the menu bar. Unknown menus precede the Help menu."""
     known = list(_TITLES)
     return 2 * known.index(name) if name in known else 2 * known.index("Help") - 1
 
@@ -53,7 +53,7 @@ def key_text(key: str) -> str:
 def build_actions(
     menus: Menus, window: QWidget, bar: QMenuBar
 ) -> tuple[Mapping[str, QAction], Mapping[str, QMenu]]:
-    """Return the QActions by id and the menus by name, before the actions have keys and effects."""
+    """Return the QActions and the menus, keyed by id and by name, without keys and effects."""
     shown = {name: bar.addMenu(menu_title(name)) for name in menus}
     groups: dict[str, QActionGroup] = {}
     actions: dict[str, QAction] = {}
@@ -77,9 +77,7 @@ def build_actions(
 
 
 def apply_keys(menus: Menus, actions: Mapping[str, QAction], settings: Settings) -> None:
-    """Assign to the actions the keys that the user has chosen, or the
-    default keys of their rows.
-    """
+    """Assign the keys that the user has chosen, or the default keys of the rows."""
     for row in rows(menus):
         keys = settings.keys.get(row.id, list(row.keys))
         actions[row.id].setShortcuts([QKeySequence(k) for k in keys])
@@ -101,7 +99,7 @@ def name_step(action: QAction, title: str, step: str) -> None:
         step = step[:1].lower() + step[1:]
     step = as_entry(step)
     text = tr("{undo_or_redo} {step}", undo_or_redo=title, step=step) if step else title
-    # Every change of an action makes its tool bar compute its layout again.
+    # Every change of an action makes its toolbar compute its layout again.
     if (text, bool(step)) != (action.text(), action.isEnabled()):
         action.setEnabled(bool(step))
         action.setText(text)

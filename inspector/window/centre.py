@@ -20,9 +20,9 @@ _OF_BAR = (QEvent.Type.Show, QEvent.Type.LayoutRequest)
 
 
 class Centre(QWidget):
-    """The central widget of the window: its parts one below the other, without gaps.
+    """The central widget of the window: its parts one above the other, without gaps.
 
-    Messages are shown over the lower edge of the 3D view, so that nothing moves when one comes.
+    Messages are shown over the lower edge of the 3D view, so that nothing moves when one appears.
     """
 
     def __init__(self, window: HostWindow) -> None:
@@ -40,7 +40,7 @@ class Centre(QWidget):
         own_surface(self.viewport)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Place the message bar again when it has another text, or the view another size."""
+        """Place the message bar again when its text or the size of the view has changed."""
         kinds = _OF_VIEW if watched is self.viewport else _OF_BAR
         if event.type() in kinds:
             self._place_bar()

@@ -20,9 +20,9 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 
 @dataclass(eq=False)
 class ChainActions:
-    """Adds and removes chains, renames joints, and saves both for all clips with the same skeleton.
+    """Adds and removes chains, renames joints, and saves both for all clips of a skeleton.
 
-    `dock` is the dock with the list of chains. Its title shows how many chains were changed.
+    `dock` is the dock with the list of chains. Its title shows the number of changed chains.
     """
 
     document: Document
@@ -66,9 +66,7 @@ class ChainActions:
         self.document.change_chains(rig, tr("Add chain {name}", name=name))
 
     def joint_names(self) -> None:
-        """Open the dialog that shows the role assigned to each joint
-        and lets the user change it.
-        """
+        """Open the dialog that shows the role of each joint and lets the user change it."""
         if not self._open():
             return
         if self.names is None:
@@ -94,7 +92,7 @@ class ChainActions:
             self.document.change_chains(rig, tr("Joint names"))
 
     def remove_chain(self) -> None:
-        """Remove the selected chain, and show which intervals are removed with it."""
+        """Remove the selected chain, and show the intervals that are removed with it."""
         name, document = self.document.chain, self.document
         if not self._open() or not name:
             return
@@ -154,8 +152,8 @@ class ChainActions:
         self.bar.show_message(message, False)
 
     def _keep(self, rig: Rig) -> bool:
-        """Write the rig profile of this skeleton; if that fails, show a
-        message and return False.
+        """Write the rig profile of this skeleton. If this fails, show a message and return
+        False.
         """
         data = self.document.data
         assert data is not None
@@ -179,7 +177,7 @@ class ChainActions:
 
 
 def _changes_text(rig: Rig) -> str:
-    """Return how the chains differ from the automatic ones, such as '2 added, 1 removed'."""
+    """Describe the difference from the automatic chains, such as '2 added, 1 removed'."""
     parts = (
         (tr("{n} added", n=len(rig.add)), rig.add),
         (tr("{n} removed", n=len(rig.remove)), rig.remove),

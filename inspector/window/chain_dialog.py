@@ -32,7 +32,7 @@ _TIPS = (
 
 
 class ChainDialog(QDialog):
-    """A form for parent, child and optionally a joint below it, which reports errors at once.
+    """A form for parent, child and optionally a joint below, which reports errors immediately.
 
     The dialog is not modal, and it closes together with the clip.
     """
@@ -89,11 +89,11 @@ class ChainDialog(QDialog):
         return self._document.data.motion.skeleton
 
     def _joint(self, seen: str) -> str:
-        """Return the name in the file of the joint that was chosen or typed."""
+        """Return the chosen or typed joint's name in the file."""
         return next((name for name in self._skeleton.names if legible(name) == seen), seen)
 
     def _changed(self, place: int) -> None:
-        """Update the lists of joints below the one that was changed."""
+        """Update the lists of joints below the changed one."""
         name = self._joint(self.joints[place].currentText())
         if place < 2 and name in self._skeleton.names:
             children = self._skeleton.children

@@ -1,4 +1,4 @@
-"""Scripts that operate the window; one takes a screenshot, and the other does a whole review."""
+"""Scripts that operate the window: one takes a screenshot, the other does a whole review."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from twistcore.files.encoding import legible
 from twistcore.review import Decision
 
 _SETTLE_MS = 350  # enough for the views to redraw
-_LOOK_MS = 200  # between two looks for an open dialog, which nobody would answer
+_LOOK_MS = 200  # interval between checks for an open dialog, which nobody would answer
 _GIVE_UP_MS = 120_000
 
 
 class Script(QObject):
-    """Opens a file and, once a clip is loaded, runs steps with time to redraw between them.
+    """Opens a file and, when a clip is loaded, runs steps with time to redraw between them.
 
-    The script ends by closing the window; `code` is 0, or 2 after an error message. A question or a
-    dialog counts as an error, because nobody is there to answer it.
+    The script ends by closing the window. `code` is 0, or 2 after an error message. A question or a
+    dialog is an error, because nobody can answer it.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class Script(QObject):
         """Prepare a script.
 
         `path` is a clip, a session or a folder, or None for the empty window. `steps` is a function
-        that returns the steps in order, called once the clip is loaded.
+        that returns the steps in order, called when the clip is loaded.
         """
         super().__init__(window)
         self.window = window
@@ -57,7 +57,7 @@ class Script(QObject):
         QTimer.singleShot(_GIVE_UP_MS, self, lambda: self.fail("The script did not end in time."))
 
     def shoot(self, path: Path) -> None:
-        """Save a picture of the window; raises OSError."""
+        """Save a screenshot of the window. Raises OSError."""
         path.parent.mkdir(parents=True, exist_ok=True)
         if not self.window.grab().save(str(path)):
             self.fail(f"{path}: the picture could not be written.")
@@ -87,7 +87,7 @@ class Script(QObject):
     def _step(self) -> None:
         if self._over or self._steps is None:
             return
-        if self.window.viewport.turning:  # no picture while the camera moves
+        if self.window.viewport.turning:  # no screenshot while the camera moves
             self._next()
             return
         step = next(self._steps, None)
@@ -107,7 +107,7 @@ class Script(QObject):
             self.fail(text)
 
     def _stop_at_question(self, text: str, _answers: object) -> None:
-        if self._steps is None:  # after opening, a question may stay unanswered
+        if self._steps is None:  # a question may be left without an answer after opening
             self.fail(text)
 
     def _look_at_folder(self) -> None:
@@ -137,7 +137,7 @@ class Script(QObject):
 
 
 def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
-    """Take a picture of the first interval of a clip, or of the empty window."""
+    """Take a screenshot of the first interval of a clip, or of the empty window."""
 
     def steps(script: Script) -> list[Callable[[], None]]:
         review, shoot = window.review_actions, partial(script.shoot, picture)
@@ -149,7 +149,7 @@ def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
 
 
 def demo(window: MainWindow, folder: Path, path: Path) -> Script:
-    """Accept every interval through the user interface, export the clip, and save a picture."""
+    """Accept every interval in the user interface, export the clip, and save a screenshot."""
     folder = folder.absolute()  # the exporter takes relative names from the clip's folder
     review, document = window.review_actions, window.document
     accept = partial(review.decide, Decision.ACCEPTED)

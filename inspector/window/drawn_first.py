@@ -1,8 +1,8 @@
-"""Keys of verdicts work once per press, and only after the selected interval was painted.
+"""Let the keys of verdicts work once per press, and only after the interval was painted.
 
 Qt mistakes many repeats of a held key for new presses, because it decides when the key is released,
 and the next press may not have arrived yet. A repeat has the same time as the release before it,
-and no person is so fast.
+which no person can achieve.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QWindow
 
 
 class DrawnFirst(QObject):
-    """Drops the keys of actions until the person can have seen the interval on which they
-    decide.
+    """Ignores the keys of actions until the person can have seen the interval in question.
 
     `is_drawn` returns True if the selected interval was painted.
     """
@@ -39,9 +38,9 @@ class DrawnFirst(QObject):
             window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Drop a repeated key, or a key pressed before the interval is painted.
+        """Ignore a repeated key, or a key pressed before the interval is painted.
 
-        Clicks are slower and always pass.
+        Clicks are slower and never ignored.
         """
         if isinstance(event, QKeyEvent):
             press = event.key(), event.timestamp()

@@ -1,4 +1,4 @@
-"""The export dialog, which asks where to write, which intervals to correct, and for other files."""
+"""The export dialog, which asks for a path, the intervals to correct, and other files."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _VERDICTS = {
 
 
 class ExportDialog(WriteDialog):
-    """A form for the export; `choice` returns the user's choices."""
+    """A form for the export. `choice` returns the user's choices."""
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         proposed = document.proposed(f"{EXPORT_MARK}.{_format(document)}")
@@ -48,7 +48,7 @@ class ExportDialog(WriteDialog):
         self._look = OneTask(self)  # reads long files that would be replaced
         self._then: Callable[[], object] = lambda: None
         self.finished.connect(self._look.cancel)
-        document.opened.connect(self.reject)  # the form is about the clip that was open
+        document.opened.connect(self.reject)  # the form is about the clip that was open before
         counts = Counter(j.verdict for j in document.intervals)
         words = [
             f"{counts[v]} {_VERDICTS[v]}"
@@ -133,7 +133,7 @@ class ExportDialog(WriteDialog):
         return self._look.running
 
     def when_seen(self, then: Callable[[], object]) -> None:
-        """Call `then` once it is known which files would be replaced."""
+        """Call `then` when it is known which files would be replaced."""
         if self.looking:
             self._then = then
         else:

@@ -16,7 +16,7 @@ from inspector.window.actions import Menus, menu_order
 from inspector.window.chains_feature import feature as chains
 from inspector.window.review_feature import feature as review
 
-# The window builds them in this order; each may use the parts of the features before it.
+# The window builds them in this order. Each may use the parts of the features before it.
 FEATURES: tuple[AnyFeature, ...] = (
     chains, review, video, folder, tuning, teaching, lessons, quality, recording,
 )  # fmt: skip

@@ -33,7 +33,7 @@ from twistcore.formats.reading import CLIP_PATTERNS
 from twistcore.review import ReviewState
 from twistcore.tuning import Profile
 
-_FIRST_MS = 4_000  # how long a person waits for the worst clip of a folder
+_FIRST_MS = 4_000  # waiting time for the worst clip of a folder
 _VISITED = 100
 _CHAINS = 160  # pixels for the list of chains, below the clips
 
@@ -49,12 +49,12 @@ class FileActions(Saving):
     begin: Callable[[], object]
     closing: bool = field(default=False, init=False)  # True: open no other clip
     _under_way: str = field(default="", init=False)
-    _wait_for_first: bool = field(default=False, init=False)  # the next clip opens by itself
+    _wait_for_first: bool = field(default=False, init=False)  # the next clip opens automatically
     _so_far: Path | None = field(default=None, init=False)  # the worst clip, opened before the end
-    _offered: float = field(default=0.0, init=False)  # severity of the worse clip offered last
+    _offered: float = field(default=0.0, init=False)  # severity of the last worse clip offered
     _since: ReviewState | None = field(default=None, init=False)  # the review when waiting began
     _at_once: ExportDialog | None = field(default=None, init=False)  # while it reads old files
-    _visited: list[Path] = field(default_factory=list, init=False)  # clips, the open one last
+    _visited: list[Path] = field(default_factory=list, init=False)  # clips, with the open one last
     _when_open: tuple[Path, Callable[[], object]] | None = field(default=None, init=False)
     _back_to: Path | None = field(default=None, init=False)
 
@@ -103,7 +103,7 @@ class FileActions(Saving):
         ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
 
     def open_then(self, path: Path, then: Callable[[], object]) -> None:
-        """Open a clip, and call `then` once it is open and has shown its own messages."""
+        """Open a clip, and call `then` when it is open and has shown its own messages."""
         self._when_open = path, then
         self.open_path(path)
 
@@ -114,9 +114,9 @@ class FileActions(Saving):
     def open_queue(self, folder: Path) -> None:
         """Analyse the clips of a folder in the background.
 
-        The clip on which the user stopped last time is opened. If there is none, the worst clip
-        found so far is opened after a few seconds, once a tenth of the clips or 20 are analysed; a
-        worse clip that is found later is offered.
+        The clip at which the user stopped last time is opened. If there is none, the worst clip so
+        far is opened after a few seconds, when a tenth of the clips or 20 are analysed. A worse
+        clip that is found later is offered.
         """
         kept = known_of_folder(self.settings, folder)
         self._wait_for_first = False
@@ -130,7 +130,7 @@ class FileActions(Saving):
             wanted = [heights[d.objectName()] for d in docks]
             upright = Qt.Orientation.Vertical
             resize = partial(self.window.resizeDocks, docks, wanted, upright)
-            QTimer.singleShot(0, self.window, resize)  # once the panel has its place
+            QTimer.singleShot(0, self.window, resize)  # when the panel has its position
         name = Path(kept["clip"]).name  # a batch's clips may be in other folders
         stopped_at = next((c for c in self.queue.clips.values() if c.path.name == name), None)
         if stopped_at is not None and (stopped_at.waits or not stopped_at.done):
@@ -172,7 +172,9 @@ class FileActions(Saving):
             self.bar.show_message(self._nothing_next() if one_is_open else text, False)
 
     def _open_worst(self, path: Path) -> None:
-        """Open the worst clip; while others are being analysed, say that it is the worst so far."""
+        """Open the worst clip. While others are being analysed, report that it is the worst so
+        far.
+        """
         if self.queue.running:
             self._so_far, self._offered = path, self.queue.clips[path].severity
             if self._when_open is None:
@@ -190,7 +192,7 @@ class FileActions(Saving):
         self.bar.show_message(text, False)
 
     def _offer_worse(self) -> None:
-        """Offer a worse clip while the one that was the worst so far is still open."""
+        """Offer a worse clip while the clip that was the worst so far is still open."""
         data, path = self.document.data, self._so_far
         if path is None or data is None or data.clip.path != path or self.bar.asks:
             return
@@ -288,7 +290,7 @@ class FileActions(Saving):
         self.window.statusBar().showMessage(text, 8000)
 
     def recent(self) -> tuple[list[Path], list[Path]]:
-        """Return the clips and the folders that were open, the latest first."""
+        """Return the recent clips and the recent folders, the latest first."""
         return [Path(name) for name in self.settings.recent], recent_folders(self.settings)
 
     def _show_recent(self) -> None:
@@ -308,11 +310,11 @@ class FileActions(Saving):
         ask_files(self.window, title, CLIP_PATTERNS, lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
-        """Open the export dialog. If `at_once` is True, export without the dialog unless something
-        prevents that.
+        """Open the export dialog.
 
-        For a borrowed clip the dialog always opens, because the user must choose where its export
-        goes.
+        If `at_once` is True, the export starts without the dialog unless something prevents that.
+        For a borrowed clip the dialog always opens, because the user must choose the folder of the
+        export.
         """
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
@@ -323,14 +325,14 @@ class FileActions(Saving):
             dialog.open()
             return
         if self._at_once is not None:
-            self._at_once.reject()  # pressed again: export the present state of the review
+            self._at_once.reject()  # pressed again: export the current state of the review
         self._at_once = dialog
         dialog.finished.connect(self._at_once_over)
 
         def decide() -> None:
             if dialog.do_it.isEnabled():
                 dialog.accept()
-            else:  # in a new form: this one shows the files as they were
+            else:  # in a new form, because this one shows the files as they were
                 dialog.reject()
                 self.export_dialog()
 
@@ -368,9 +370,7 @@ class FileActions(Saving):
         self.open_path(following)
 
     def _is_busy(self, since: ReviewState | None) -> bool:
-        """True if the user has gone on working since that state, so that no
-        other clip may be opened.
-        """
+        """True if the user has worked since that state, so that no other clip may be opened."""
         dialog = QApplication.activeModalWidget() or QApplication.activePopupWidget()
         busy = self.document.opener.busy or self.lessons.on
         elsewhere = busy or dialog is not None or is_text_written()
@@ -413,9 +413,7 @@ class FileActions(Saving):
         self.bar.ask(text, (restore, (tr("Not now"), lambda: None)))
 
     def _restore(self, clip: Path) -> None:
-        """Open a clip, and its folder if that was open too, and restore
-        the clip's latest review.
-        """
+        """Open a clip, and its folder if that was open, and restore the clip's latest review."""
 
         def go_on() -> None:
             if leftovers := self.document.keeper.leftovers:

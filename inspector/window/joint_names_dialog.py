@@ -1,4 +1,4 @@
-"""The dialog that shows the role assigned to each joint and lets the user change it."""
+"""The dialog that shows the role of each joint and lets the user change it."""
 
 from __future__ import annotations
 
@@ -77,10 +77,10 @@ _ENTER = Qt.Key.Key_Return, Qt.Key.Key_Enter
 class _Choice(QComboBox):
     """The list from which the user chooses the role of a joint."""
 
-    reached = Signal()  # the list got the keyboard focus: bring its row into view
+    reached = Signal()  # the list got the keyboard focus, so scroll to its row
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Report that the list has the focus, so that its row is scrolled into view."""
+        """Report that the list has the focus, so that the table scrolls to its row."""
         super().focusInEvent(event)
         self.reached.emit()
 
@@ -90,7 +90,7 @@ class _Choice(QComboBox):
 
 
 class JointNamesDialog(QDialog):
-    """A table of joints, and below it the chains that result from the user's changes.
+    """A table of joints with, below it, the chains that result from the user's changes.
 
     The dialog is not modal, and it closes together with the clip.
     """
@@ -174,7 +174,7 @@ class JointNamesDialog(QDialog):
 
     @property
     def names(self) -> dict[str, str]:
-        """The roles that the user has chosen, by the joint's name in the file."""
+        """The roles that the user has chosen, keyed by the joint's name in the file."""
         chosen = {name: str(box.currentData()) for name, box in self.choices.items()}
         return {name: said for name, said in chosen.items() if said}
 
@@ -198,7 +198,7 @@ class JointNamesDialog(QDialog):
             self._check()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """On Enter in the search line, go to the first joint found; elsewhere, Enter accepts the
+        """On Enter in the search line, go to the first match; elsewhere, Enter accepts the
         dialog.
         """
         if event.key() in _ENTER and self.focusWidget() is self.search:
@@ -217,7 +217,7 @@ class JointNamesDialog(QDialog):
             self.table.setRowHidden(row, text.casefold() not in words)
 
     def _check(self) -> None:
-        """Show the current role of each joint, and which chains result."""
+        """Show the current role of each joint, and the resulting chains."""
         data = self._document.data
         if data is None:
             return
@@ -244,8 +244,8 @@ class JointNamesDialog(QDialog):
     def _show(self, body: Body, said: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
         """Fill in the role of each joint, and the reason for it.
 
-        `said` are the roles that the user has chosen, by joint name. `helpers` are the twist bones,
-        by joint index.
+        `said` has the roles that the user has chosen, keyed by joint name. `helpers` has the twist
+        bones, keyed by joint index.
         """
         by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
         for joint, taken in enumerate(body.taken_for):
@@ -280,14 +280,14 @@ def _chain_counts(chains: Sequence[Chain]) -> str:
 
 
 def _limb_joint_text(taken: str) -> str:
-    """Return a description of the role of a joint that belongs to a limb."""
+    """Describe the role of a joint that belongs to a limb."""
     whole = taken.removeprefix(_PIECE)
     words = _UNNAMED.get(whole) or of_core(whole)
     return words if whole == taken else tr("piece of {bone}", bone=words)
 
 
 def _other_joint_text(name: JointName) -> str:
-    """Return a description of the role of a joint that belongs to no arm or leg."""
+    """Describe the role of a joint that belongs to no arm or leg."""
     if name.helper:
         return tr("twist bone")
     if name.other:

@@ -91,7 +91,7 @@ def _does(row: ActionRow[Any]) -> str:
 class KeyboardPage(QWidget):
     """A window with keys and mouse gestures and a search line.
 
-    Esc closes the window; other shortcuts with Ctrl still work in the program.
+    Esc closes the window. Other shortcuts with Ctrl still work in the program.
     """
 
     def __init__(self, menus: Menus, window: QWidget) -> None:
@@ -129,5 +129,5 @@ def show_shortcuts(menus: Menus, window: QWidget) -> None:
     """Open the page of keys and mouse gestures, with the focus on the search line."""
     page = KeyboardPage(menus, window)
     page.show()
-    page.activateWindow()  # so that Esc goes to this window
+    page.activateWindow()  # so that this window receives Esc
     page.line.setFocus()

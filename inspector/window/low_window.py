@@ -1,6 +1,4 @@
-"""The layout for a low window, as on a laptop at 200 % scaling, with small margins and fewer
-titles.
-"""
+"""The layout for low windows, such as on a laptop at 200 % scaling: fewer titles, small margins."""
 
 from __future__ import annotations
 
@@ -18,7 +16,7 @@ QToolBar QToolButton { padding: 1px 5px; }
 QTabBar::tab { padding: 2px 11px; }
 QHeaderView::section { padding: 2px 4px; }
 """
-_REASONS = "title_away"  # a dock's property: the parts that hide its title
+_REASONS = "title_away"  # a dock's property with the parts that hide its title
 
 
 class Compact(Protocol):
@@ -37,7 +35,7 @@ class LowWindow:
         """Prepare the layouts. `parts` are the widgets that have a layout for low windows."""
         self._window, self._docks, self._parts = window, docks, parts
         self.low = False
-        # After the change: during it a dock still has its old neighbours.
+        # After the change, because a dock still has its old neighbours during it.
         self._soon = QTimer(window, singleShot=True, interval=0)
         self._soon.timeout.connect(self._name_docks)
         for dock in docks.values():
@@ -65,7 +63,7 @@ class LowWindow:
 def is_seen(dock: QDockWidget) -> bool:
     """True if a dock is visible on the screen.
 
-    Qt also reports a dock behind another tab as visible, but places it outside the window. The
+    Qt also reports a dock behind another tab as visible, but moves it outside the window. The
     visible region cannot be used either, because the dock's content may cover all of it.
     """
     within = dock.window().rect().intersects(dock.geometry())

@@ -1,4 +1,4 @@
-"""The main window, with docks, menus and layout; the document and the views do the rest."""
+"""The main window: docks, menus and layout. The document and the views do the rest."""
 
 from __future__ import annotations
 
@@ -45,8 +45,9 @@ class MainWindow(Parts):
     """The main window of the program."""
 
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
-        """Build the window. `settings_file` is the file in which the settings are saved, or None to
-        save none.
+        """Build the window.
+
+        `settings_file` is the file in which the settings are saved, or None to save none.
         """
         super().__init__()
         self.settings = settings
@@ -70,14 +71,14 @@ class MainWindow(Parts):
         self._build_bars()
         self._build_features()
         self._connect()
-        self.program.colour()  # again: a widget that gets a parent loses its colours
+        self.program.colour()  # again, since a widget that gets a parent loses its colours
         self._restore()
         self.keys = ReviewKeys(self, self._keyboard_home)
         complain = partial(self.bar.show_message, wrong=True)
         self._kept_settings = SettingsKeeper(
             settings, settings_file, self._geometry_and_layout, complain, self
         )
-        # At once: after a crash the next start must know which clip was open.
+        # Immediately, because after a crash the next start must know which clip was open.
         self.document.opened.connect(self._kept_settings.write)
 
     # -- building -----------------------------------------------------------------------------
@@ -175,7 +176,7 @@ class MainWindow(Parts):
         )
 
     def _is_guided(self) -> bool:
-        """Return True if a lesson, an exercise or teaching decides how the figure is drawn."""
+        """True if a lesson, an exercise or teaching decides how the figure is drawn."""
         return self.document.borrowed is not None or self.viewport.drawing.guest is not None
 
     def _keyboard_home(self) -> QWidget:
@@ -195,21 +196,21 @@ class MainWindow(Parts):
         self.files.open_path(path)
 
     def save_quietly(self) -> bool:
-        """Save the review without a message; return True if it is on disk."""
+        """Save the review without a message. Returns True if it is on disk."""
         return self.files.save_quietly()
 
     def _scheme_changed(self) -> None:  # a method: Qt disconnects it when the window goes
         self.program.colour()
 
     def close_without_asking(self) -> None:
-        """Close without asking; decisions that are not saved stay in the journal."""
+        """Close without asking. Unsaved decisions stay in the journal."""
         self._without_asking = True
         self.close()
 
-    # -- what follows the document ------------------------------------------------------------
+    # -- following the document ---------------------------------------------------------------
 
     def _enable_actions(self) -> None:
-        """Enable the actions that are possible now; if no clip is open, show the start page."""
+        """Enable the actions that are possible now. If no clip is open, show the start page."""
         is_open, has_figure = self.document.data is not None, self.viewport.view is not None
         offer(MENUS, self.actions_by_id, is_open=is_open, has_figure=has_figure)
         self.start_page.setVisible(not is_open)
@@ -223,14 +224,12 @@ class MainWindow(Parts):
         self.usual_layout.follow()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Show floating panels after the window, because they would be hidden
-        behind it if shown first.
-        """
+        """Show floating panels after the window, which would hide them if they came first."""
         super().showEvent(event)
         self.usual_layout.window_shown()
 
     def changeEvent(self, event: QEvent) -> None:
-        """When the window comes to the front, check whether the clip and its lock have changed."""
+        """Check whether the clip and its lock have changed, if the window has come to the front."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
             self.document.recovery.look_around()
@@ -241,7 +240,7 @@ class MainWindow(Parts):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open the first dropped file; show a video next to the open clip."""
+        """Open the first dropped file, or show a video next to the open clip."""
         files = [u.toLocalFile() for u in event.mimeData().urls() if u.isLocalFile()]
         if files:
             event.acceptProposedAction()
@@ -250,8 +249,8 @@ class MainWindow(Parts):
                 self.open_path(path)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Finish a running export, ask about unsaved decisions, save the
-        layout, and close the views.
+        """Finish a running export, ask about unsaved decisions, save the layout, close the
+        views.
         """
         self.files.closing = True
         if not self.exporter.finish() or not self.files.may_close(ask=not self._without_asking):

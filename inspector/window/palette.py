@@ -16,7 +16,7 @@ _ROWS = 12
 
 
 class CommandPalette(QDialog):
-    """A search line with a list of matching actions; Enter runs the selected or the first one."""
+    """A search line with a list of matching actions. Enter runs the selected or the first one."""
 
     def __init__(self, actions: Mapping[str, QAction], parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)

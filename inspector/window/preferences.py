@@ -1,4 +1,4 @@
-"""The preferences, with the reviewer's name, how frames are counted, and the keyboard shortcuts."""
+"""The preferences: the reviewer's name, the first frame's number, and keyboard shortcuts."""
 
 from __future__ import annotations
 
@@ -37,13 +37,14 @@ _FRAME = 60  # pixels for the title bar and a margin at the screen's edges
 
 
 class Preferences(QDialog):
-    """A form for the settings, which are changed only when the user accepts it."""
+    """A form for the settings, which change only when the user accepts the form."""
 
     def __init__(
         self, settings: Settings, menus: Menus, ticks: Sequence[Tick], parent: QWidget
     ) -> None:
-        """Build the form. `ticks` are the check boxes for features' settings that are either on or
-        off.
+        """Build the form.
+
+        `ticks` are the check boxes for features' settings that are either on or off.
         """
         super().__init__(parent)
         self._settings, self._rows = settings, tuple(rows(menus))

@@ -1,4 +1,4 @@
-"""The presentation, with figure and curves in large type, for a lecture hall or a meeting."""
+"""The presentation: figure and curves in large type, for a lecture hall or a meeting."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.window.low_window import is_seen, show_title
 
-_KEPT = ("curves", "teaching")  # docks that stay if they are visible
+_KEPT = ("curves", "teaching")  # docks that stay visible if they are visible
 _SCALE = 1.7  # scale of type and lines
 _CURVES_SHARE = 0.42  # share of the window's height
 
@@ -28,13 +28,13 @@ class Presentation:
         viewport: Viewport,
         timeline: Timeline,
     ) -> None:
-        """Prepare the presentation. `docks` are the docks by object name."""
+        """Prepare the presentation. `docks` are the docks, keyed by object name."""
         self._window, self._docks = window, docks
         self._viewport, self._timeline = viewport, timeline
         self._layout: QByteArray | None = None
         self._full = False
         self._escape = QShortcut(QKeySequence(Qt.Key.Key_Escape), window)
-        # A floating dock is a window of its own; Esc must end the presentation from there, too.
+        # A floating dock is a separate window, from which Esc must end the presentation, too.
         self._escape.setContext(Qt.ShortcutContext.ApplicationShortcut)
         self._escape.setEnabled(False)
         self.escaped = self._escape.activated
@@ -74,7 +74,7 @@ class Presentation:
         window.restoreState(layout)
 
     def set_full_screen(self, on: bool) -> None:
-        """Turn full screen on or off; a window that was maximised is maximised again afterwards."""
+        """Turn full screen on or off. A maximised window is maximised again afterwards."""
         full, now = Qt.WindowState.WindowFullScreen, self._window.windowState()
         self._window.setWindowState(now | full if on else now & ~full)
 

@@ -1,4 +1,4 @@
-"""The actions of the program as a whole, which are theme, preferences, command palette and help."""
+"""The actions of the program as a whole: theme, preferences, command palette and help."""
 
 from __future__ import annotations
 
@@ -65,9 +65,7 @@ class ProgramActions:
         return themes.named_theme(self.settings.theme)
 
     def take_settings(self) -> None:
-        """Apply the reviewer's name, the number of the first frame and
-        the keys from the settings.
-        """
+        """Apply the reviewer's name, the first frame's number and the keys from the settings."""
         self.document.sign(self.settings.reviewer)
         self.document.set_first_frame(self.settings.first_frame)
         apply_keys(self.menus, self.actions, self.settings)

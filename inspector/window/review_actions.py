@@ -42,9 +42,9 @@ class ReviewActions:
     show_card
         Function that brings the card to the front.
     look
-        Function that turns the camera so that the roll of the selected limb is seen best.
+        Function that turns the camera so that the roll of the selected limb is best visible.
     sees
-        Function that returns True if this limb is in the picture.
+        Function that returns True if this limb is visible.
     show_status
         Function that shows a sentence in the status bar.
     key
@@ -85,7 +85,7 @@ class ReviewActions:
         document.chains_changed.connect(find.start)
         document.opened.connect(lambda: setattr(self, "_faint", None))
 
-    # -- decisions, and the way from one interval to the next -----------------------------------
+    # -- decisions, and moving between intervals -------------------------------------------------
 
     def judge(self, decision: Decision) -> None:
         """Set the decision of the selected intervals without moving the camera."""
@@ -109,13 +109,13 @@ class ReviewActions:
             self._arrive(zoom=self.document.interval_id != before)
 
     def undo(self) -> None:
-        """Undo the last step, name it, and show the interval that it has changed."""
+        """Undo the last step, name it, and show the interval that it changed."""
         if self.document.data is not None:
             step = of_core(self.document.review.undo_text)
             self._retrace(self.document.undo, tr("Undone: {step}", step=step))
 
     def redo(self) -> None:
-        """Redo the step that was undone, name it, and show the interval that it has changed."""
+        """Redo the last undone step, name it, and show the interval that it changed."""
         if self.document.data is not None:
             step = of_core(self.document.review.redo_text)
             self._retrace(self.document.redo, tr("Done again: {step}", step=step))
@@ -194,7 +194,7 @@ class ReviewActions:
                 self._arrive(zoom=True)
 
     def go_to_worst(self) -> Judged | None:
-        """Go to the worst undecided interval and return it; None if all are decided."""
+        """Go to the worst undecided interval and return it, or None if all are decided."""
         document = self.document
         undecided = [j for j in document.intervals if j.decision == Decision.UNDECIDED]
         if not undecided:
@@ -224,7 +224,7 @@ class ReviewActions:
             self.visible.zoom_to_interval()
 
     def _report_end(self) -> None:
-        """Show the next thing to do once every listed interval is decided."""
+        """Show the next thing to do when every listed interval is decided."""
         intervals, listed = self.document.intervals, set(self.intervals.shown_ids())
         left = [j.id for j in intervals if j.decision == Decision.UNDECIDED]
         if not intervals or listed.intersection(left):
@@ -253,12 +253,12 @@ class ReviewActions:
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def group_errors(self, on: bool) -> None:
-        """Group errors that belong together in the list or not, and remember it."""
+        """Group errors that belong together in the list, or show them singly, and remember this."""
         self.settings.group_errors = on
         self.intervals.group_errors(on)
 
     def set_order(self, order: str) -> None:
-        """Go through the intervals by 'worst', 'time' or 'chain', and remember this order."""
+        """Visit the intervals by 'worst', 'time' or 'chain', and remember this order."""
         self.settings.order = order
         self.document.set_order(order)
         self.intervals.order_by(order)
@@ -281,9 +281,7 @@ class ReviewActions:
             self.bar.show_message(text, False)
 
     def reject_for(self) -> None:
-        """Open the list of reasons, and reject the selected interval for
-        the reason that is chosen.
-        """
+        """Open the list of reasons, and reject the selected interval for the chosen reason."""
         if (judged := self.document.interval) is None:
             self._ask_to_select()
         elif not self._out_of_view():
@@ -304,9 +302,7 @@ class ReviewActions:
             self.decide(Decision.REJECTED)
 
     def write(self, what: str) -> None:
-        """Move the focus to the selected interval's 'note', 'delta',
-        'start' or 'stop' for typing.
-        """
+        """Move the focus to the selected interval's 'note', 'delta', 'start' or 'stop'."""
         if self.document.interval is None:
             self._ask_to_select()
             return
@@ -350,9 +346,7 @@ class ReviewActions:
             self.document.edit(judged.id, flattened(judged.interval))
 
     def make_following(self) -> None:
-        """Give the selected interval offsets that make the corrected twist
-        a straight line over time.
-        """
+        """Give the selected interval offsets that make the corrected twist linear over time."""
         judged = self.document.interval
         if judged and judged.interval.kind.info.repairer:
             self.bar.show_message(
@@ -363,8 +357,9 @@ class ReviewActions:
             self.document.edit(judged.id, following(judged.interval, angle))
 
     def turn_end(self) -> None:
-        """Switch the hand or foot of the selected flip, or the joints below a stretch, between kept
-        and turned along.
+        """Switch the part below the selected interval between kept and turned along.
+
+        This is the hand or foot of a flip, or the joints below a stretch.
         """
         judged = self.document.interval
         if judged is None or not judged.interval.kind.info.below:
@@ -377,8 +372,8 @@ class ReviewActions:
             self.document.edit(judged.id, edited)
 
     def insert_interval(self) -> None:
-        """Insert an interval from the suspicious moment at the playhead
-        or, without one, around it.
+        """Insert an interval at the suspicious moment at the playhead or, without one, around
+        it.
         """
         chain, frame, faint = self.document.chain, self.document.frame, self._faint
         there = faint and faint.chain == chain and faint.start <= frame < faint.stop
@@ -394,8 +389,8 @@ class ReviewActions:
     def next_faint(self) -> None:
         """Go to the next suspicious moment, where an error may have been missed.
 
-        This is a candidate whose strength is between half of τ and τ, or a peak above τ that is not
-        explained by another cause.
+        Such a moment is a candidate whose strength is between half of τ and τ, or a peak above τ
+        without another cause.
         """
         document = self.document
         if (data := document.data) is None:
@@ -452,7 +447,7 @@ class ReviewActions:
             document.answered.emit(reason_sentence(document, reason))
 
     def answer(self, text: str) -> None:
-        """Show why nothing is found until the playhead moves, unless the card already shows it."""
+        """Show until the playhead moves why nothing was found, unless the card shows it."""
         self._withdraw()
         if not self.card.says(text):
             self._answer = text
@@ -481,7 +476,7 @@ def _first_frame(moment: Interval | Reason) -> int:
 
 
 def _count_explained(past: Sequence[Reason]) -> str:
-    """Return a sentence with the number of peaks above τ that are harmless, or '' for none."""
+    """Return a sentence with the number of harmless peaks above τ, or '' for none."""
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)

@@ -1,4 +1,4 @@
-"""The sample: opens the user's own copy at its worst interval and describes the error there."""
+"""Open the user's own copy of the sample at its worst interval, and describe the error there."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from twistcore.review import Judged
 
 _FOLDER = "Twist Inspector"  # in the user's documents
 _VERDICTS = ("accept", "reject")  # ids of actions
-_MOST = 100  # names to try
+_MOST = 100  # number of names to try
 
 
 def open_sample(parts: Parts) -> None:
@@ -31,7 +31,7 @@ def open_sample(parts: Parts) -> None:
 
 
 def own_copy(bundled: Path) -> Path:
-    """Return the copy of a bundled clip in the user's documents; the first call makes it.
+    """Return the copy of a bundled clip in the user's documents, made by the first call.
 
     A file with other content keeps its name, and the copy gets the next free one. If the documents
     cannot be written, the bundled clip itself is returned.
@@ -55,7 +55,7 @@ def own_copy(bundled: Path) -> Path:
 
 def _begin(parts: Parts) -> None:
     worst = parts.review_actions.go_to_worst()
-    for look in ("skin", "side_by_side"):  # even if the kind of error has another look
+    for look in ("skin", "side_by_side"):  # even if this kind of error is drawn in another way
         parts.actions_by_id[look].setChecked(True)
     if worst is not None and worst.interval.kind == Kind.COUNTER_TWIST:
         sentence = _sentence(parts, worst)

@@ -57,7 +57,7 @@ class Saving:
         )
 
     def save_session(self, path: Path | None = None) -> bool:
-        """Write the session to `path` or next to the clip; return True if it is on disk."""
+        """Write the session to `path` or next to the clip. Returns True if it is on disk."""
         self.detail.commit()
         if self._is_borrowed():
             return False
@@ -65,7 +65,7 @@ class Saving:
         if saved:
             asks = self.bar.asks
             changed = self.document.recovery.check_clip()
-            if changed and (asks or not self.bar.asks):  # if not, a question is shown already
+            if changed and (asks or not self.bar.asks):  # if not, a question is already shown
                 own = tr("The session belongs to the version that is open.")
                 trouble += f" {changed} {own}"
             self.tell_saved()
@@ -78,9 +78,7 @@ class Saving:
         return saved
 
     def _is_borrowed(self) -> bool:
-        """True, with a message, if the clip is borrowed and its session must therefore not be
-        saved.
-        """
+        """True, after a message, if the clip is borrowed, so that its session must not be saved."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -88,7 +86,7 @@ class Saving:
     # -- leaving a clip -----------------------------------------------------------------------
 
     def leave(self, then: Callable[[], object]) -> None:
-        """Call `then` once unsaved decisions are saved or in the journal; no dialog is modal."""
+        """Call `then` when unsaved decisions are saved or in the journal. No dialog is modal."""
         self.lessons.hidden_errors.before_leaving(partial(self._leave, then))
 
     def _leave(self, then: Callable[[], object]) -> None:
@@ -128,14 +126,11 @@ class Saving:
         self.bar.ask(text, (*here, elsewhere, without))
 
     def _is_kept(self) -> bool:
-        """True if the review is saved, or if it does not need to be
-        because its clip is borrowed.
-        """
+        """True if the review is saved, or if the clip is borrowed and so need not be saved."""
         return self.document.review.saved or self.document.borrowed is not None
 
     def save_quietly(self) -> bool:
-        """Save without a message unless something goes wrong; return True
-        if the session is on disk.
+        """Save without a message, except for errors. Returns True if the session is on disk.
 
         Nothing is saved for a borrowed clip, nor for a clip shipped with the program, which must
         look new to the next user; their decisions stay in the journal.
@@ -145,7 +140,7 @@ class Saving:
         return saved
 
     def _save(self) -> tuple[bool, str]:
-        """Save if possible; return whether the session is on disk, and an error message."""
+        """Save if possible. Returns True if the session is on disk, and an error message."""
         data = self.document.data
         bundled = data is not None and ASSETS in data.clip.path.parents
         if bundled or self.document.borrowed is not None:
@@ -161,9 +156,7 @@ class Saving:
             self.bar.show_message(trouble, True)
 
     def _report_later(self, trouble: str) -> None:
-        """Show the error message once the next clip is open, because
-        opening a clip clears the bar.
-        """
+        """Show the error message when the next clip is open, because opening clears the bar."""
         opener = self.document.opener
         if not (trouble and opener.busy):
             self._report(trouble)
@@ -178,7 +171,7 @@ class Saving:
 
     def _save_by_itself(self) -> None:
         if self.document.opener.busy or self.lessons.program.aside.open:
-            self._idle.start()  # the changes may be of the clip that is put aside
+            self._idle.start()  # the changes may belong to the clip that was put aside
         elif self.document.data is None or self.document.review.saved:
             return
         elif not self.document.keeper.read_only and self.settings.autosave:
@@ -197,7 +190,7 @@ class Saving:
         if self.settings.autosave:
             saved, trouble = self._save()
             if saved:
-                return True  # the person needs to do nothing about other messages
+                return True  # other messages need no action by the person
             if self.document.keeper.journal.on_disk and not self.document.keeper.read_only:
                 return not trouble or self._closes_unsaved(trouble)
         if self.document.keeper.read_only:
@@ -248,8 +241,8 @@ class Saving:
         return answer
 
     def _closes_unsaved(self, trouble: str) -> bool:
-        """Show that the session cannot be written; return True if the
-        window should close anyway.
+        """Show that the session cannot be written. Returns True if the window should close
+        anyway.
         """
         button = QMessageBox.StandardButton
         later = tr("You can restore the decisions when you start the program again.")

@@ -15,7 +15,7 @@ from PySide6.QtGui import QAction
 from inspector.session.document import Document
 from inspector.session.settings import Settings, save_changes
 
-_LOOK_MS = 450  # a change that stays the same for two looks is written, within a second
+_LOOK_MS = 450  # a change is written when it is the same in two checks, within a second
 
 _LOOKS = "skin", "side_by_side"
 
@@ -31,7 +31,7 @@ class KeptLooks(QObject):
         is_busy: Callable[[], bool],
         parent: QObject,
     ) -> None:
-        """Show the last choice. is_busy: True while something else decides how it is drawn."""
+        """Show the last choice. `is_busy` is True while something else decides how it is drawn."""
         super().__init__(parent)
         self._document, self._settings, self._is_busy = document, settings, is_busy
         self._actions = {look: actions[look] for look in _LOOKS}
@@ -58,7 +58,7 @@ class KeptLooks(QObject):
 
 
 class SettingsKeeper(QObject):
-    """Checks the settings regularly, and writes the ones that have changed."""
+    """Checks the settings regularly, and writes the changed ones."""
 
     def __init__(
         self,
@@ -110,7 +110,7 @@ class SettingsKeeper(QObject):
         self._began = True
 
     def write(self) -> str:
-        """Write the settings that have changed; return an error message, or '' on success."""
+        """Write the changed settings. Returns an error message, or '' on success."""
         if self._path is None or self._settings == self._written:
             return ""
         trouble = save_changes(self._path, self._settings, self._written)
@@ -122,7 +122,7 @@ class SettingsKeeper(QObject):
         return trouble
 
     def end(self) -> str:
-        """Write for the last time, because the window closes; return an error message, or ''."""
+        """Write for the last time, because the window closes. Returns an error message, or ''."""
         self._timer.stop()
         self._note_layout()
         self._tell = lambda _: None

@@ -1,4 +1,4 @@
-"""The toolbar, with the most frequent actions as an icon and, if there is room, a word."""
+"""The toolbar: the most frequent actions as an icon and, if there is room, a word."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from inspector.widgets.icons import SIDE, has_icon, icon
 from inspector.widgets.theme import Colours, Theme
 from inspector.window.actions import Menus, rows
 
-# In a narrow window these lose their words: first what every program has, then the views.
+# In a narrow window these lose their words: first the usual actions of programs, then the views.
 _SPARED: tuple[tuple[int, ...], ...] = ((), (1,), (1, 2))
 _Word = Qt.ToolButtonStyle
 
@@ -47,7 +47,7 @@ class ToolBar(QToolBar):
                 action.setIconVisibleInMenu(not action.isCheckable())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show as many words as there is room for."""
+        """Show as many words as fit."""
         super().resizeEvent(event)
         if event.size().width() != self._fitted:
             self._fitted = event.size().width()

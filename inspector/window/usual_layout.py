@@ -1,4 +1,4 @@
-"""The window's layout at first, from the last run, and after resetting it."""
+"""The window's layout: the initial one, the one from the last run, and resetting it."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QWidget
 
 from inspector.window.low_window import Compact, LowWindow
 
-# Chains, intervals, curves: pixels at most, and shares of a small window's size.
+# Chains, intervals, curves: maximum pixels, and shares of a small window's size.
 _MOST = 350, 545, 330
 _SHARES = 0.25, 0.38, 0.35
 _LOW_SHARES = 0.25, 0.38, 0.27  # shares in a low window
-# With a large font the lines above the curves take some of the curves' height.
+# With a large font, the lines above the curves take some of the curves' height.
 _USUAL_LINE, _LINES_ABOVE = 14, 14  # pixels of a line; lines of menus, titles, tabs and so on
 _SIZE = (1440, 900)  # size of the first window, if the screen is large enough
 _FRAME = (12, 40)  # pixels for borders and a title bar
 _STATE_VERSION = 2
 _LEEWAY = 3  # pixels by which a layout may be rounded
-# Usable sizes of restored panels: pixels at least, and largest shares of the window's size.
+# Usable sizes of restored panels: minimum pixels, and largest shares of the window's size.
 _LEAST = 120, 240, 110
 _LARGEST = 0.35, 0.5, 0.6
 
@@ -58,15 +58,16 @@ class UsualLayout(QObject):
     ) -> None:
         """Prepare the layout.
 
-        docks: the docks by object name, in their initial places; controls: the controls below the
-        figure, which no floating panel may cover at first; compact: see :class:`LowWindow`.
+        `docks` are the docks in their initial positions, keyed by object name. `controls` are the
+        controls below the figure, which no floating panel may initially cover. For `compact`, see
+        :class:`LowWindow`.
         """
         super().__init__(window)
         self._window, self._docks, self._controls = window, docks, controls
         self._double_clicked = False
         self._low = LowWindow(window, docks, compact)
         self._usual = window.saveState()
-        self._by_hand = False  # True once a person has sized the panels
+        self._by_hand = False  # True when a person has sized the panels
         self._pressed: tuple[int, ...] = ()  # their sizes when the mouse was pressed
         self._restored = False  # True: restored from an earlier run, but not shown yet
         self._floating: list[QDockWidget] = []
@@ -76,7 +77,7 @@ class UsualLayout(QObject):
             dock.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Detect that the user drags the border between two panels, or double-clicks a title."""
+        """Detect a drag of the border between two panels, or a double-click on a title."""
         if watched is not self._window:
             self._double_clicked |= event.type() == QEvent.Type.MouseButtonDblClick
         elif event.type() == QEvent.Type.MouseButtonPress:
@@ -103,9 +104,7 @@ class UsualLayout(QObject):
             dock.hide()
 
     def window_shown(self) -> None:
-        """Show floating panels after the window, because they would be hidden
-        behind it if shown first.
-        """
+        """Show floating panels after the window, which would hide them if they came first."""
         if self._restored:
             self._make_usable()
             pairs = zip(self._sizes(), self._fitting(), strict=True)
@@ -117,7 +116,7 @@ class UsualLayout(QObject):
             QTimer.singleShot(0, partial(self._clear_of_controls, dock))
 
     def _floated(self, dock: QDockWidget, floating: bool) -> None:
-        # Not if a person drags the panel: then the place is the person's choice.
+        # Not if a person drags the panel, because its position is then the person's choice.
         pressed = QApplication.mouseButtons() != Qt.MouseButton.NoButton
         if floating and (self._double_clicked or not pressed):
             QTimer.singleShot(0, dock, partial(self._clear_of_controls, dock))
@@ -171,7 +170,7 @@ class UsualLayout(QObject):
             self.fit()
 
     def reset(self) -> None:
-        """Put every panel back in its initial place, shown or hidden as it was there."""
+        """Put every panel back to its initial position and visibility."""
         self._window.restoreState(self._usual)
         self._by_hand = False
         self._docks["intervals"].raise_()
@@ -188,7 +187,7 @@ class UsualLayout(QObject):
 
     @property
     def _complete(self) -> bool:
-        """True if no panel is hidden, as it is during a presentation."""
+        """True if no panel is hidden, unlike during a presentation."""
         return not any(self._docks[name].isHidden() for name in ("chains", "intervals", "curves"))
 
     def _sizes(self) -> tuple[int, ...]:

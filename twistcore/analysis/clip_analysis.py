@@ -68,8 +68,8 @@ Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain o
 ALL_KINDS = frozenset(Kind)
 REPAIRED = frozenset(kind for kind in Kind if kind.repairable)
 _SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # kinds with a finder of their own
-# So many lone jumps make a person so restless that none of their intervals is corrected
-# automatically.
+# Number of lone jumps above which a person counts as restless, so that none of their intervals is
+# corrected automatically.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
 BODY_STEP_DOUBT = "many joints jump at once where the interval begins or ends"
 RESTLESS_DOUBT = "lone jumps throughout the clip make every detection uncertain"
@@ -150,7 +150,7 @@ class ClipAnalysis:
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
 
     def with_rig(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with another rig, keeping a choice of people or chains.
+        """Return the analysis with another rig and the same choice of people or chains.
 
         Raises TwistError if the rig has none of the chosen chains.
         """
@@ -170,9 +170,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with another rig, with all its chains or only with the chosen
-        ones.
-        """
+        """Return the analysis with another rig, for all its chains or only for the chosen ones."""
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)
@@ -196,24 +194,25 @@ class ClipAnalysis:
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """All chains followed by all limbs, each of which may have errors or be needed for a
-        correction.
-        """
+        """All chains followed by all limbs."""
         return *self.chains, *self.limbs
 
     def chain(self, name: str) -> Chain:
-        """Return the chain or limb of a name or label. Raises TwistError with similar names."""
+        """Return the chain or limb with a name or label. Raises TwistError that suggests similar
+        names.
+        """
         return chain_named(self.chains_and_limbs, name, self.name)
 
     @cached_property
     def signals(self) -> Mapping[str, TwistSignals]:
-        """The signals θp, θc and m of every chain, by name."""
+        """The signals θp, θc and m, keyed by chain name."""
         return signals_of_chains(self.motion, self.chains)
 
     @cached_property
     def reliability(self) -> Mapping[str, float]:
-        """The median of ‖v⊥‖/‖v‖ by chain, 0…1, which is low if a straight limb leaves θc
-        undefined.
+        """The median of ‖v⊥‖/‖v‖, 0…1, keyed by chain name.
+
+        A low value means that a straight limb leaves θc undefined.
         """
         return {k: median(s.azimuth_reliability) for k, s in self.signals.items()}
 
@@ -229,7 +228,7 @@ class ClipAnalysis:
 
     @cached_property
     def not_examined(self) -> str:
-        """The reason why the clip could not be examined at all, as a clause, or ''."""
+        """The reason why the clip could not be examined at all, as a clause, or an empty string."""
         return why_not_examined(self.motion, self.chains_and_limbs)
 
     @cached_property
@@ -263,10 +262,13 @@ class ClipAnalysis:
     def compared_with(
         self, reference: Clip | Motion | HasMotion, name: str = ""
     ) -> tuple[Note, ...]:
-        """Return a note about each bone that is turned in every frame, compared with another take.
+        """Compare the clip with another take, and return a note about each bone turned in every
+        frame.
 
-        reference: another take of the same skeleton; name: its name in the notes; the clip's own
-        name if not given. Raises ClipMismatchError if the skeletons differ.
+        - reference: another take of the same skeleton
+        - name: its name in the notes, by default the take's own name
+
+        Raises ClipMismatchError if the skeletons differ.
         """
         name = name or (reference.name if isinstance(reference, Clip) else "the reference")
         offsets = offsets_from(self.motion, self._of_limbs, motion_of(reference), name)
@@ -296,7 +298,8 @@ class ClipAnalysis:
             return self._by_method[method]
 
     def usable(self, method: str) -> str:
-        """Return the detector's name, or the default one's if it is missing or failed on this clip.
+        """Return the detector's name, or the default detector's name if it is missing or failed
+        here.
 
         No detector is run for this; a detector that has not run yet is considered usable.
         """
@@ -304,7 +307,7 @@ class ClipAnalysis:
         return DEFAULT_METHOD if self.failure(name) else name
 
     def failure(self, method: str) -> str:
-        """Return the error message of a detector that failed on this clip; '' if it works."""
+        """Return the error message of a detector that failed on this clip, or an empty string."""
         if self._whole is not None:
             return self._whole.failure(method)
         detector, why = self._failed.get(method, (None, ""))
@@ -337,9 +340,7 @@ class ClipAnalysis:
             del self._hinges[key]
 
     def kept(self, method: str) -> Analysis | None:
-        """Return the analysis by a detector if it is already computed, or None without waiting for
-        it.
-        """
+        """Return the analysis by a detector if it is already computed, or None without waiting."""
         return self._whole.kept(method) if self._whole else self._by_method.get(method)
 
     def _fault_notes(self) -> Iterator[Note]:
@@ -366,7 +367,7 @@ class ClipAnalysis:
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
-        """Return the faults of joints, leaving out people who were not chosen."""
+        """Return the faults of joints without those of people who were not chosen."""
         if self._people is None:
             return list(faults)
         others = {
@@ -379,7 +380,7 @@ class ClipAnalysis:
 
     @property
     def _of_limbs(self) -> tuple[Chain, ...]:
-        """The chains of limbs, leaving out the helpers next to them."""
+        """The chains without the helpers next to limbs."""
         return tuple(c for c in self.chains if not isinstance(c, Helper))
 
     @property
@@ -408,7 +409,7 @@ class ClipAnalysis:
             return self._flips
 
     def shown(self, kind: Kind, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Return the intervals of a kind that is reported but not corrected, by chain.
+        """Return the intervals of a kind that is reported but not corrected, keyed by chain name.
 
         The intervals are computed on first use. For some kinds the search comes after the
         detector's automatic corrections.
@@ -427,7 +428,7 @@ class ClipAnalysis:
 
     @property
     def failed_kinds(self) -> tuple[str, ...]:
-        """The reasons why kinds of other packages could not be looked for, so far."""
+        """The reasons why the search for kinds from other packages has failed so far."""
         return tuple(self._failed_kinds.values())
 
     def carried_along(self, twist: Interval) -> bool:
@@ -448,12 +449,15 @@ class ClipAnalysis:
         return self._carried[method]
 
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Return the lone jumps that remain after all automatic corrections, by chain."""
+        """Return the lone jumps that remain after all automatic corrections, keyed by chain
+        name.
+        """
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def _search(self, method: str) -> KindSearch:
-        """Return the input for the finders of kinds. `method` is a detector, or '' for the raw
-        clip.
+        """Return the input for the finders of kinds.
+
+        `method` is a detector, or an empty string for the clip as captured.
         """
         whole, chosen = self._whole or self, self._of_limbs
         shared, chains = whole._shared, whole._of_limbs
@@ -503,7 +507,7 @@ class ClipAnalysis:
         return self._whole.bursts if self._whole else noise_bursts(self.motion)
 
     def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
-        """Return the people whose joints jump dozens of times a minute, so no interval is certain.
+        """Return the people whose joints jump so often that no interval is certain.
 
         The result for a clip of one person is ('',) or (). Jumps must be as frequent in the clip as
         captured and after the corrections; if few joints jump as captured, no detector needs to
@@ -537,9 +541,7 @@ class ClipAnalysis:
         return any(jump.start < b.stop and b.start < jump.stop for b in same)
 
     def left_open(self, interval: Interval) -> Interval:
-        """Return the interval of a restless person as an open interval, always as the same
-        object.
-        """
+        """Return a restless person's interval as an open interval, always as the same object."""
         if interval.open or not interval.repairable:
             return interval
         if (kept := self._left.get(interval)) is None:
@@ -583,7 +585,7 @@ class ClipAnalysis:
         return at_body_step(self._steps_left[method], interval, person)
 
     def _measures(self, interval: Interval, method: str) -> tuple[ProtectedMeasure, ...]:
-        """Return what the correction of an interval changes in its limb and its neighbours."""
+        """Measure how the correction of an interval affects its limb and its neighbours."""
         if interval.kind != Kind.COUNTER_TWIST:  # no detector of chains is needed for other kinds
             every = self.chains_and_limbs
             return protected_measures(self.motion, every, interval, self._plain_hinges)
@@ -593,8 +595,8 @@ class ClipAnalysis:
             measured = protected_measures(self.motion, self._of_limbs, interval, hinges, others)
             if kept is None or not any(m.worse for m in measured):
                 return measured
-        # Frames between keys and held frames were not captured: faults that only they show do not
-        # count.
+        # Frames between keys and held frames were not captured: faults that only they show are
+        # ignored.
         own, *others = (shown_at(i, kept.first) for i in (interval, *others))
         needed = {i.chain for i in (own, *others)}
         chains = [c.at(kept.first) for c in self._of_limbs if c.name in needed]
@@ -633,7 +635,7 @@ class ClipAnalysis:
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
     def _hinges_by(self, method: str, kept: DistinctFrames | None) -> Hinges:
-        """Return the hinges of the clip or its kept frames, measured outside of counter-twists."""
+        """Return the hinges of the clip, or of its kept frames, measured outside counter-twists."""
         key = method, kept is None
         if key not in self._hinges:
             finds, motion = self._twists_by(method), self.motion
@@ -646,7 +648,7 @@ class ClipAnalysis:
     def detector(
         self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] | None = None
     ) -> Analysis:
-        """Return an analysis of chains and limbs by name, limited to the given kinds.
+        """Return an analysis of chains and limbs, limited to the given kinds.
 
         For a chain it combines :meth:`by` and :meth:`shown`; for a limb it uses :attr:`flips`.
         Nothing is computed before it is needed. `kinds` are all kinds by default. Raises TwistError
@@ -668,9 +670,10 @@ class ClipAnalysis:
 
         - method: the name of a detector, or a detector to register
         - kinds: the kinds to search for, all if not given
-        - tau_radians, tau_degrees: τ for all chains, or by the name of a chain or limb; automatic
-          where it is not given. The τ of a limb or a twist bone is a different quantity, so a
-          single number applies only to the other chains. Kinds that cannot be corrected have no τ.
+        - tau_radians, tau_degrees: τ for all chains, or keyed by the name of a chain or limb;
+          automatic where it is not given. The τ of a limb or a twist bone is a different quantity,
+          so a single number applies only to the other chains. Kinds that cannot be corrected have
+          no τ.
         - tell: callback for the progress
 
         Raises TwistError for an unknown kind, method or name.
@@ -688,9 +691,9 @@ class ClipAnalysis:
     def tau_of(
         self, for_all: float | None, by_name: Mapping[str, float] = MappingProxyType({})
     ) -> dict[str, float]:
-        """Return τ in radians by name, from one value for all chains of limbs or from a profile.
+        """Return τ in radians, keyed by name, from a value for all limb chains and from a profile.
 
-        Names in the profile that the clip does not have are left out.
+        Names in the profile that the clip does not have are ignored.
         """
         names = {c.name for c in self.chains_and_limbs}
         return self._given(for_all, None) | {k: t for k, t in by_name.items() if k in names}
@@ -701,7 +704,7 @@ class ClipAnalysis:
         return tuple(c.name for c in (*chains, *(self.limbs if Kind.LIMB_FLIP in kinds else ())))
 
     def _given(self, radians: Tau | None, degrees: Tau | None) -> dict[str, float]:
-        """Return τ in radians by name, for the chains and limbs for which it is given."""
+        """Return the given τ in radians, keyed by the name of the chain or limb."""
         if degrees is not None:
             if radians is not None:
                 raise TwistError("expected τ in degrees or in radians, found both")
@@ -713,10 +716,10 @@ class ClipAnalysis:
 
 @dataclass(frozen=True, eq=False)
 class _ByName:
-    """The detector for chains and the detector for limb flips, combined.
+    """The detectors for chains and for limb flips, combined.
 
-    Set `final` to True to return the intervals of restless people as open ones; who is restless is
-    known only after all other kinds were searched.
+    Set `final` to True to return the intervals of restless people as open intervals. Restless
+    people are known only after the search for all other kinds.
     """
 
     clip: ClipAnalysis
@@ -768,10 +771,10 @@ class _ByName:
         return [*left, *rolls]
 
     def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
-        """Remove flips that arise because a child did not turn back a twist error of the limb's P.
+        """Remove flips that arise because a child did not turn back a twist error of the limb's
+        parent.
 
-        The part that the child does not turn back turns the rest of the limb, so this is one error
-        and not two.
+        The rest of the limb then turns by the missing part, so this is one error and not two.
         """
         known = self.clip.by(self.method)
         twists = [
@@ -791,13 +794,13 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the evidence for an interval, with the doubt because of which a person must decide."""
+    """Return the evidence for an interval, with the doubt that leaves the decision to a person."""
     evidence = explain() if explain else {}
     return {**evidence, "doubts": [doubt, *evidence.get("doubts", ())]}
 
 
 def _kept(analysis: Analysis) -> DistinctFrames | None:
-    """Return the frames by which a clip in coarse notation was examined; None for other clips."""
+    """Return the distinct frames of a clip in coarse notation, or None for other clips."""
     kept: DistinctFrames | None = getattr(analysis, "kept", None)
     return kept
 
@@ -805,7 +808,7 @@ def _kept(analysis: Analysis) -> DistinctFrames | None:
 def _made_worse(
     explain: Callable[[], dict[str, Any]] | None, worse: Sequence[ProtectedMeasure]
 ) -> dict[str, Any]:
-    """Return the evidence for an interval, and the measures that its correction makes worse."""
+    """Return the evidence for an interval, with the measures that its correction makes worse."""
     evidence = explain() if explain else {}
     doubts = [m.doubt for m in worse]
     doubts += [d for d in evidence.get("doubts", ()) if d not in doubts]
@@ -822,10 +825,10 @@ def _same_frames(a: Interval, b: Interval) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """The intervals of a clip, by chain and start, limbs last; the result of `detect`.
+    """The intervals found in a clip, sorted by chain and start, limbs last.
 
-    A sequence of :class:`Interval`. Indexed by a name, ``found["LeftArm"]``, it returns the
-    detection of that chain or limb alone.
+    The object is a sequence of :class:`Interval`. With a name as the index, ``found["LeftArm"]``,
+    it returns the detection for that chain or limb only.
 
     Parameters
     ----------
@@ -834,7 +837,7 @@ class Detection:
     method : str
         The name of the detector for chains.
     tau : mapping of str to float
-        τ in radians by the name of each chain and limb that was searched.
+        τ in radians, keyed by the name of each chain and limb that was searched.
     intervals : tuple of Interval
         The intervals that were found.
 
@@ -871,17 +874,17 @@ class Detection:
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """The chains and limbs that were searched, all of which a correction needs."""
+        """All chains and limbs that were searched."""
         return *self.chains, *self.limbs
 
     @property
     def not_examined(self) -> str:
-        """The reason why nothing could be found in the clip, as a clause; '' if it was examined."""
+        """The reason why nothing in the clip was examined, as a clause, or an empty string."""
         return "" if self.intervals else self.analysis.not_examined
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The notes of the analysis; the note that nothing was examined is dropped if something was
+        """The notes of the analysis, without the note that nothing was examined if something was
         found.
         """
         notes = self.analysis.notes
@@ -950,7 +953,7 @@ class Detection:
         return self.chains_and_limbs, sure
 
     def refined(self, at_least: float | None = None, *, include_open: bool = False) -> Motion:
-        """Return the motion with all intervals corrected for which this is done automatically.
+        """Return the motion after all automatic corrections.
 
         Parameters
         ----------
@@ -1003,9 +1006,11 @@ class Detection:
         return [_row(i, chains[i.chain], names, explain=explain) for i in self]
 
     def to_dataframe(self, *, explain: bool = False) -> Any:
-        """Return :meth:`to_rows` as a pandas DataFrame; TwistError if pandas is not installed."""
+        """Return :meth:`to_rows` as a pandas DataFrame. Raises TwistError if pandas is not
+        installed.
+        """
         try:
-            pandas = import_module("pandas")  # optional, and a second to load
+            pandas = import_module("pandas")  # optional, and takes a second to load
         except ImportError:
             raise TwistError(
                 "to_dataframe needs pandas: install it with pip install pandas"
@@ -1028,7 +1033,7 @@ def analyse(
         The clip to analyse.
     chains : str, Chain or sequence of these, optional
         Only these chains and limbs, by name or label (`twistcore info` lists them) or as objects;
-        all if not given. Case matters only if two names differ in nothing else. A chain's name
+        all if not given. Case matters only if two names differ only in case. A chain's name
         includes the limb that begins with it; a limb's name means that limb alone.
     rig : Rig, optional
         The chains and limbs of the skeleton; the ones found in the clip if not given.
@@ -1108,15 +1113,15 @@ def detect(
         The kinds to search for; all if not given. ``"counter_twist"`` and ``"Counter-Twist"`` are
         the same.
     tau_degrees, tau_radians : float or mapping of str to float, optional
-        Threshold τ, in degrees or in radians, for all chains or by the name of a chain or limb;
-        automatic where not given.
+        Threshold τ, in degrees or in radians, for all chains or keyed by the name of a chain or
+        limb; automatic where not given.
     tell : callable, optional
         Called from time to time with the fraction of the work that is done, 0…1.
 
     Returns
     -------
     Detection
-        The intervals, by chain and start, limbs last.
+        The intervals, sorted by chain and start, limbs last.
 
     Raises
     ------
@@ -1175,7 +1180,9 @@ def _row(
 
 
 def _kinds(kinds: Collection[Kind | str] | str | None) -> frozenset[Kind]:
-    """Return the kinds for some words, all kinds for None. Raises TwistError if one is unknown."""
+    """Return the kinds with the given names, or all kinds for None. Raises TwistError for unknown
+    names.
+    """
     if kinds is None:
         return ALL_KINDS
     wanted = []

@@ -42,8 +42,9 @@ _JUMP = 4  # frames of a jump, at most
 class ErrorGroup:
     """At least two errors that belong together.
 
-    members: indices of the intervals. The first one represents the group, as the error with the
-    largest extent; in a series, it represents the first repetition. name: what happens, in words.
+    - members: indices of the intervals. The first one represents the group: it is the error with
+      the largest extent or, in a series, the first repetition.
+    - name: what happens, in words
     """
 
     members: tuple[int, ...]
@@ -55,8 +56,8 @@ def error_groups(
 ) -> tuple[ErrorGroup, ...]:
     """Return the groups of intervals that belong together, sorted by their first member.
 
-    chains: all chains and limbs that the intervals refer to. An interval is in one group at most;
-    an interval that belongs to no other is in none.
+    `chains` are all chains and limbs to which the intervals refer. An interval is in at most one
+    group, and a single interval is in none.
     """
     by_name = {chain.name: chain for chain in chains}
     limb_starts = _limb_starts(skeleton, by_name.values())
@@ -89,7 +90,7 @@ def _limb_starts(skeleton: Skeleton, chains: Iterable[Chain]) -> list[int]:
 
 
 class _Union:
-    """Sets of indices that can be joined."""
+    """Sets of indices that can be merged."""
 
     def __init__(self, count: int) -> None:
         self._above = list(range(count))
@@ -102,7 +103,7 @@ class _Union:
         return k
 
     def join(self, one: int, other: int) -> None:
-        """Join the sets of two indices."""
+        """Merge the sets of two indices."""
         self._above[self._top(one)] = self._top(other)
 
     def parts(self) -> Iterable[list[int]]:
@@ -114,17 +115,17 @@ class _Union:
 
 
 def _is_jump(interval: Interval) -> bool:
-    """True for an error of one moment, which has no correction."""
+    """True for an error of a single moment, which cannot be corrected."""
     lasts = interval.repairable or interval.kind.info.lasting
     return not lasts and interval.frames <= _JUMP
 
 
 def _touching(intervals: Sequence[Interval], members: Iterable[int]) -> Iterator[tuple[int, int]]:
-    """Yield pairs of intervals of a limb with neighbouring edges."""
+    """Yield pairs of intervals of one limb whose edges touch."""
     edges = [(intervals[k].start, k) for k in members]
     edges += [(intervals[k].stop, k) for k in members if not _is_jump(intervals[k])]
     edges.sort()
-    meeting: list[int] = []  # intervals with neighbouring edges
+    meeting: list[int] = []  # intervals whose edges touch
     for place, (edge, k) in enumerate(edges):
         if place and edge - edges[place - 1][0] > _NEAR:
             yield from _met(intervals, meeting)
@@ -134,7 +135,7 @@ def _touching(intervals: Sequence[Interval], members: Iterable[int]) -> Iterator
 
 
 def _met(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[int, int]]:
-    """Yield pairs that connect intervals with neighbouring edges.
+    """Yield pairs that connect intervals whose edges touch.
 
     Without a jump, intervals that share no frame stay apart: one error only ends where another one
     begins.
@@ -153,7 +154,7 @@ def _met(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[in
 def _overlapping(
     intervals: Sequence[Interval], members: Iterable[int]
 ) -> Iterator[tuple[int, int]]:
-    """Yield pairs of intervals of different chains of a limb with mostly the same frames."""
+    """Yield pairs of intervals with mostly the same frames in different chains of one limb."""
     last: dict[str, int] = {}  # by chain
     for k in sorted(members, key=lambda k: intervals[k].start):
         here = intervals[k]
@@ -226,7 +227,7 @@ def _doubt(interval: Interval, chosen: Collection[int]) -> tuple[bool, bool, flo
 
 
 def _led(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:
-    """Return a part with the error that explains the others first, the others by their start."""
+    """Return a part's errors sorted by start, with the one that explains the others first."""
 
     def weight(k: int) -> tuple[bool, bool, int, int]:
         interval = intervals[k]
@@ -239,7 +240,7 @@ def _led(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:
 def _with_series(
     intervals: Sequence[Interval], parts: Iterable[tuple[int, ...]]
 ) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Yield the parts, with the parts of a series joined, and how often a group repeats."""
+    """Yield each part, or a series as one joined part, and the number of its repetitions."""
     alike = defaultdict[tuple[str, Kind, str, bool], list[tuple[int, ...]]](list)
     for part in parts:
         lead = intervals[part[0]]
@@ -259,7 +260,7 @@ def _with_series(
 def _similar(
     intervals: Sequence[Interval], parts: list[tuple[int, ...]]
 ) -> Iterator[list[tuple[int, ...]]]:
-    """Yield the parts in runs whose leads have similar sizes in the same direction.
+    """Yield runs of parts whose first errors have similar sizes in the same direction.
 
     Angles are compared around the circle, because +179° and −179° are the same half turn.
     """
@@ -279,7 +280,9 @@ def _similar(
 
 
 def _middle(interval: Interval) -> float:
-    """Return the angle in the middle of an interval, radians: its median would take long."""
+    """Return the angle in the middle of an interval, radians, because its median would take
+    long.
+    """
     return float(
         interval.offset[interval.frames // 2] if interval.repairable else interval.residual
     )
@@ -291,7 +294,7 @@ def _name(
     chains: Mapping[str, Chain],
     repeated: int,
 ) -> str:
-    """Return what happens in a group: 'Left knee flips and the 2 jumps at its edges'."""
+    """Return a group's name, such as 'Left knee flips and the 2 jumps at its edges'."""
     lead = intervals[members[0]]
     part, info = _part(lead, chains[lead.chain], repeated > 1), lead.kind.info
     what = info.happens.format(part=part) if info.happens else f"{part}: {info.name}"
@@ -318,7 +321,7 @@ def _is_like(interval: Interval, lead: Interval) -> bool:
 
 
 def _part(interval: Interval, chain: Chain, inside: bool) -> str:
-    """Return the part of the body that is wrong; inside: True if the words do not come first."""
+    """Return the part of the body that is wrong. `inside` is True within a sentence."""
     if interval.joint:
         return interval.joint
     if not isinstance(chain, Limb) or not chain.segment:

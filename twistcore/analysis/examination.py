@@ -22,11 +22,11 @@ from twistcore.skeleton.motion import Motion
 
 FEWEST_FRAMES = 5
 _STILL = 1e-6  # largest rounding error of a quaternion's component in a joint that never turns
-_MOST_PIECES = 5  # pieces that a note lists
+_MOST_PIECES = 5  # maximum number of pieces in a note
 
 
 def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
-    """Return the reason why a motion cannot be examined at all, as a clause, or ''."""
+    """Return why a motion cannot be examined at all, as a clause, or an empty string."""
     if not chains:
         return "no arm or leg was found in its skeleton"
     if motion.frames < max(FEWEST_FRAMES, round(SHORTEST_SEGMENT * motion.fps)):
@@ -42,9 +42,9 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
 
 
 def frames_note(motion: Motion) -> str:
-    """Return a sentence about frames in a piece between cuts that is too short to examine, or ''.
+    """Return a sentence about frames between cuts that are too few to examine, or an empty string.
 
-    A T-pose at either end and a blend from or to it are also left out, but not mentioned here.
+    T-poses at either end, and blends from or to them, are left out too but not mentioned here.
     """
     frames = unexamined_frames(motion)
     if not frames:
@@ -72,8 +72,9 @@ def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
 
 
 def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, ...]:
-    """Return a body's limbs that no chain examines. `chains` may include chains that a person
-    added.
+    """Return the limbs of a body that no chain examines.
+
+    `chains` may include chains that a person added.
     """
     found = {(bone.parent, bone.child) for line in body.lines for bone in line.bones}
     covered = {
@@ -85,7 +86,7 @@ def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, .
 
 
 def joints_outside(body: Body, chains: Sequence[Chain]) -> Mapping[str, tuple[str, ...]]:
-    """Return the names of the joints that no chain examines, by part of the body.
+    """Return the names of the joints that no chain examines, keyed by part of the body.
 
     The parts are the root, the trunk (everything from which limbs hang), the joints below the hands
     and below the feet (below the limbs, if names are unknown), and the others, such as neck and
@@ -118,7 +119,7 @@ _PARTS = ("root", "trunk", *_BELOW.values(), "below the limbs", "others")
 
 
 def _kind_of(body: Body, chain: Chain) -> str:
-    """Return 'arm' or 'leg' by the names of a chain's joints, or '' if the names do not show it."""
+    """Return 'arm' or 'leg' by the names of a chain's joints, or '' if the names are unknown."""
     roles = {role for j in (chain.parent, chain.child) for role in body.names[j].roles}
     if roles & {"shoulder", "arm", "forearm", "hand"}:
         return "arm"

@@ -1,4 +1,4 @@
-"""Process a clip, with its result document and, if requested, its corrected bytes."""
+"""Process a clip into a result document and, if requested, corrected bytes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SCHEMA = "twistcore.batch_clip/1"
 
 
 def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
-    """Return a clip, its result document without its name, and its corrected bytes or None.
+    """Process a clip: return it with its result document, without a name, and any corrected bytes.
 
     The same bytes give the same document in every process. Raises TwistError.
     """
@@ -105,9 +105,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
 
 
 def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
-    """Return the corrected motion, the number of corrected intervals, and what stays
-    uncorrected.
-    """
+    """Return the corrected motion, the number of corrections, and the reasons for the others."""
     from twistcore.export.replay import accepted_motion, chains_left, correctable
     from twistcore.review import Review
 

@@ -1,4 +1,4 @@
-"""A survey of many clips, worst first."""
+"""Survey many clips and sort them by severity."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class ClipSurvey:
     severity : float
         How bad the errors are: root mean square of all visible errors over the frames, degrees.
     problem : str
-        The reason why the clip could not be read, or ''.
+        The reason why the clip could not be read, or an empty string.
     unchecked : str
-        The reason why nothing in it could be examined, or ''.
+        The reason why nothing in it could be examined, or an empty string.
     missing_frames : int
         Number of frames that the header declares but the file does not have.
     unexamined : int
@@ -97,7 +97,7 @@ def survey_folder(
     folder : str or Path
         The folder with the clips; subfolders are not searched.
     profile : Profile, optional
-        τ by chain, as from `twistcore tune`; automatic by default.
+        τ for each chain, as from `twistcore tune`; automatic by default.
     workers : int
         Number of processes.
     tell : callable, optional

@@ -1,4 +1,4 @@
-"""Process one clip as a task, with the same outcome in any process and on any machine.
+"""Process one clip as a task, with the same outcome in every process and on every machine.
 
 The code that processes the clip is loaded by that process, so a process that sends thousands of
 tasks does not load numpy.
@@ -25,7 +25,7 @@ from twistcore.work.memory import SPARE, forget_peak, limited_memory, peak_memor
 
 Bytes: TypeAlias = bytes  # Outcome has a field called `bytes`
 
-_RACY_NS = 2_000_000_000  # a file this recent may change again within the same timestamp
+_RACY_NS = 2_000_000_000  # a file changed this recently may change again within the timestamp
 
 
 @dataclass(frozen=True)
@@ -63,16 +63,16 @@ class Outcome:
     result
         The document 'twistcore.batch_clip/1' without the clip's name, or None if it failed.
     reason
-        One sentence that says why, or ''.
+        One sentence about the failure, or an empty string.
     again
-        True if another try may succeed.
+        True if the task may succeed when it is repeated.
     sha256, bytes, signature
         Hash, size and signature of the file that was read (the signature is '' if a change could go
         unnoticed).
     corrected
         The bytes of the corrected clip, or None.
     companions
-        Files needed next to it, by name.
+        Files that the corrected clip needs in its folder, keyed by name.
     unseen
         True if the file cannot be seen from the machine that carried the task out.
     """
@@ -114,7 +114,7 @@ def process(task: ClipTask) -> Outcome:
 
 
 def signature_of(path: Path | str) -> tuple[str, bool]:
-    """Return a file's size, time and inode as text, and True if later changes will show in it.
+    """Return a file's size, time and inode as text, and True if later changes will change the text.
 
     As long as the signature is the same, so are the bytes. For an AMC it includes the skeletons in
     the folder, since the clip needs one of them. Raises OSError.
@@ -141,7 +141,7 @@ def has_companions(path: Path | str) -> bool:
 
 
 def _companion(path: Path | str) -> str:
-    """Return the suffix of the files that a clip needs from its folder; '' if it needs none."""
+    """Return the suffix of the files that a clip needs from its folder, or an empty string."""
     known = known_formats().get(Path(path).suffix.lower())
     return known.companion if known else ""
 

@@ -63,7 +63,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Suppress Dask's tracebacks, since each problem is reported in one sentence anyway."""
+    """Suppress Dask's tracebacks, since every problem is reported in one sentence anyway."""
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:
@@ -73,9 +73,7 @@ def _silence() -> Iterator[None]:
 
 
 def process_apart(task: ClipTask, seconds: float) -> Outcome | Exception:
-    """Run a task on a worker, in a process that belongs to the thread, and return errors as
-    outcomes.
-    """
+    """Run a task on a worker in a process of its own; return errors as outcomes."""
     if not hasattr(_own, "apart"):
         _own.apart = Apart()
     apart: Apart = _own.apart

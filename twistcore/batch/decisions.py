@@ -9,7 +9,7 @@ from twistcore.review import Decision, read_session
 
 
 def decisions_of(session: Path) -> dict[str, Any]:
-    """Return how many intervals of a session are accepted, rejected and undecided, and by whom.
+    """Count the accepted, rejected and undecided intervals of a session, and list the reviewers.
 
     The result is {} if nothing is decided. Raises TwistError if the session cannot be read.
     """

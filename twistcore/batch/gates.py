@@ -76,7 +76,7 @@ class Rule:
     total
         True if it applies to the whole run instead of each clip.
     kinds
-        The kinds of intervals that count, empty for all.
+        The kinds of intervals to which the rule applies, empty for all.
     confidence
         Pairs of operator and limit that must all hold.
     limit
@@ -109,7 +109,9 @@ class Rule:
 
 @dataclass(frozen=True)
 class Broken:
-    """A broken rule. `clip` is the name of the clip that breaks it, or '' for the whole run."""
+    """A broken rule. `clip` is the name of the clip that breaks the rule, or '' for the whole
+    run.
+    """
 
     rule: Rule
     clip: str
@@ -122,7 +124,7 @@ class Broken:
 
 
 def parse_rule(text: str) -> Rule:
-    """Parse a rule of :data:`GRAMMAR`; a TwistError names the expected form."""
+    """Parse a rule of :data:`GRAMMAR`. Raises TwistError with the expected form."""
 
     def refused(expected: str) -> TwistError:
         return TwistError(f"rule {text!r}: expected {expected}")
@@ -163,7 +165,7 @@ def parse_rule(text: str) -> Rule:
 
 
 def broken(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
-    """Return every rule that is broken, first by the clips in their order and then by the run.
+    """Return all broken rules: first for each clip, in order, then for the whole run.
 
     The records are iterated only once.
     """
@@ -230,7 +232,7 @@ def _of_clip(rule: Rule, result: Mapping[str, Any]) -> float:
 
 
 def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
-    """Yield the size in degrees of every interval to which the rule applies.
+    """Yield the size in degrees of each interval to which the rule applies.
 
     The size of an interval without an offset is its turn or its noise.
     """
@@ -241,10 +243,10 @@ def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
 
 
 def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
-    """Return the number of frames that are covered by intervals that count.
+    """Return the number of frames covered by the intervals to which the rule applies.
 
-    Kinds that cannot be corrected count only if the rule names them, as in a result's affected
-    frames.
+    Kinds that cannot be corrected are included only if the rule names them, as in a result's
+    affected frames.
     """
     if not (rule.kinds or rule.confidence):
         return int(result["affected_frames"])

@@ -1,4 +1,4 @@
-"""The severity of a clip, and its limbs that were not examined."""
+"""The severity of a clip, and the limbs in it that were not examined."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from twistcore.skeleton.chain import Chain
 # Visibility of an error: a collar's or forearm's twist is less visible than an upper arm's.
 _SHOWS = {"Arm": 1.0, "UpLeg": 1.0}
 _ELSEWHERE = 0.7
-_SEEN = 0.1  # seconds: an edge, or a jump or spike, catches the eye for so long
-# Share of the height: errors of a joint with body parts that reach so far are fully visible.
+_SEEN = 0.1  # seconds for which a viewer notices an edge, a jump or a spike
+# Share of the height: errors of a joint are fully visible if the body parts below it reach this
+# far.
 _REACH = 0.35
 
 
 def severity(found: Detection) -> float:
-    """Return the severity of a clip in degrees, which is the root mean square of all visible
-    errors.
+    """Return the severity of a clip in degrees: the root mean square of all visible errors.
 
     The mean is over the clip's frames. Every interval counts by its angle, its joint and its
     confidence, as if it were 0.1 s longer; jumps, spikes and steps count as 0.1 s, noise and frozen
@@ -34,7 +34,7 @@ def severity(found: Detection) -> float:
 
 
 def root_mean_square(finds: Iterable[tuple[Interval, Chain]], frames: int, fps: float) -> float:
-    """Return the severity of intervals with their chains, in a clip of `frames` frames at `fps`."""
+    """Return the severity of the given intervals in a clip of `frames` frames at `fps`."""
     total = 0.0
     for interval, chain in finds:
         if not (weight := _shows(interval, chain)):
@@ -64,12 +64,12 @@ def _shows(interval: Interval, chain: Chain) -> float:
 
 
 def percent_affected(affected: int, frames: int) -> float:
-    """Return the percentage of affected frames; 0 without frames."""
+    """Return the percentage of affected frames, or 0 for a clip without frames."""
     return 100.0 * affected / frames if frames else 0.0
 
 
 def limbs_left_out(result: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the limbs that no chain examines, as text such as 'left arm of B not examined: …'."""
+    """Describe the limbs that no chain examines, such as 'left arm of B not examined: …'."""
     return tuple(
         f"{_limb(entry)} not examined: {entry['why']}" for entry in result.get("unexamined") or ()
     )

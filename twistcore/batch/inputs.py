@@ -59,7 +59,7 @@ class Inputs:
 
 
 def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
-    """Return the clips that the given words name.
+    """Return the clips to which the given words refer.
 
     Each word is one of the following:
 
@@ -98,9 +98,9 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 
 
 def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
-    """Return the sources with the names they already have, by path, and new names for the others.
+    """Return the sources with their existing names, and with new names for sources without one.
 
-    `names` are the existing names by path. No new name equals one of them.
+    `names` maps paths to existing names. No new name equals one of them.
     """
     known: list[Source] = []
     new: list[Source] = []
@@ -143,7 +143,8 @@ def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Sour
         from twistcore.batch.remote_files import find_remote
 
         for path, name, size in find_remote(word):
-            # Finding out whether a pickle has poses would need a download: it must be named itself.
+            # Finding out whether a pickle has poses would need a download, so it must be named
+            # explicitly.
             if path == word or (is_clip_name(name) and not name.lower().endswith(".pkl")):
                 yield Source(path, name, size)
     elif os.path.isdir(word):  # noqa: PTH112
@@ -157,7 +158,7 @@ def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Sour
 def _below(
     root: Path, without: Path | None, fits: Callable[[str], bool] = lambda _name: True
 ) -> Iterator[Source]:
-    """Yield the clips whose names fit in a folder and its subfolders; links are not followed."""
+    """Yield the clips in a folder and its subfolders whose names fit; links are not followed."""
     skipped = None if without is None else os.path.realpath(without)
     folders = [str(root)]
     while folders:
@@ -184,7 +185,9 @@ def _below(
 
 
 def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
-    """Yield the clips and folders that match a pattern; names start at its first wildcard."""
+    """Yield the clips and folders that match a pattern, with names that start at its first
+    wildcard.
+    """
     parts = Path(pattern).parts
     at = next(k for k, part in enumerate(parts) if glob.has_magic(part))
     root = Path(os.path.abspath(Path(*parts[:at]) if at else "."))  # noqa: PTH100
@@ -213,8 +216,8 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
 
 
 def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
-    """True if folder names and a file name match the parts of a pattern; an empty pattern always
-    matches.
+    """True if folder names and a file name match the parts of a pattern; an empty pattern matches
+    all.
     """
     if not parts:
         return True
@@ -258,7 +261,7 @@ def _is_in(path: Path | str, folder: Path) -> bool:
 
 
 def _of_files(files: Iterable[str]) -> Iterator[Source]:
-    """Yield files that were given one by one; their names start at their common folder."""
+    """Yield files that were given one by one, with names that start at their common folder."""
     paths = [os.path.abspath(file) for file in files]  # noqa: PTH100
     if not paths:
         return
@@ -280,7 +283,7 @@ def _source(path: str, name: str) -> Source:
 
 
 def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> Iterator[Source]:
-    """Yield the sources with names that are different, even on disks that ignore case.
+    """Yield the sources with unique names, even for disks that ignore case.
 
     A repeated name gets its folder's name in front, or a number after its stem.
     """

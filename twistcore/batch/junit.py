@@ -1,4 +1,4 @@
-"""The results of a batch as JUnit XML, which continuous integration shows among its tests.
+"""Write the results of a batch as JUnit XML, which continuous integration shows among its tests.
 
 There is a test case for each clip, and one for each rule over the whole run. Since there is no
 single standard, only elements and attributes that common readers share are used, and a case has at

@@ -1,4 +1,4 @@
-"""The manifest of a batch folder, which has the state of every clip in one SQLite file.
+"""The manifest of a batch folder: the state of every clip, in one SQLite file.
 
 One process writes it, clip by clip; others may read it and add decisions. A killed process or a
 full disk leaves all earlier entries intact.
@@ -45,19 +45,19 @@ class ClipRecord:
     state
         'done', 'failed' or 'waiting'.
     reason
-        One sentence that says why it failed, or ''.
+        One sentence that says why it failed, or an empty string.
     sha256, bytes
         Hash and size of the file.
     seconds, peak_bytes
         Time and memory used for processing.
     finished_at
-        ISO 8601, UTC, or ''.
+        Time in ISO 8601, UTC, or an empty string.
     parameters, version
         Processing parameters and program version used.
     result
         The document 'twistcore.batch_clip/1', or None.
     corrected
-        Path relative to the batch folder, or ''.
+        Path of the corrected clip in the batch folder, or an empty string.
     decisions
         Progress of a review, as given to :meth:`Manifest.note_decisions`, or {}.
     """
@@ -80,7 +80,7 @@ class ClipRecord:
 
 @dataclass(frozen=True)
 class ClipGlance:
-    """Brief data about a clip for long lists; for the fields, see ClipRecord and its result.
+    """The main data of a clip, for long lists. For the fields, see ClipRecord and its result.
 
     Parameters
     ----------
@@ -106,12 +106,12 @@ class ClipGlance:
 
 @dataclass(frozen=True)
 class ManifestRow:
-    """A clip's row as a run reads and writes it; for other fields, see ClipRecord.
+    """A clip's row as a run reads and writes it. For other fields, see ClipRecord.
 
     Parameters
     ----------
     again
-        True if a failed clip is worth another try.
+        True if a failed clip should be processed again.
     mark
         Mark of the parameters.
     signature
@@ -189,7 +189,7 @@ def is_batch_folder(path: Path | str) -> bool:
 
 
 class Manifest:
-    """The manifest of a folder, which is a context manager that closes the file.
+    """The manifest of a folder, a context manager that closes the file.
 
     Its methods raise TwistError if the file is damaged or cannot be written.
     """
@@ -200,7 +200,7 @@ class Manifest:
 
     @classmethod
     def open(cls, folder: Path | str, *, create: bool = False) -> Self:
-        """Open the manifest of a folder; raise TwistError if there is none and `create` is
+        """Open the manifest of a folder. Raises TwistError if it is missing and `create` is
         False.
         """
         folder = Path(folder)
@@ -249,28 +249,28 @@ class Manifest:
         return list(self.each_record())
 
     def each_record(self) -> Iterator[ClipRecord]:
-        """Yield all clips, sorted by name, without a list of them, since there may be a million."""
+        """Yield all clips, sorted by name, without keeping the possibly million clips in a list."""
         with _sqlite_errors(self.folder / FILE):
             for row in self._connection.execute(_RECORDS + "ORDER BY c.name"):
                 yield _record(row)
 
     def glances(self) -> list[ClipGlance]:
-        """Return all clips, sorted by name, without parsing results, which is fast for
-        thousands.
-        """
+        """Return all clips, sorted by name, fast because the results are not parsed."""
         with _sqlite_errors(self.folder / FILE):
             rows = self._connection.execute(_GLANCES).fetchall()
             names = ClipGlance.__dataclass_fields__
             return [ClipGlance(**_columns(names, row)) for row in rows]
 
     def parameters(self) -> dict[str, dict[str, Any]]:
-        """Return the processing parameters as JSON data, by their mark."""
+        """Return the processing parameters as JSON data, keyed by their mark."""
         with _sqlite_errors(self.folder / FILE):
             rows = self._connection.execute("SELECT mark, document FROM parameters").fetchall()
             return {column("mark", mark): parameters_of(_text(document)) for mark, document in rows}
 
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
-        """Yield source, name and sentences of every clip that has uncorrected intervals."""
+        """Yield the source, the name and the problems of every clip that has uncorrected
+        intervals.
+        """
         with _sqlite_errors(self.folder / FILE):
             for source, name, document in self._connection.execute(_UNCORRECTED):
                 clip = _columns(("source", "name"), (source, name))
@@ -278,7 +278,7 @@ class Manifest:
                 yield clip["source"], clip["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
-        """Return the record of a source; raise TwistError if there is none."""
+        """Return the record of a source. Raises TwistError if there is none."""
         with _sqlite_errors(self.folder / FILE):
             query = _RECORDS + "WHERE c.source = ?"
             row = self._connection.execute(query, (escaped(source),)).fetchone()
@@ -307,7 +307,7 @@ class Manifest:
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
-        """Store everything that the block writes, or nothing if the block fails."""
+        """Store everything that is written within the block, or nothing if the block fails."""
         with _sqlite_errors(self.folder / FILE):
             self._connection.execute("BEGIN IMMEDIATE")
             try:
@@ -319,7 +319,7 @@ class Manifest:
                 raise
 
     def rows(self) -> dict[str, ManifestRow]:
-        """Return all rows by source."""
+        """Return all rows, keyed by source."""
         with _sqlite_errors(self.folder / FILE):
             query = f"SELECT {', '.join(_COLUMNS)} FROM clips"
             rows = [_row(row) for row in self._connection.execute(query)]
@@ -349,12 +349,13 @@ class Manifest:
         )
 
     def put_rows(self, rows: Iterable[ManifestRow]) -> None:
-        """Store the rows of clips; this must be called within a transaction."""
+        """Store the rows of clips. Call this within a transaction."""
         self._connection.executemany(_PUT, (_values(row) for row in rows))
 
     def put_result(self, row: ManifestRow, result: Mapping[str, Any]) -> None:
-        """Store a clip's result by its bytes and parameters; this must be called within a
-        transaction.
+        """Store a clip's result, keyed by the clip's hash and the parameters.
+
+        Call this within a transaction.
         """
         self._connection.execute(
             "INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)",
@@ -371,9 +372,7 @@ class Manifest:
 
 
 def now() -> str:
-    """Return the present time in the form of a manifest, which is ISO 8601 in UTC, to the
-    second.
-    """
+    """Return the current time as a manifest stores it: ISO 8601 in UTC, to the second."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
@@ -393,7 +392,7 @@ def _sqlite_errors(file: Path) -> Iterator[None]:
 
 
 def _columns(names: Iterable[str], values: Iterable[Any]) -> dict[str, Any]:
-    """Return the checked values of the columns, by name."""
+    """Return the checked values of the columns, keyed by column name."""
     checked = {name: column(name, value) for name, value in zip(names, values, strict=True)}
     return {k: unescaped(v) if isinstance(v, str) else v for k, v in checked.items()}
 

@@ -32,14 +32,14 @@ def make_tables(connection: sqlite3.Connection) -> None:
 
 
 def shape_of(connection: sqlite3.Connection) -> _Shape:
-    """Return all tables in a file with their definitions."""
+    """Return the definitions of all tables in a file."""
     query = "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY type, name"
     return tuple(connection.execute(query).fetchall())
 
 
 @cache
 def shape_of_ours() -> _Shape:
-    """Return the tables that a manifest must have, with their definitions.
+    """Return the definitions of the tables that a manifest must have.
 
     A file with any other table, column, view or trigger is refused, since these could do anything.
     """

@@ -1,4 +1,4 @@
-"""Processing parameters, which are the options of `detect` and `refine`, identified by a mark."""
+"""Processing parameters: the options of `detect` and `refine`, identified by a mark."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Parameters:
     tau_deg
         τ for all chains in degrees, None for automatic.
     profile_rad
-        τ in radians by name of a chain or limb; overrides tau_deg.
+        τ in radians, keyed by the name of a chain or limb; overrides tau_deg.
     kinds
         Kinds of errors, empty for all.
     chains
@@ -33,10 +33,11 @@ class Parameters:
     rig
         From :func:`twistcore.skeleton.rig.rig_to_json`, or None.
     joint_names
-        A person's words, from :func:`twistcore.skeleton.joint_names.read_words`, or None.
+        A person's names for joints, from :func:`twistcore.skeleton.joint_names.read_words`, or
+        None.
     refine
-        True to write corrected clips, from intervals of at least min_confidence and, with
-        include_open, from open ones.
+        True to write corrected clips. Intervals are corrected if their confidence is at least
+        min_confidence; open intervals only with include_open.
     detector_version
         Version of a detector from a plug-in.
     """
@@ -64,7 +65,7 @@ class Parameters:
 
     @property
     def mark(self) -> str:
-        """Return the SHA-256 of the parameters and the version, which identifies results."""
+        """Return the SHA-256 of the parameters and the version, which identifies the results."""
         import hashlib  # slow to load; few commands need it
 
         text = json.dumps([__version__, self.to_json()], sort_keys=True)

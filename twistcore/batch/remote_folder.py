@@ -1,4 +1,4 @@
-"""A batch folder at a URL; a run works in a local folder and uploads it at the end."""
+"""A batch folder at a URL: a run works in a local copy and uploads it at the end."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from twistcore.files.lock import is_held
 from twistcore.files.marks import sha256_of
 from twistcore.files.ordinary import own_folder
 
-_UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, by relative path
+_UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, keyed by relative path
 
 
 @contextmanager
@@ -69,7 +69,7 @@ def _take_over(url: str, folder: Path) -> None:
 
 
 def _download(there: Mapping[str, str], folder: Path) -> None:
-    """Download the files of a batch, given as paths by name, the manifest last."""
+    """Download the files of a batch, keyed by name, with the manifest last."""
     uploaded = {}
     for name in sorted(there, key=lambda name: name == FILE):
         path = folder / name

@@ -1,4 +1,4 @@
-"""The results of a batch as files, which are JSON lines, Parquet, and a table of clips as CSV."""
+"""Write the results of a batch as JSON lines, Parquet, and a CSV table of clips."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ CLIP_COLUMNS: Mapping[str, type] = {
     "source": str,
 }
 
-# Columns of an interval in the Parquet: as in `detect --json`, null if a kind has no such value.
+# Columns of an interval in the Parquet: as in `detect --json`, null if the kind has no such value.
 INTERVAL_COLUMNS: Mapping[str, type] = {
     "interval": int,  # number in the clip, from 0; null in the row of a clip without intervals
     "chain": str,
@@ -68,7 +68,7 @@ INTERVAL_COLUMNS: Mapping[str, type] = {
 
 
 def clip_row(record: ClipRecord) -> dict[str, Any]:
-    """Return the values of a clip for :data:`CLIP_COLUMNS`; None for unknown values."""
+    """Return the values of a clip for :data:`CLIP_COLUMNS`, with None for unknown values."""
     row: dict[str, Any] = dict.fromkeys(CLIP_COLUMNS)
     row |= {"clip": record.name, "state": record.state, "source": record.source}
     row |= {"reason": record.reason, "sha256": record.sha256, "corrected": record.corrected}
@@ -100,7 +100,7 @@ def write_clip_table(path: Path, records: Iterable[ClipRecord]) -> None:
 
 
 def json_line(record: ClipRecord) -> str:
-    """Return the result document of a clip with its source, state, reason and decisions.
+    """Return a clip's result document as a line, with its source, state, reason and decisions.
 
     For a clip without a result, only schema, name and SHA-256 are added.
     """
@@ -117,7 +117,7 @@ def json_line(record: ClipRecord) -> str:
 
 
 def write_json_lines(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write one line with a document per clip, keeping only one in memory at a time; raises
+    """Write one line with a document per clip, with only one in memory at a time. Raises
     OSError.
     """
     with writing_atomically(path) as file:
@@ -142,7 +142,7 @@ def interval_rows(record: ClipRecord) -> Iterator[dict[str, Any]]:
 
 
 def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write :func:`interval_rows` of all clips as Parquet in row groups; raises OSError.
+    """Write :func:`interval_rows` of all clips as Parquet in row groups. Raises OSError.
 
     Raises TwistError if pyarrow is not installed.
     """
@@ -163,5 +163,5 @@ def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the row with bytes escaped that are not UTF-8, since Parquet cannot store them."""
+    """Return the row with bytes that are not UTF-8 escaped, since Parquet cannot store them."""
     return {k: escaped(v) if isinstance(v, str) else v for k, v in row.items()}

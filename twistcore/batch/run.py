@@ -1,4 +1,4 @@
-"""Run a batch over many clips, in which new clips are processed and recorded one after another."""
+"""Run a batch over many clips: process new clips and record them one after another."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ LOCK = "manifest.lock"
 
 # Processor time; even the most restless motion takes only a few seconds a megabyte.
 _PATIENCE_S, _PER_MEGABYTE_S = 300.0, 60.0
-# Recording takes about 8 ms for one clip or for many; a cluster finishes clips faster than that.
+# Recording takes about 8 ms, for one clip or for many; a cluster may finish clips faster.
 _TOGETHER_S = 0.1
-_IN_VAIN = 20  # clips in a row that could not be recorded: the disk stays full
+_IN_VAIN = 20  # clips in a row that could not be recorded: the disk is full
 
 
 class CarryOut(Protocol):
@@ -37,7 +37,7 @@ class CarryOut(Protocol):
     def __call__(
         self, tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float]
     ) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
-        """Yield every task with its outcome or exception, in order of completion.
+        """Yield each task with its outcome or exception, in order of completion.
 
         `seconds` returns the processor time allowed for a task. Raises TwistError if tasks can no
         longer be carried out.
@@ -84,9 +84,9 @@ class RunSummary:
     unreadable
         How many of these failed because of their contents.
     stopped
-        Why the run ended early, or ''.
+        The reason why the run ended early, or an empty string.
     left
-        Number of clips that were not tried.
+        Number of clips that were not processed.
     """
 
     done: int = 0
@@ -110,7 +110,7 @@ def run_batch(
     part: tuple[int, int] = (1, 1),
     begin: Callable[[Plan], Tell] = lambda _plan: lambda _source, _fine: None,
 ) -> RunSummary:
-    """Process the clips that a folder's manifest does not have yet; create the folder if needed.
+    """Process the clips that are missing in a folder's manifest; create the folder if needed.
 
     `part` is (index, count) of the shard to process. `begin` is called with the plan and returns a
     function that is called for each clip. Raises TwistError if another run writes into the folder,
@@ -136,9 +136,7 @@ def run_batch(
 
 
 class _Run:
-    """A run in progress, which writes outcomes to files and then to the manifest, and then reports
-    them.
-    """
+    """A run in progress, which writes files, then the manifest, then reports the outcome."""
 
     def __init__(
         self,
@@ -238,7 +236,7 @@ class _Run:
             row = _failed(
                 row, (f"{source.name}: the clip is done, but that cannot be recorded: {error}")
             )
-            # A row for it stands there already: there may be room.
+            # Its row is already stored, so there may be room.
             with suppress(TwistError), self.manifest.transaction():
                 self.manifest.put_rows([row])
         else:

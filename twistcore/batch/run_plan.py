@@ -1,4 +1,4 @@
-"""Plan a run: which clips are new, and which failed in a way that another try may change."""
+"""Plan a run: which clips are new, and which failures may succeed when repeated."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def make_plan(
     parameters: Parameters,
     intact: Callable[[ManifestRow], bool],
 ) -> Plan:
-    """Look up every clip by its signature or, if that is unknown, by the hash of its bytes.
+    """Look up each clip by its signature or, if the signature is unknown, by the hash of its bytes.
 
     `intact` returns whether the corrected file of a clip is unchanged. Other bytes, another version
     or other parameters make a clip new; the same bytes under another name do not. A failure caused
@@ -80,7 +80,7 @@ def make_plan(
 
 
 def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Source]:
-    """Return the clips of shard `index` of `count`, counted from 1, chosen by their names only."""
+    """Return the clips of shard `index` of `count`, from 1, chosen only by their names."""
 
     def of(source: Source) -> int:
         return int.from_bytes(hashlib.sha256(source.name.encode("utf-8", "surrogatepass")).digest())
@@ -89,7 +89,9 @@ def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Sou
 
 
 def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
-    """Return the row, with the file's signature, if the file's bytes have not changed."""
+    """Return the row with the file's signature if the file's bytes have not changed, or else
+    None.
+    """
     if source.signature and source.signature == row.signature:
         return row
     if not source.signature:  # missing, or at a URL
@@ -102,7 +104,7 @@ def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
 def _of_other_name(
     manifest: Manifest, row: ManifestRow, source: Source, mark: str, sizes: frozenset[int]
 ) -> ManifestRow | None:
-    """Return the row as done if the same bytes have a result under another name."""
+    """Return the row as done if the same bytes have a result under another name, or else None."""
     if not source.signature or has_companions(source.path) or source.size not in sizes:
         return None
     sha256 = _sha256(source)

@@ -81,15 +81,13 @@ COLUMNS: Mapping[str, _Check] = {
 
 
 def column(name: str, value: Any) -> Any:
-    """Check and return the value of a column; most columns are text."""
+    """Check and return the value of a column. Most columns are text."""
     check: _Check = COLUMNS.get(name, text)
     return check(value, name)
 
 
 def result_of(document: str) -> dict[str, Any]:
-    """Parse and validate one result, which is a 'twistcore.batch_clip/1' document without its
-    clip.
-    """
+    """Parse and check one result: a 'twistcore.batch_clip/1' document without its clip."""
     known = "frames", "fps", "seconds", "severity", "affected_frames", "applied", "left"
     found = dict(has(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
     text(found["schema"], "schema")
@@ -128,7 +126,7 @@ def _tau(value: Any, what: str) -> None:
 
 
 def _quality(value: Any, what: str) -> None:
-    """Check that the values are numbers by name, possibly nested."""
+    """Check that the values are numbers keyed by name, possibly nested."""
     for key, one in has(value, what=what).items():
         if isinstance(one, Mapping):
             _quality(one, key)
@@ -192,7 +190,7 @@ def _interval(entry: Any, last: int) -> None:
 def parameters_of(document: str) -> dict[str, Any]:
     """Parse and check processing parameters, as returned by :meth:`Parameters.to_json`.
 
-    Keys that this version does not use are left out.
+    Keys that this version does not use are ignored.
     """
     usual = Parameters().to_json()
     given = has(parsed_json(document), what="parameters")

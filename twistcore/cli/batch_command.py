@@ -79,9 +79,7 @@ def batch_command(arguments: argparse.Namespace) -> int:
 
 
 def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
-    """Print the intervals that could not be corrected, in this run or before, and return True if
-    any.
-    """
+    """Print the intervals that no run could correct; return True if there are any."""
     any_left = False
     with Manifest.open(folder) as manifest:
         for source, name, sentences in manifest.uncorrected():
@@ -120,8 +118,8 @@ def _exports(count: int) -> str:
 def _written(
     arguments: argparse.Namespace, folder: Path, sources: Collection[str], rules: Sequence[Any]
 ) -> bool:
-    """Write the result files and the report, list broken rules, and return True if there are
-    any.
+    """Write the result files and the report, and list broken rules; return True if any is
+    broken.
     """
     broken: list[Any] = []
     if rules or any(getattr(arguments, name) for name in _FILES):
@@ -142,7 +140,7 @@ def _written(
 
 
 def _reported(arguments: argparse.Namespace, folder: Path, broken: Sequence[Any]) -> bool:
-    """Write the report of the whole folder; return True if there were problems with it."""
+    """Write the report on the whole folder; return True if there were problems."""
     write = import_module("twistcore.report.folder_report").write_folder_report
     workers = arguments.workers or os.cpu_count() or 1
     report = write(folder, folder / "report", workers=workers, broken=broken, counter=counter)
@@ -180,9 +178,7 @@ def _rules(arguments: argparse.Namespace) -> list[Any]:
 
 
 def _parameters(arguments: argparse.Namespace) -> Parameters:
-    """Return the parameters, with the contents of files that other machines may not be able to
-    read.
-    """
+    """Return the parameters, including the contents of files that other machines may lack."""
     profile, rig = None, None
     if arguments.detector and arguments.scheduler:
         raise TwistError(

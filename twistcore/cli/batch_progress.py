@@ -1,4 +1,4 @@
-"""Progress of a batch, with its rate and time left, as a bar on a terminal or as lines of text."""
+"""Progress of a batch, with rate and time left, as a bar on a terminal or as lines of text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _EVERY_S = 10.0  # between lines, besides those at each twentieth of the clips
 
 
 class Progress:
-    """Progress of a plan's clips; the time left is estimated from the bytes of the clips."""
+    """Progress through a plan's clips. The time left is estimated from the bytes of the clips."""
 
     def __init__(self, plan: Plan) -> None:
         self.total, self.done, self.failed = len(plan.todo), 0, 0
@@ -58,5 +58,5 @@ class Progress:
 
 
 def begin(plan: Plan) -> Callable[[Source, bool], None]:
-    """Start showing the progress of a plan; return the function to call for each clip."""
+    """Show the progress of a plan, and return the function to call for each finished clip."""
     return Progress(plan).tell

@@ -29,7 +29,7 @@ from twistcore.synthesis import parse_protocol
 
 
 def benchmark_command(arguments: argparse.Namespace) -> int:
-    """Print the tables and write the files; return 1 if a clip failed, 2 if all did."""
+    """Print the tables and write the files. Return 1 if some clips failed, 2 if all failed."""
     settings = BenchmarkSettings(
         protocols=_protocols(arguments.protocol or ["P0"]),
         methods=_methods(_named(arguments)),
@@ -63,7 +63,7 @@ def benchmark_command(arguments: argparse.Namespace) -> int:
 
 
 def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettings) -> Path:
-    """Return the path of the partial results, next to the JSON file or in the user's cache."""
+    """Return the path for partial results, next to the JSON file or in the user's cache."""
     if json_file and not is_stream(json_file):
         return json_file.with_name(f"{json_file.name}.partial.jsonl")
     words = json.dumps([str(real_path(folder)), settings.to_json()])
@@ -73,23 +73,21 @@ def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettin
 
 
 def _protocols(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the protocols, checked and each only once; 'P0-all' is the same as P0
-    here.
+    """Return the names of the protocols without repetitions, with 'P0-all' as 'P0'. Raises
+    TwistError.
     """
     plain = ["P0" if name == "P0-all" else name for name in _split(names)]
     return tuple(dict.fromkeys(parse_protocol(name).name for name in plain))
 
 
 def _named(arguments: argparse.Namespace) -> list[str]:
-    """Return the names given with --methods, or all names, and the detector of --detector."""
+    """Return the names given with --methods, by default all, and the detector of --detector."""
     named = list(arguments.methods or ["all"])
     return [*named, arguments.method] if arguments.detector else named
 
 
 def _methods(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the methods in the table's order, with the groups 'all', 'detectors' and
-    'baselines'.
-    """
+    """Return the methods in the table's order; 'all', 'detectors' and 'baselines' name groups."""
     known = all_methods()
     groups = {"all": known, "detectors": DETECTORS.ready(), "baselines": (HINGE, *BASELINES)}
     chosen: set[str] = set()

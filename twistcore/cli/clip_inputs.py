@@ -33,8 +33,9 @@ def clip_name(path: Path) -> str:
 
 
 def open_clip(path: Path, *, fps: float | None = None) -> Clip:
-    """Read a clip, or a BVH from standard input. `fps` is the frame rate to use instead of the
-    file's.
+    """Read a clip, or a BVH from standard input.
+
+    `fps` is the frame rate to use instead of the file's.
     """
     with step(f"  {clip_name(path)}: read"):
         if path != STANDARD_INPUT:
@@ -47,7 +48,7 @@ def open_clip(path: Path, *, fps: float | None = None) -> Clip:
 def clip_notes(name: object, clip: Clip) -> list[str]:
     """Return sentences about the assumptions made when reading a clip.
 
-    If there are many, only the first ones are returned, with the number of all.
+    If there are many, only the first ones and the total number are returned.
     """
     shown = clip.warnings if len(clip.warnings) <= _NOTES else clip.warnings[: _NOTES - 1]
     sentences = [f"{name}: note: {warning}" for warning in shown]
@@ -65,7 +66,7 @@ def tell_clip(name: object, clip: Clip) -> None:
 def look_at(
     clips: Sequence[Path], work: Callable[[Path], Found]
 ) -> tuple[list[Found], list[tuple[str, str]]]:
-    """Return the result of `work` for every clip, and the names and errors of the failed clips.
+    """Apply `work` to every clip; return the results, and the names and errors of failed clips.
 
     If there is only one clip, its error is raised. Raises TwistError if standard input is named
     twice.
@@ -86,12 +87,12 @@ def look_at(
 
 
 def failed_to_json(failed: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
-    """Return the failed clips in the form of the JSON documents."""
+    """Return the failed clips as data for the JSON documents."""
     return [{"clip": name, "reason": why} for name, why in failed]
 
 
 def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
-    """Analyse a clip with those chains of --rig that --person and --chain choose."""
+    """Analyse a clip, with the chains that --rig, --person and --chain choose."""
     rig = with_own_words(chosen_rig(arguments), clip.motion, chosen_words(arguments))
     try:
         rig.chains(clip.motion)
@@ -113,7 +114,7 @@ def _reference(path: Path) -> Motion:
 
 
 def chosen_rig(arguments: argparse.Namespace) -> Rig:
-    """Return the rig given with --rig, or a rig with the chains as found."""
+    """Return the rig given with --rig, or a rig with the chains found in the clip."""
     return read_rig(arguments.rig) if arguments.rig else AS_FOUND
 
 

@@ -1,6 +1,4 @@
-"""The `twistcore` command. Its exit codes are fixed: 0 for done, 1 for partly done, 2 for
-refused.
-"""
+"""The `twistcore` command. Exit codes: 0 for done, 1 for partly done, 2 for refused."""
 
 from __future__ import annotations
 
@@ -22,8 +20,7 @@ from twistcore.files.atomic import is_standard_output
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code; an error is printed in one line, without a
-    traceback.
+    """Run one command and return its exit code. Errors are printed in one line without traceback.
 
     `argv` are the arguments. By default, they are the arguments of this process, which then ends
     with the command.
@@ -77,7 +74,7 @@ def _detector(arguments: argparse.Namespace) -> Iterator[None]:
 
 
 class _EndedError(KeyboardInterrupt):
-    """Raised by a signal that ends the program, from the system or a terminal that was closed."""
+    """Raised when a signal ends the program, such as when its terminal is closed."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -86,8 +83,7 @@ class _EndedError(KeyboardInterrupt):
 
 @contextlib.contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Raise _EndedError on SIGTERM and SIGHUP, unless they are handled, so that files are cleaned
-    up.
+    """Raise _EndedError on SIGTERM and SIGHUP, unless handled, so that files are cleaned up.
 
     A second signal ends the process immediately.
     """

@@ -1,6 +1,6 @@
-"""`twistcore completion`: a script with which a shell completes commands, options and files.
+"""`twistcore completion`: a script that completes commands, options and files in a shell.
 
-shtab writes the script from the parser once: no program runs when Tab is pressed.
+shtab creates the script from the parser, so no program runs when Tab is pressed.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`twistcore convert`: write an FBX, glTF or Blender scene as a BVH, using a separate Blender."""
+"""`twistcore convert`: write an FBX, glTF or Blender scene as a BVH, with the help of Blender."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
 
 
 def _refuse_decided(path: Path) -> None:
-    """Raise TwistError if `path` exists and is not a session, or is one with a person's work."""
+    """Raise TwistError if `path` exists and is not a session, or contains a person's work."""
     if is_stream(path) or not is_there(path):
         return
     state = read_session(path).state
@@ -135,7 +135,7 @@ def _is_of_a_person(judged: Judged) -> bool:
 
 
 def apply_command(arguments: argparse.Namespace) -> int:
-    """Apply one session or all sessions of a folder, writing the same bytes as the window's
+    """Apply a session or all sessions of a folder, and write the same bytes as the window's
     export.
     """
     if arguments.session.is_dir() or arguments.clip.is_dir():

@@ -1,4 +1,4 @@
-"""`twistcore info | detect`: print the contents of clips, and their intervals with errors."""
+"""`twistcore info | detect`: print the contents of clips, or their intervals with errors."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ _LISTED = 4  # joints of a part of the body that are listed by name
 
 
 def info_command(arguments: argparse.Namespace) -> int:
-    """Print the contents of one clip in full, or of several clips with one row for each."""
+    """Print the full contents of one clip, or one row for each of several clips."""
     found, failed = look_at(arguments.clips, partial(_info_of, arguments))
     several = len(arguments.clips) > 1
     documents = [one.document for one in found]
@@ -75,7 +75,7 @@ def info_command(arguments: argparse.Namespace) -> int:
 def _together(
     schema: str, documents: Sequence[Document], failed: Sequence[tuple[str, str]]
 ) -> Document:
-    """Return the documents of several clips, and the failed clips, as one document."""
+    """Combine the documents of several clips, and the failed clips, into one document."""
     return {"schema": schema, "clips": list(documents), "failed": failed_to_json(failed)}
 
 
@@ -86,7 +86,7 @@ class _Info:
     Attributes
     ----------
     partly
-        Limbs that can be corrected only in flips that carried the end along.
+        Limbs in which only flips that also turned the end can be corrected.
     notes
         Sentences for the text output.
     not_examined
@@ -179,12 +179,12 @@ def _say_info(info: _Info) -> None:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return the names as text; if there are many, the first ones and their number."""
+    """List the names as text, or the first ones and the total number if there are many."""
     return ", ".join(names) if len(names) <= _LISTED else f"{names[0]} … ({len(names)} joints)"
 
 
 def _say_rows(documents: Sequence[Document]) -> None:
-    """Print one row for each clip, with its name last, since names may be long."""
+    """Print one row for each clip. The name comes last because it may be long."""
     say(
         f"{'frames':>8} {'fps':>8} {'seconds':>9} {'joints':>6} {'channels':>8} {'chains':>6} "
         f"{'limbs':>5} {'unexamined':>10} {'notes':>5}  clip",
@@ -203,7 +203,7 @@ def _say_rows(documents: Sequence[Document]) -> None:
 
 
 def _chain_to_json(clip: Clip, chain: Chain) -> Document:
-    """Return a chain or limb as JSON data; the last joint of a limb is its end."""
+    """Return a chain or limb as JSON data. The last joint of a limb is its end."""
     names, limb = clip.motion.skeleton.names, isinstance(chain, Limb)
     entry = {
         "limb" if limb else "chain": chain.name,
@@ -241,9 +241,8 @@ def _detect_in(
 ) -> tuple[int, int, int, Document]:
     """Print the intervals of a clip, or return them in a document.
 
-    Returns four values: the number of intervals for `--fail-over`, the number of all intervals, 1
-    if nothing was examined (0 if something was), and the document. Capture faults count only with
-    `--kinds`.
+    Returns the number of intervals for `--fail-over`, the number of all intervals, 1 if nothing was
+    examined (0 if something was), and the document. Capture faults are counted only with `--kinds`.
     """
     clip = open_clip(path, fps=arguments.fps)
     name, document = clip_name(path), Document()
@@ -312,7 +311,7 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
 
 
 def _kind(interval: Interval) -> str:
-    """Return the name of an interval's kind, '' for a counter-twist."""
+    """Return the name of an interval's kind, or '' for a counter-twist."""
     if interval.kind == Kind.COUNTER_TWIST:
         return ""
     evidence = interval.evidence or {}
@@ -360,7 +359,7 @@ def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
 
 
 def _explain_peaks(found: Detection) -> None:
-    """Print, by chain, the peaks above τ that belong to no interval, with the reasons."""
+    """Print the peaks above τ outside all intervals, by chain, with the reasons."""
     from twistcore.analysis.why_not import peaks_without_interval  # only --explain needs it
 
     for chain in found.chains_and_limbs:
@@ -384,7 +383,7 @@ def _peaks_to_json(found: Detection) -> list[Document]:
 
 
 def _in_words(evidence: Mapping[str, Any]) -> list[str]:
-    """Return evidence as lines, with numbers and texts on one line, and one line per item of its
+    """Return evidence as text: one line for numbers and words, and one for each item of its
     lists.
     """
     parts, below = [], []

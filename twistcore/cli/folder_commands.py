@@ -40,7 +40,7 @@ from twistcore.work.processes import each, reason
 
 
 def apply_folder(arguments: argparse.Namespace) -> int:
-    """Apply every session of a folder to its clip; return 1 if one failed, 2 if all did."""
+    """Apply every session of a folder to its clip. Return 1 if some failed, 2 if all failed."""
     sessions, clips, output = _folders(arguments.session, arguments.clip, arguments.output)
     if same_file(output, clips):
         raise TwistError(
@@ -99,7 +99,7 @@ def _applied_to_json(
 
 
 def diff_folders(arguments: argparse.Namespace) -> int:
-    """Print the differences between two folders of clips; return 1 if a pair failed."""
+    """Print the differences between two folders of clips. Return 1 if a pair failed."""
     a, b = _folders(arguments.a, arguments.b)
     found = compare_folders(a, b, workers=_workers(arguments), counter=counter)
     if arguments.json:

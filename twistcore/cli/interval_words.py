@@ -1,6 +1,4 @@
-"""Sentences about counts of intervals by kind, and about intervals corrected, left or not
-examined.
-"""
+"""Sentences with counts of intervals: by kind, corrected, left, or not examined."""
 
 from __future__ import annotations
 
@@ -18,9 +16,7 @@ from twistcore.skeleton.notes import NOT_EXAMINED, Note
 
 
 def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
-    """Return sentences about channels that turn by over 180° in one frame, or a count if there are
-    many.
-    """
+    """Report channels that turn by over 180° in a frame, in sentences or as a count."""
     sentences = [f"{output}: note: {jump}" for jump in jumps[:10]]
     if len(jumps) > 10:
         sentences.append(f"{output}: note: {len(jumps) - 10} more such jumps")
@@ -36,7 +32,7 @@ def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
 def note_sentences(
     clip: object, analysis: ClipAnalysis | Detection, more: Iterable[Note] = ()
 ) -> list[str]:
-    """Return the notes about an analysis, and more notes, each beginning with the clip's name.
+    """Return the notes about an analysis and further notes, each after the clip's name.
 
     A clip that could not be examined is a problem, not a note: see :func:`not_examined`.
     """
@@ -45,19 +41,17 @@ def note_sentences(
 
 
 def not_examined(clip: object, found: ClipAnalysis | Detection) -> tuple[str, ...]:
-    """Return a sentence if nothing in a clip could be examined; an empty tuple if it could."""
+    """Return a sentence if nothing in a clip could be examined, or else an empty tuple."""
     return (f"{clip}: could not be examined: {why}",) if (why := found.not_examined) else ()
 
 
 def unexamined_to_json(analysis: ClipAnalysis) -> list[dict[str, str]]:
-    """Return the limbs that were not examined, in the form of the JSON documents."""
+    """Return the limbs that were not examined as data for the JSON documents."""
     return [limb.to_json() for limb in analysis.unexamined]
 
 
 def without_limbs(unexamined: Sequence[Unexamined]) -> str:
-    """Return text such as '; left arm and right arm not examined', or '' if all limbs were
-    examined.
-    """
+    """Return text such as '; left arm and right arm not examined', or '' if all were examined."""
     if not unexamined:
         return ""
     *first, last = (one.title for one in unexamined)
@@ -73,9 +67,10 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
 
 
 def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
-    """Return '5 of 7 intervals corrected (5 limb flips)', counting twist errors.
+    """Return text such as '5 of 7 intervals corrected (5 limb flips)', counting twist errors.
 
-    applied: the corrected intervals, which always count; verb: 'corrected' or 'applied'.
+    `applied` are the corrected intervals, which are always counted. `verb` is 'corrected' or
+    'applied'.
     """
     every = tuple(every)
     repairable = sum(i.repairable for i in every) + sum(not i.repairable for i in applied)
@@ -92,7 +87,7 @@ def shown_only(intervals: Iterable[Interval], mark: str = "") -> str:
 
 
 def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
-    """Return the kinds in order, the most common first."""
+    """Return the kinds sorted by frequency, the most common first."""
     return sorted(kinds, key=lambda kind: (kind.info.place, kind))
 
 

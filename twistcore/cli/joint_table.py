@@ -1,6 +1,4 @@
-"""The table of joints, and of the bones recognised from their names, for `twistcore info
---names`.
-"""
+"""Print the joints and the bones recognised from their names, for `twistcore info --names`."""
 
 from __future__ import annotations
 
@@ -16,7 +14,7 @@ _UNKNOWN = "unknown"
 
 
 def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
-    """Return each joint with its side, possible bones, recognised bone and the reason.
+    """Return each joint with its side, possible bones, recognised bone and the reason for it.
 
     `own` are the joints that a person has named.
     """
@@ -47,7 +45,7 @@ def say_names(entries: Iterable[Mapping[str, Any]]) -> None:
 
 
 def _kind(name: JointName) -> str:
-    """Return what kind of joint a name describes if it belongs to no limb."""
+    """Return the kind of joint that a name describes if it belongs to no limb."""
     if name.other:
         return "head, finger or prop"
     if name.helper:

@@ -25,8 +25,7 @@ _BOLD, _YELLOW, _RED = "1", "33", "31"
 
 @dataclass(frozen=True)
 class Voice:
-    """The amount of output: `quiet` is only results and errors, `verbose` adds steps and their
-    times.
+    """The amount of output: `quiet` prints only results and errors, `verbose` adds timed steps.
 
     `document` is True if a JSON document replaces the remarks on standard output.
     """
@@ -37,12 +36,12 @@ class Voice:
 
 
 _USUAL = Voice()
-_voices = [_USUAL]  # the last one counts; not per thread, as other threads report progress
+_voices = [_USUAL]  # the last one applies; not per thread, as other threads report progress
 
 
 @contextlib.contextmanager
 def speaking(voice: Voice) -> Iterator[None]:
-    """Use `voice` for all output within this context."""
+    """Use `voice` for all output within the context."""
     _voices.append(voice)
     try:
         yield
@@ -56,9 +55,7 @@ def is_quiet() -> bool:
 
 
 def terminal_text(text: object) -> str:
-    r"""Return a text for printing on a terminal, with control characters escaped, such as
-    `\x1b`.
-    """
+    r"""Return a text for a terminal, with control characters escaped, such as `\x1b`."""
     return legible(text)
 
 
@@ -77,7 +74,7 @@ def say_all(text: str) -> None:
 
 
 def remark(text: str) -> None:
-    """Print on standard output what the command has done."""
+    """Print on standard output the work that the command has done."""
     if not (is_quiet() or _voices[-1].document):
         _line(text, sys.stdout)
 
@@ -101,7 +98,7 @@ def problem(text: object) -> None:
 
 @contextlib.contextmanager
 def step(text: str) -> Iterator[None]:
-    """Print on standard error how long the context took, if --verbose was given."""
+    """Print on standard error how long the context took, if --verbose is given."""
     begin = time.perf_counter()
     yield
     if _voices[-1].verbose:
@@ -110,7 +107,9 @@ def step(text: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def counter(total: int, done: int = 0) -> Iterator[TellName]:
-    """Yield a function to call with the name of each finished clip; silent with --quiet."""
+    """Yield a function to call with the name of each finished clip. It prints nothing with
+    --quiet.
+    """
     with uncounted(total) if is_quiet() else clip_counter(total, done) as tell:
         yield lambda name: tell(terminal_text(name))
 
@@ -123,7 +122,7 @@ def _line(text: object, stream: IO[str], colour: str = "") -> None:
 
 
 def _colours(stream: IO[str]) -> bool:
-    """True for a terminal with colours, unless they are switched off (no-color.org)."""
+    """True for a terminal with colours, unless colours are switched off (no-color.org)."""
     if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
         return False
     knows = os.name == "posix" or bool(os.environ.get("WT_SESSION") or os.environ.get("TERM"))
@@ -134,7 +133,7 @@ def _colours(stream: IO[str]) -> bool:
 
 
 def print_json(document: dict[str, Any]) -> None:
-    """Print a JSON document on standard output; ValueError if a number is not finite."""
+    """Print a JSON document on standard output. Raises ValueError if a number is not finite."""
     text = json_text(document)
     if (sys.stdout.encoding or "utf-8").lower() != "utf-8":
         text = json.dumps(json.loads(text), indent=1)  # other characters are escaped
@@ -142,9 +141,7 @@ def print_json(document: dict[str, Any]) -> None:
 
 
 def tell_problems(problems: Sequence[str], done: int) -> int:
-    """Print the problems and return the exit code. `done` is the number of clips that were
-    processed.
-    """
+    """Print the problems and return the exit code. `done` is the number of processed clips."""
     for sentence in problems:
         problem(sentence)
     return int(bool(problems)) if done else 2
@@ -153,14 +150,13 @@ def tell_problems(problems: Sequence[str], done: int) -> int:
 def count_of(number: int, what: str, several: str = "") -> str:
     """Return a count with its noun, such as '1 clip' or '2 clips'.
 
-    `several` is the plural, if it is not formed with 's'.
+    `several` is the plural if it does not end in 's'.
     """
     return f"{number} {what if number == 1 else several or f'{what}s'}"
 
 
 def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:
-    """Check that each output has an existing folder and replaces neither an input nor another
-    output.
+    """Check that each output has a folder and replaces neither an input nor another output.
 
     Links are followed. Raises TwistError, and OSError if an output cannot be written.
     """

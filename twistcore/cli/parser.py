@@ -57,8 +57,7 @@ PROGRAMS = ("blender", "maya", "motionbuilder")  # for which `export --script` w
 def make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of all commands.
 
-    `words` are the words of a command line. A command that is not among them gets no arguments,
-    which saves time.
+    `words` are the words of a command line. Other commands get no arguments, which saves time.
     """
     parser = Parser(prog="twistcore")
     _set_texts(parser, PROGRAM)

@@ -156,7 +156,7 @@ def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
 
 
 def _wants_place(arguments: argparse.Namespace, joints: NDArray[np.int64], placed: int) -> bool:
-    """True if the position must be tracked: on request, with all joints, or with the root."""
+    """True if the position must be tracked: on request, for all joints, or for the root."""
     if arguments.root_position is not None:
         return bool(arguments.root_position)
     return not arguments.joints or placed in joints
@@ -186,7 +186,7 @@ def _how(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> s
 
 
 def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
-    """Describe which frames the tracking needs, and how far it lags behind."""
+    """Describe which frames the tracking needs, and how far its result lags behind."""
     if not causal:
         return "tracking both ways needs the whole clip: every frame depends on later ones; no lag"
     if gains is None:
@@ -201,7 +201,7 @@ def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
 def _warn_of_lost(
     arguments: argparse.Namespace, found: TrackedMotion, names: Sequence[str]
 ) -> None:
-    """Print where the tracker did not follow its input."""
+    """Print the frames in which the tracker did not follow its input."""
     said = [*snap_sentences(found.snapped, names, causal=arguments.causal)]
     if apart := apart_sentence(found.apart, names):
         said.append(apart)

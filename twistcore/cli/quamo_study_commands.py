@@ -1,4 +1,4 @@
-"""The commands for studying QuaMo: `twistcore quamo noise | evaluate | ablation | train`."""
+"""Commands that study QuaMo: `twistcore quamo noise | evaluate | ablation | train`."""
 
 from __future__ import annotations
 
@@ -91,7 +91,9 @@ def quamo_evaluate_command(arguments: argparse.Namespace) -> int:
 
 
 def quamo_ablation_command(arguments: argparse.Namespace) -> int:
-    """Print the tables of training steps, representations and integrators; return the exit code."""
+    """Print the tables of training steps, representations and integrators, and return the exit
+    code.
+    """
     from twistcore.study.quamo.report import ablation_report
 
     return _report(arguments, ablation_report, tuple(VARIANTS))
@@ -126,16 +128,14 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
 def _held_out_networks(
     folder: Path, variant: str, sequences: Sequence[Sequence24]
 ) -> Mapping[str, Network]:
-    """Return the networks in a folder, by the subject that was held out from the training."""
+    """Return the networks in a folder, keyed by the subject that was left out of the training."""
     subjects = sorted({s.subject for s in sequences})
     paths = {s: folder / weights_name(variant, s) for s in subjects}
     return {s: read_network(p) for s, p in paths.items() if p.exists()}
 
 
 def quamo_train_command(arguments: argparse.Namespace) -> int:
-    """Train and write one network for each held-out subject, continuing an earlier run if there is
-    one.
-    """
+    """Train and write one network for each held-out subject, or continue an earlier run."""
     from twistcore.study.quamo import training
     from twistcore.study.quamo.torch_model import import_torch
 

@@ -38,7 +38,7 @@ _DECIMALS = 6
 
 
 class _Signals(NamedTuple):
-    """A clip's name, its analysis, and the columns of each chain by name."""
+    """A clip's name, its analysis, and its columns keyed by chain name."""
 
     name: str
     analysis: ClipAnalysis
@@ -81,7 +81,7 @@ def _signals(arguments: argparse.Namespace, path: Path) -> _Signals:
 
 
 def _columns(analysis: ClipAnalysis, method: str | None) -> dict[str, dict[str, Array]]:
-    """Return the columns of every chain by name, each with the shape (frames,)."""
+    """Return the columns of each chain, keyed by chain name, each of shape (frames,)."""
     signals = analysis.signals
     columns = {chain: _of_chain(curves) for chain, curves in signals.items()}
     if method is not None:
@@ -130,5 +130,5 @@ def _to_json(
 
 
 def _rounded(values: list[float]) -> list[float | None]:
-    """Return rounded values, with None for angles that are not defined."""
+    """Return rounded values, with None for undefined angles."""
     return [round(v, _DECIMALS) if math.isfinite(v) else None for v in values]

@@ -1,6 +1,6 @@
-"""`twistcore inject | evaluate`: inject known errors into clips, and measure a refinement.
+"""`twistcore inject | evaluate`: inject known errors into clips, and measure corrections.
 
-The command `benchmark` does both for a folder. It is in another module because its libraries load
+The command `benchmark` does both for a folder. It has its own module because its libraries load
 slowly.
 """
 

@@ -1,4 +1,4 @@
-"""`twistcore tune`: find τ for each joint, from injected errors or from people's decisions."""
+"""`twistcore tune`: find τ for each joint, from injected errors or from reviewers' decisions."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ from twistcore.tuning.verdict_curve import ENOUGH_ERRORS
 from twistcore.tuning.verdicts_of import JudgedClip, count_verdicts, judged_in
 from twistcore.work.processes import each, reason
 
-_SEEDS = 3  # draws of errors
+_SEEDS = 3  # number of random draws of errors
 _ALL = "all chains"
 
-ByChain = Mapping[str, TauCurve]  # by the chain's name
+ByChain = Mapping[str, TauCurve]  # keyed by chain name
 
 
 def tune_command(arguments: argparse.Namespace) -> int:
@@ -85,7 +85,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     code = tell_problems(problems, len(found))
     if not found:
         return code
-    # By name: the same profile, regardless of which process was first.
+    # Sorted by name, so that the profile does not depend on which process finished first.
     together = {m: _together(found[path][m] for path in sorted(found)) for m in methods}
     curves, wanted = together[arguments.method], _wanted(arguments)
     profile = {name: tuned(c, c.suggested(*wanted)) for name, c in curves.items()}
@@ -112,7 +112,7 @@ def _tuned_to_json(
     wanted: tuple[float, float],
     given: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Return τ and its cost for every chain, for each detector."""
+    """Return τ and its cost for every chain and every detector."""
     price, smallest = wanted
     chains = []
     for method in sorted(together):
@@ -143,9 +143,7 @@ def _tuned_to_json(
 
 
 def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
-    """Return the sessions of the clips, and the damaged ones; raise TwistError if there is no
-    session.
-    """
+    """Return the sessions of the clips and the damaged ones. Raises TwistError if there is none."""
     folder = source if source.is_dir() else source.parent
     there = sessions_in(folder)
     own = FolderSessions(
@@ -165,12 +163,12 @@ def _curves(
     sessions: Mapping[Path, Path],
     words: Mapping[str, Any] | None,
 ) -> dict[str, ByChain]:
-    """Return a clip's curves for each detector, all measured with the same errors."""
+    """Return a clip's curves for each detector, all measured with the same injected errors."""
     return {m: clip_curves(path, m, seeds, rig, sessions.get(path), words) for m in methods}
 
 
 def _together(clips: Iterable[ByChain]) -> ByChain:
-    """Return the sum of the curves of all clips, by chain."""
+    """Return the sum of the curves of all clips, keyed by chain name."""
     out: dict[str, TauCurve] = {}
     for clip in clips:
         for name, curve in clip.items():
@@ -179,12 +177,12 @@ def _together(clips: Iterable[ByChain]) -> ByChain:
 
 
 def _minutes(curves: ByChain) -> float:
-    """Return how many minutes of a clip were examined, in the chain with the largest number."""
+    """Return the examined minutes of a clip, in the chain with the most."""
     return max(curve.minutes for curve in curves.values())
 
 
 def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
-    """Yield one line per chain for a single clip, with the confidence band of its FSR in
+    """Yield one line per chain of a single clip, with the confidence band of its FSR in
     brackets.
     """
     width = max([20, *(len(terminal_text(name)) for name in curves)])
@@ -203,7 +201,7 @@ def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
 def _of_both(
     together: Mapping[str, ByChain], minutes: float, wanted: tuple[float, float]
 ) -> Iterator[_Line]:
-    """Yield lines for each chain and for all chains, at the suggested and at the automatic τ.
+    """Yield lines for each chain and for all chains, with the suggested and with the automatic τ.
 
     `minutes` is the total duration of all clips, since their chains may differ.
     """
@@ -239,7 +237,7 @@ def _refuse_rig(arguments: argparse.Namespace) -> None:
 
 
 def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
-    """Return the price of a false alarm, and the size in radians of the smallest errors to find."""
+    """Return the price of a false alarm, and the size of the smallest errors to find in radians."""
     price, smallest = arguments.alarm_price, arguments.smallest
     return (
         ALARM_PRICE if price is None else price,
@@ -248,7 +246,7 @@ def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
 
 
 def _by_verdicts(arguments: argparse.Namespace) -> int:
-    """Write τ from the sessions next to the clips of a folder, using each session's chains."""
+    """Tune τ from the sessions in a folder of clips, with each session's chains."""
     folder: Path = arguments.source
     if not folder.is_dir():
         raise TwistError(f"{folder}: expected a folder of clips with their sessions")
@@ -290,7 +288,7 @@ def _judged(pairs: dict[Path, Path], clip: Path) -> JudgedClip:
 def _tell(
     arguments: argparse.Namespace, clips: Sequence[JudgedClip], problems: Sequence[str]
 ) -> int:
-    """Write and print the profile; TwistError if there are too few decisions."""
+    """Write and print the profile. Raises TwistError if there are too few decisions."""
     found = common_tau(clips, *_wanted(arguments), seed=0)
     errors, natural = count_verdicts(clips)
     if found.common is None:

@@ -1,7 +1,7 @@
 """Find the intervals in which a parent and its child twist against each other.
 
 A detector analyses a motion once, without a threshold. The resulting analysis returns the intervals
-for any τ, fast enough to follow a threshold line that a person drags.
+for any τ, fast enough for a person to drag the threshold line.
 """
 
 from importlib import import_module
@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    # Loaded on first use, because it needs numpy; listing the names of detectors does not.
+    # Loaded on first use because it needs numpy, which listing the names of detectors does not.
     def __getattr__(name: str) -> object:
         if name == "Interval":
             return import_module(f"{__name__}.interval").Interval

@@ -1,8 +1,8 @@
 """Backward bends: a knee or an elbow bends against its own hinge, without a jump.
 
 In most of a clip, a knee or an elbow bends to one side. The angle to that side is its flexion,
-which is negative where the joint bends backward. A few degrees are natural, and a rig may add more:
-the limit allows for the joint's play across its hinge and for how far it is usually extended.
+which is negative where the joint bends backward. A few degrees are natural, and a rig may add more.
+The limit allows for the joint's play across its hinge and for its usual extension.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from twistcore.skeleton.medians import quantile
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-BACKWARD = 10.0  # degrees behind straight, in addition to the play and the usual extension
-MOST_PLAY = 25.0  # degrees across the hinge: a joint with more play is not a hinge
-FORWARD = 25.0  # degrees of flexion in at least 5 % of the clip: less does not show the hinge
-_OFTEN = 2.0  # times as many frames bend forward as backward
-_USUAL = 0.25  # of the clip: so much of it shows how far a joint is usually extended
+BACKWARD = 10.0  # degrees of hyperextension, in addition to the play and the usual extension
+MOST_PLAY = 25.0  # degrees across the hinge; with more play a joint is not a hinge
+FORWARD = 25.0  # degrees of flexion in at least 5 % of the clip; with less, the hinge is unknown
+_OFTEN = 2.0  # ratio of frames that bend forward to frames that bend backward
+_USUAL = 0.25  # of the clip: the share that shows how far a joint is usually extended
 SHORTEST, FEWEST = 0.1, 3  # seconds and frames: a shorter bend is a spike
 _BESIDE = 3  # frames between the edges of a bend and of another error that explains it
-_COVERS = 0.5  # of a bend: another error that covers more explains it
+_COVERS = 0.5  # of a bend: an error that covers more explains the bend
 
 
 @dataclass(frozen=True, eq=False)
 class Hinge:
-    """The flexion of a knee or an elbow in degrees, (frames,), and how far it naturally goes back.
+    """The flexion of a knee or an elbow in degrees, (frames,), and its natural hyperextension.
 
-    play: the angle across the hinge that 95 % of the frames stay below; extended: the angle behind
-    straight that the joint has in a quarter of the clip, 0 if it is in front.
+    - play: the angle across the hinge that 95 % of the frames stay below
+    - extended: the hyperextension that the joint has in a quarter of the clip, or 0
     """
 
     flexion: Array
@@ -52,13 +52,13 @@ class Hinge:
 
     @property
     def limit(self) -> float:
-        """The angle behind straight from which a bend is an error, in degrees."""
+        """The hyperextension above which a bend is an error, in degrees."""
         return self.extended + BACKWARD + self.play
 
     def backward(self, shortest: float) -> Iterator[tuple[int, int, float]]:
-        """Yield frames [start, stop) of backward bends, and the largest angle behind straight.
+        """Yield frames [start, stop) of backward bends, and their largest hyperextension.
 
-        shortest: the least number of frames beyond the limit. The frames of a bend are those
+        `shortest` is the minimum number of frames beyond the limit. The frames of a bend are those
         beyond half of the limit.
         """
         back = -self.flexion
@@ -68,7 +68,7 @@ class Hinge:
 
 
 def hinge_of(signals: Witnesses) -> Hinge | None:
-    """Return the hinge of a chain's C; None if the clip does not show which way C bends."""
+    """Return the hinge of a chain's C, or None if the clip does not show which way C bends."""
     side = usual_side(signals, np.zeros(signals.frames, dtype=bool))
     if side is None:
         return None
@@ -82,7 +82,7 @@ def hinge_of(signals: Witnesses) -> Hinge | None:
 
 
 def find_backward_bends(search: KindSearch) -> Found:
-    """Return the backward bends of the knees and elbows of all chains, by chain name."""
+    """Return the backward bends of knees and elbows in all chains, keyed by chain name."""
     if search.motion.frames < 4 or not search.chains:
         return {}
     found: Found = search.once(_in_all_chains)
@@ -119,7 +119,7 @@ def _jumps(flexion: Array, start: int, stop: int, fps: float) -> bool:
 
 
 def _others(search: KindSearch, chain: Chain) -> list[Interval]:
-    """Return the other errors that may bend a chain's C, or seem to."""
+    """Return the other errors that may bend a chain's C, or appear to."""
     names = search.motion.skeleton.names
     joints = {names[chain.parent], names[chain.child]}
     child = {own.name: own.child for own in search.named}
@@ -130,7 +130,7 @@ def _others(search: KindSearch, chain: Chain) -> list[Interval]:
 
 
 def _explained_by(others: Sequence[Interval], start: int, stop: int) -> bool:
-    """True if an error covers most of the frames [start, stop), or begins or ends where they do."""
+    """True if an error covers most of the frames [start, stop), or begins or ends there."""
     return any(
         min(stop, one.stop) - max(start, one.start) > _COVERS * (stop - start)
         or any(

@@ -1,4 +1,4 @@
-"""How far each joint bends from frame to frame, independently of any twist [Method, step 7].
+"""Measure how far each joint bends from frame to frame, regardless of twist [Method, step 7].
 
 The bend of a joint is the angle between its parent's bone and its own. A twist error turns a joint
 about its bone, and the next joint turns back. No bone changes its direction and no bend changes,
@@ -77,7 +77,7 @@ def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | 
 
 
 def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
-    """Return the joints at the same position as `joint`, from the highest one down to `joint`
+    """Return the joints at the same position as `joint`, from the highest down to `joint`
     itself.
     """
     parents, path = motion.skeleton.parents, [joint]

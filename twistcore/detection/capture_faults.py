@@ -1,4 +1,4 @@
-"""Noise bursts and frozen limbs, which are faults of the capture, as intervals of chains."""
+"""Find faults of the capture (noise bursts and frozen limbs) as intervals of chains."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from twistcore.detection.runs import overlapping
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 
-_APART = 0.1  # seconds: two bursts of a chain that are closer than this count as one
-_PART_OF_STEP = 8.0  # ratio to the angle of a body step above which an error is not a part of it
+_APART = 0.1  # seconds between two bursts of a chain that are merged into one
+_PART_OF_STEP = 8.0  # ratio to a body step's angle above which an error is more than the step
 
 
 def find_bursts(search: KindSearch) -> Found:
-    """Return the bursts of noise, by chain name."""
+    """Return the bursts of noise, keyed by chain name."""
     bursts = noise_bursts(search.motion)
     return burst_intervals(search.motion, search.chains, bursts, search.chosen)
 
 
 def find_frozen(search: KindSearch) -> Found:
-    """Return the frozen spans by chain name, each with the first chosen chain of its limb."""
+    """Return the frozen spans, keyed by the first chosen chain of each limb."""
     return frozen_intervals(search.motion, search.chains, search.chosen)
 
 
@@ -40,7 +40,7 @@ def burst_intervals(
     bursts: Iterable[NoiseBurst],
     chosen: Sequence[Chain] | None = None,
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the bursts of noise in the chains' joints, by chain name and start.
+    """Return the bursts of noise in the chains' joints, keyed by chain name and sorted by start.
 
     `chosen` are the chains to list. A burst that affects a chosen chain is always listed: with the
     joint's own chain if that is chosen, or with the first chosen chain that it affects. Bursts of a
@@ -70,7 +70,7 @@ def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tup
 def frozen_intervals(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Chain] | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the frames in which a limb does not move, by the name of its first chosen chain.
+    """Return the frames in which a limb does not move, keyed by its first chosen chain.
 
     `chains` are all chains of the limbs. `chosen` are the chains to list, all if not given.
     """
@@ -130,7 +130,7 @@ def _fault(kind: Kind, chain: str, start: int, stop: int, evidence: dict[str, An
 
 
 def frozen_sentence(spans: int) -> str:
-    """Return the note about a number of frozen spans; '' if there are none."""
+    """Return a note about the number of frozen spans, or an empty string if there are none."""
     if not spans:
         return ""
     if spans == 1:

@@ -28,11 +28,11 @@ from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
-LEAST_BEND = 20.0  # degrees: the azimuth of a straighter limb is mostly noise
-LEAST = 3.0  # degrees: smaller turns at an edge are not examined
+LEAST_BEND = 20.0  # degrees; the azimuth of a straighter limb is mostly noise
+LEAST = 3.0  # degrees; smaller turns at an edge are not examined
 WIDEST = 0.06  # seconds, for an edge
 _AGREE = 0.4  # share of P's turn at an edge by which the azimuth and C's roll may differ from it
-_OUTSTANDING = 4.0  # ratio of the least turn that may be an edge to the usual turn beyond the pace
+_OUTSTANDING = 4.0  # minimum ratio of an edge's turn to the usual turn beyond the pace
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,24 +44,24 @@ class CarriedRolls:
     Attributes
     ----------
     known
-        The analyses that the consistency detector makes of the chains without C's own roll.
+        The consistency detector's analyses of the chains without C's own roll.
     signals
         The signals of the same chains.
     """
 
     known: Mapping[str, ConsistencyAnalysis | NotatedAnalysis]
     signals: Mapping[str, Witnesses]
-    _rolls: dict[Interval, Interval | None] = field(default_factory=dict)  # by what was found
+    _rolls: dict[Interval, Interval | None] = field(default_factory=dict)  # by detected interval
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the carried rolls of a chain at threshold τ, in radians, by start."""
+        """Return the carried rolls of a chain at threshold τ in radians, sorted by start."""
         if chain not in self.known:
             return ()
         found = map(self._roll, self.known[chain].intervals(chain, tau))
         return tuple(roll for roll in found if roll is not None)
 
     def _roll(self, found: Interval) -> Interval | None:
-        """Return the carried roll that was detected as a counter-twist; the result is cached."""
+        """Return a detected counter-twist as a carried roll if it is one; the result is cached."""
         if found not in self._rolls:
             carried = is_carried(self.signals[found.chain], found)
             roll = replace(found, kind=Kind.CARRIED_ROLL, carried=True) if carried else None
@@ -71,7 +71,7 @@ class CarriedRolls:
 
 @dataclass(frozen=True, eq=False)
 class RollsOfChains:
-    """A test of whether C rolls with P; the signals of a chain are computed on first use."""
+    """A test of whether C rolls with P. The signals of a chain are computed on first use."""
 
     motion: Motion
     _signals: dict[str, Witnesses] = field(default_factory=dict)
@@ -86,7 +86,7 @@ class RollsOfChains:
 
 
 def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRolls:
-    """Analyse carried rolls, except for the part that depends on τ.
+    """Analyse carried rolls, up to the part that depends on τ.
 
     `motion` is the motion without its counter-twists, which would be found a second time here.
     """
@@ -99,7 +99,7 @@ def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRol
     known: dict[str, ConsistencyAnalysis | NotatedAnalysis] = {}
     for group in _apart([chain for _, chain in signals.values()]):
         unrolled = without_roll(motion, {chain: signals[chain.name][0] for chain in group})
-        # Without its own roll, C's bone is where P's axis is turned to.
+        # Without its own roll, C's bone points along P's turned axis.
         analysis = analyse_chains(unrolled, [replace(chain, arm=chain.axis) for chain in group])
         known |= dict.fromkeys((chain.name for chain in group), analysis)
     return CarriedRolls(known, {name: own for name, (own, _) in signals.items()})
@@ -112,8 +112,8 @@ def may_carry(chain: Chain) -> bool:
 
 
 def bent_frames(motion: Motion, chain: Chain) -> Mask:
-    """Return a mask of the frames in which the limb is bent enough to show a carried roll,
-    (frames,).
+    """Return a mask of the frames, (frames,), in which the limb is bent enough for a carried
+    roll.
     """
     if not may_carry(chain):
         return np.zeros(motion.frames, dtype=bool)
@@ -147,7 +147,7 @@ def _share_no_joint(a: Chain, b: Chain) -> bool:
 
 
 def _some_edge(signals: Witnesses) -> bool:
-    """True if P turns at least once as in a carried roll, by far more than is usual in the clip."""
+    """True if P turns at least once as in a carried roll, far more than usual in the clip."""
     for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
         x = np.abs(signals.beyond_pace("x", width))
         at = np.flatnonzero(x >= LEAST)
@@ -160,15 +160,15 @@ def _some_edge(signals: Witnesses) -> bool:
 
 
 def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
-    """Return a mask of the frames `at` from which turns over `width` frames look like a carried
-    roll.
+    """Return a mask of the frames in `at` in which turns over `width` frames look like carried
+    rolls.
     """
     names = "x", "azimuth_turns", "roll_turns"
     return _alike(*(signals.beyond_pace(name, width)[at] for name in names))
 
 
 def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
-    """Return a mask of where the azimuth turns back and C rolls with P, both by about P's angle.
+    """Return a mask: the azimuth turns back and C rolls with P, both by about P's angle.
 
     All angles are in degrees.
     """
@@ -179,15 +179,15 @@ def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
 
 
 def is_carried(signals: Witnesses, found: Interval) -> bool:
-    """True if the limb is always bent and C rolls with P wherever an interval begins or ends.
+    """True if the limb is always bent, and C rolls with P where the interval begins and ends.
 
-    `found` is an interval of a detector of counter-twists.
+    `found` is a detected counter-twist.
     """
     around = slice(max(found.start - 1, 0), found.stop + 1)
     if signals.bend[around].min() < LEAST_BEND:
         return False
     edges = [(e["start"], e["stop"]) for e in (found.evidence or {}).get("edges", ())]
-    if not edges:  # a soft onset: its course up to the largest offset
+    if not edges:  # a soft onset, up to the largest offset
         edges = [(found.start, found.start + int(np.abs(found.offset).argmax()) + 1)]
     return all(_edge_is_carried(signals, start, stop) for start, stop in edges)
 

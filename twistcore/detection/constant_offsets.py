@@ -1,12 +1,13 @@
-"""Bones that are turned against their child in every frame: shown, never corrected.
+"""Bones that are turned against their child in every frame, which are listed but never corrected.
 
 A constant counter-twist has no edge and changes no position, but a comparison reveals it: P's twist
-is off by δ, and C's by −δ, which no pose does for a whole clip. A bone is compared with
+is off by δ and C's by −δ, which does not happen in a natural pose for a whole clip. A bone is
+compared with
 
-- the same bone on the other side of the body. A body is symmetric on average, and mirrored twists
-  about the outgoing bone have opposite signs;
-- its rest pose, only in legs, because arms are far from it in many sound clips;
-- the same bone in another take of the same skeleton, if a person names one.
+- the same bone on the other side of the body: a body is symmetric on average, and mirrored twists
+  about the outgoing bone have opposite signs
+- its rest pose, only in legs, because arms are far from it in many sound clips
+- the same bone in another take of the same skeleton, if a person names one
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ from twistcore.skeleton.rotation import Array, twist_angle, wrap
 from twistcore.work.frozen import dataclass
 
 LEAST = math.radians(30.0)
-_AGREE = 0.25  # of the offset: how far the offsets of P and C may differ …
-_POSE = math.radians(50.0)  # … or this much: so different are usual poses
-_STEADY = 0.5  # length of the mean direction: below it a twist has no usual angle
-_CLEARLY = math.radians(30.0)  # one side is farther from the rest pose than the other
+_AGREE = 0.25  # of the offset: the difference allowed between the offsets of P and C …
+_POSE = math.radians(50.0)  # … or this angle, by which usual poses differ
+_STEADY = 0.5  # length of the mean direction below which a twist has no usual angle
+_CLEARLY = math.radians(30.0)  # between the sides' distances from the rest pose
 _LEGS = ("UpLeg", "Leg")
 _ALIKE = math.cos(math.radians(25.0))  # between the directions of a bone in two skeletons
 
@@ -36,9 +37,10 @@ _ALIKE = math.cos(math.radians(25.0))  # between the directions of a bone in two
 class ConstantOffset:
     """A chain whose P is turned by `degrees` against C in every frame.
 
-    other: the same chain on the other side, if the sides were compared; reference: the name of the
-    take that the clip was compared with, '' for the other side or the rest pose; clear: True if the
-    rest poses show that this chain is wrong and not the other one.
+    - other: the same chain on the other side, if the sides were compared
+    - reference: the name of the take with which the clip was compared, or '' for the other side or
+      the rest pose
+    - clear: True if the rest poses show that this chain is wrong and not the other one
     """
 
     chain: Chain
@@ -101,7 +103,7 @@ def offsets_from(
 ) -> tuple[ConstantOffset, ...]:
     """Return the chains with a constant error that another take of the same skeleton shows.
 
-    name: the name of that take. Raises ClipMismatchError if it has another skeleton.
+    `name` is the name of that take. Raises ClipMismatchError if it has another skeleton.
     """
     _check_skeleton(motion.skeleton, reference.skeleton, chains, name)
     usual = {chain.name: _usual_twists(motion, chain) for chain in chains}
@@ -112,7 +114,8 @@ def offsets_from(
 def _check_skeleton(own: Skeleton, other: Skeleton, chains: Sequence[Chain], name: str) -> None:
     """Raise ClipMismatchError if a reference has other joints, or other bones of the chains.
 
-    Other people with the same joints have bones of other lengths and slightly other directions.
+    In other people with the same joints, the bones have other lengths and slightly other
+    directions.
     """
     wanted = f"{name}: expected a reference with the same skeleton as the clip"
     if len(own) != len(other):
@@ -138,9 +141,9 @@ def _offsets(
     *,
     exact: bool = False,
 ) -> tuple[ConstantOffset, ...]:
-    """Return the offsets of some chains from the expected twists, by the names of the chains.
+    """Return the offsets of chains from the expected twists, which are keyed by chain name.
 
-    exact: True if the offsets of P and C must agree closely.
+    `exact` is True if the offsets of P and C must agree closely.
     """
     return _lowest(
         ConstantOffset(chain, math.degrees(offset), reference=reference)
@@ -169,9 +172,9 @@ def _between_sides(
 
 
 def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
-    """Return by how much P is turned against C, radians; None for no offset or a small one.
+    """Return the angle of P against C in radians, or None if it is small or undefined.
 
-    exact: True if the offsets of P and C must agree closely.
+    `exact` is True if the offsets of P and C must agree closely.
     """
     of_p = float(wrap(own[0].angle - expected[0].angle))
     of_c = -float(wrap(own[1].angle - expected[1].angle))
@@ -188,14 +191,14 @@ def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
 def _hides_below(
     chain: Chain, usual: Mapping[str, _Twists | None], chains: Sequence[Chain]
 ) -> bool:
-    """True if the next bone has no usual twist: a turn of it could be mistaken for C's."""
+    """True if the next bone has no usual twist, so that its turn could be mistaken for C's."""
     return any(usual[one.name] is None for one in chains if one.parent == chain.child)
 
 
 def _lowest(found: Iterable[ConstantOffset]) -> tuple[ConstantOffset, ...]:
-    """Return the offsets, without those of a bone above another one with an offset.
+    """Return the offsets without those of bones above another bone with an offset.
 
-    An error of a bone also turns the C of the bone above, so the lower one is wrong.
+    An error of a bone also turns the C of the bone above, so the lower bone is the wrong one.
     """
     offsets = tuple(found)
     parents = {one.parent for o in offsets for one in (o.chain, o.other) if one is not None}
@@ -224,7 +227,7 @@ def _usual_twists(motion: Motion, chain: Chain) -> _Twists | None:
 
 
 def _usual(motion: Motion, chain: Chain, joint: int) -> _Usual | None:
-    """Return the circular median of a joint's twist about a chain's bone; None if undefined."""
+    """Return the circular median of a joint's twist about a chain's bone, or None if undefined."""
     if chain.axis.ndim > 1:
         return None
     angle: Array = twist_angle(motion.rotations[:, joint], chain.axis)

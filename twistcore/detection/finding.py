@@ -1,4 +1,4 @@
-"""The search for kinds of error that no detector finds, with the input and result of a finder."""
+"""The search for kinds of error that no detector finds: input and result of a finder."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Known = TypeVar("Known")
 
 @dataclass(frozen=True, eq=False)
 class KindSearch:
-    """A clip in which a kind of error is searched for.
+    """A clip in which to search for a kind of error.
 
     Parameters
     ----------
@@ -38,10 +38,10 @@ class KindSearch:
     errors : callable
         Function that returns the intervals of all correctable kinds, at the automatic τ.
     corrected : callable
-        Function that returns a function that makes frames of the motion with all automatic
-        corrections, or None if there are no corrections.
+        Function without arguments. It returns a function that makes frames of the motion with all
+        automatic corrections, or None if there are no corrections.
     without : callable
-        Function that, for some errors, returns a function that makes frames without these errors.
+        Function of some errors. It returns a function that makes frames without these errors.
     captured : KindSearch, optional
         The same search in the clip as captured, without known errors; None if this search is
         already in that clip.
@@ -82,7 +82,7 @@ def finder_of(kind: Kind) -> Finder:
 
 
 def found_by(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
-    """Return the intervals of a kind in the chosen chains, by chain name and start.
+    """Return the intervals of a kind in the chosen chains, keyed by chain name, sorted by start.
 
     Raises TwistError if the kind's finder fails or returns impossible intervals.
     """

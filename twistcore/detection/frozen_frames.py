@@ -1,6 +1,4 @@
-"""Limbs that do not move at all in the middle of a clip, because markers were lost or a pose
-held.
-"""
+"""Find limbs that stop moving within a clip, because markers were lost or a pose was held."""
 
 from __future__ import annotations
 
@@ -13,7 +11,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_held
 
-_LEAST, _FEWEST = 0.25, 6  # seconds, and at least so many frames
+_LEAST, _FEWEST = 0.25, 6  # seconds, and a minimum number of frames
 _ALIVE = 0.7  # share of the other frames in which the same limb must move
 
 
@@ -47,7 +45,7 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
 
 
 def limb_of(chain: Chain) -> str:
-    """Return the name of the limb that a chain is part of; '' for a chain of the trunk."""
+    """Return the name of a chain's limb, or '' for a chain of the trunk."""
     if not chain.side:
         return ""
     kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"

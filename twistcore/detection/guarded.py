@@ -1,4 +1,4 @@
-"""Guards for detectors of other authors, which turn a failure into one sentence with its name."""
+"""Guards for other authors' detectors, which report a failure in one sentence with the name."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ class GuardedDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> GuardedAnalysis:
-        """Analyse a motion, except for the part that depends on τ.
+        """Analyse a motion up to the part that depends on τ.
 
-        Raises TwistError if the detector fails. The strength, the automatic τ and the intervals at
-        it are computed immediately for each chain, so most failures occur here.
+        Raises TwistError if the detector fails. The strength, the automatic τ and its intervals are
+        computed immediately for each chain, so most failures occur here.
         """
         name = self.info.name
         with one_sentence(f"the detector {name!r} failed"):
@@ -72,12 +72,12 @@ class GuardedDetector:
 
 
 class GuardedAnalysis:
-    """The analysis of a guarded detector, in which a wrong result raises a TwistError."""
+    """The analysis of a guarded detector, which raises TwistError for a wrong result."""
 
     def __init__(self, name: str, analysis: Analysis, frames: int) -> None:
         self._name, self.analysis, self._frames = name, analysis, frames
         self._strengths: dict[str, Array] = {}
-        # Return the same interval each time, because others keep results by interval.
+        # Return the same interval each time, because other code keeps results by interval.
         self._known: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
 
     def automatic_tau(self, chain: str) -> float:
@@ -89,8 +89,8 @@ class GuardedAnalysis:
         return tau
 
     def strength(self, chain: str) -> Array:
-        """Return the strength of a chain, to which τ is compared, in radians ≥ 0, (frames,)."""
-        import numpy as np  # names of detectors are listed without it
+        """Return the strength of a chain, which is compared with τ, in radians ≥ 0, (frames,)."""
+        import numpy as np  # listing the names does not need it
 
         if chain not in self._strengths:
             with one_sentence(f"the detector {self._name!r} failed on {chain}"):
@@ -104,7 +104,7 @@ class GuardedAnalysis:
         return self._strengths[chain]
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at threshold τ, in radians, by start."""
+        """Return the intervals of a chain at threshold τ in radians, sorted by start."""
         with one_sentence(f"the detector {self._name!r} failed on {chain}"):
             found = list(self.analysis.intervals(chain, tau))
         for one in found:
@@ -146,7 +146,7 @@ class GuardedAnalysis:
 
 
 class _Reasons:
-    """The evidence for an interval, or the error if the evidence cannot be computed."""
+    """The evidence for an interval, or the error that occurred while computing it."""
 
     def __init__(self, name: str, explain: Callable[[], dict[str, Any]]) -> None:
         self._name, self._explain = name, explain

@@ -1,4 +1,4 @@
-"""Twist bones that turn about their bone alone, after a jump or by a driver that flips at ±180°.
+"""Twist bones that turn alone about their bone, after a jump or by a driver that flips at ±180°.
 
 A helper takes part in the roll of the joint C at the end of its bone. If it jumps about the bone
 while C does not jump and its parent does not turn the other way, then only the helper is wrong.
@@ -35,15 +35,15 @@ _AXIS = np.array([1.0, 0.0, 0.0])
 class HelperAnalysis:
     """The analysis of helpers and their jumps about the bone, before a threshold is chosen.
 
-    `own` is the angle by which each helper turns by itself in each frame, by name, in radians,
-    shape (frames,).
+    `own` is the angle by which each helper turns by itself in each frame, in radians, shape
+    (frames,), keyed by name.
     """
 
     helpers: Mapping[str, ChainAnalysis]
     own: Mapping[str, Array]
 
     def automatic_tau(self, helper: str) -> float:
-        """Return the larger of 20° and the automatic τ for the helper's own roll, in radians."""
+        """Return the automatic τ for the helper's own roll, but at least 20°, in radians."""
         return max(SMALLEST_ROLL, self.helpers[helper].automatic_tau())
 
     def strength(self, helper: str) -> Array:
@@ -51,14 +51,16 @@ class HelperAnalysis:
         return self.helpers[helper].strength()
 
     def intervals(self, helper: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals at τ radians, by start, in which only the helper is turned."""
+        """Return the intervals in which only the helper is turned, at τ radians, sorted by
+        start.
+        """
         found = self.helpers[helper].intervals(max(tau, SMALLEST_ROLL))
         return tuple(
             replace(
                 i,
                 kind=Kind.HELPER_ROLL,
                 joint=helper,
-                confidence=None,  # not measured for this kind
+                confidence=None,  # the confidence is not measured for this kind
                 explain=partial(_explained, helper, self.own[helper], i),
             )
             for i in found
@@ -73,7 +75,7 @@ class HelperAnalysis:
 
 
 def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis:
-    """Analyse helpers, except for the part that depends on τ."""
+    """Analyse helpers up to the part that depends on τ."""
     if not helpers or motion.frames < 2:
         return HelperAnalysis({}, {})
     cut = find_cuts(motion)
@@ -87,7 +89,7 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
         _, driver = twist_increments(q, c, helper.axis)
         own[helper.name] = _own_turn(roll, driver, over)
         rolls.append(np.cumsum(roll))
-    # Pair the helper with its own mirror image, so that its whole roll counts, as x and as −y.
+    # Pair the helper with its own mirror image, so that its whole roll appears as x and as −y.
     turned = np.array([quaternion_from_axis_angle(_AXIS, r) for r in rolls])
     limbs = Limbs(
         np.array([turned, turned * (1.0, -1.0, -1.0, -1.0)]), _axes(len(rolls)), motion.angle_step
@@ -101,9 +103,7 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
 
 
 def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
-    """Return the evidence for an interval, which is the jumps of the helper at both ends, in
-    degrees.
-    """
+    """Return the evidence for an interval: the helper's jumps at both ends, in degrees."""
     opens, closes = (
         math.degrees(own[t]) if 0 < t < len(own) else None for t in (interval.start, interval.stop)
     )

@@ -20,8 +20,7 @@ __all__ = ["Interval", "Kind", "circular_median"]
 
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """Frames [start, stop) in which P of a chain or limb has an error, with the error in each
-    frame.
+    """Frames [start, stop) in which P of a chain or limb has an error, which is given per frame.
 
     Parameters
     ----------
@@ -45,7 +44,7 @@ class Interval:
         The kind of error.
     carried : bool
         True for a limb flip in which E turned with P, for every carried roll, in which C rolled
-        with P, and for an error of a single joint in which the joints below it turned along.
+        with P, and for an error of a single joint in which the joints below turned with it.
     joint : str
         The name of the joint that is wrong alone, is the noisiest, or begins a frozen limb.
     followed : float
@@ -84,11 +83,11 @@ class Interval:
 
     @property
     def evidence(self) -> dict[str, Any] | None:
-        """The evidence by name, as numbers, texts and lists for JSON; angles in degrees."""
+        """The evidence, keyed by name, as numbers, texts and lists for JSON; angles in degrees."""
         return self.explain() if self.explain else None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for another process, in which the evidence replaces the analysis."""
+        """Return the state for another process, with the evidence instead of the analysis."""
         computed = "as_written", "for_review"
         own = {name: value for name, value in vars(self).items() if name not in computed}
         evidence = self.evidence
@@ -96,8 +95,7 @@ class Interval:
 
     @cached_property
     def as_written(self) -> Interval:
-        """The interval with its offset rounded as in files, to nine decimals of a degree and
-        without −0.0.
+        """The interval with its offset rounded as in files: nine decimals of a degree, no −0.0.
 
         The result is cached on the interval, because dragging τ mostly returns the same objects. A
         separate table would keep them alive after their clip is closed, since `explain` refers to
@@ -106,7 +104,7 @@ class Interval:
         offset = self.offset
         one = (
             offset[:1] if offset.strides == (0,) else offset
-        )  # only one value of a constant offset, as files have it
+        )  # only one value of a constant offset, as in files
         degrees = np.round(np.degrees(wrap(one)), 9) + 0.0
         return replace(self, offset=np.broadcast_to(np.radians(degrees), offset.shape))
 
@@ -114,8 +112,8 @@ class Interval:
     def for_review(self) -> Interval:
         """The interval as a review stores it, with the offset to remove if a person accepts it.
 
-        A kind that only a person can have corrected has no offset when it is found, so that nothing
-        else can correct it. Its offset is `correction_deg` of the evidence, or the residual.
+        For a kind that only a person can correct, the detection has no offset, so that nothing
+        corrects it automatically. Its offset is `correction_deg` of the evidence, or the residual.
         """
         if not self.kind.info.repairer:
             return self.as_written
@@ -135,14 +133,12 @@ class Interval:
 
     @property
     def size(self) -> float:
-        """The angle for tables, radians, which is the median offset, the turn of a lone jump, or σ
-        of noise.
-        """
+        """The angle for tables in radians: the median offset, a lone jump's turn, or σ of noise."""
         return self.delta if self.correctable or not self.kind.known else self.residual
 
     @property
     def largest(self) -> float:
-        """The offset with the largest size, with its sign, in radians; 0 if there are no frames."""
+        """The offset with the largest size, with its sign, in radians, or 0 without frames."""
         return float(self.offset[np.abs(self.offset).argmax()]) if len(self.offset) else 0.0
 
     @property
@@ -154,8 +150,7 @@ class Interval:
 
     @property
     def shown(self) -> float:
-        """The angle that is shown to people: `size`, or the largest offset if that is more
-        meaningful.
+        """The angle to show to people: `size`, or the largest offset if that describes it better.
 
         The median of a ramp or a drift depends on how much of its ends is included, and an offset
         in both directions may have a median near 0.
@@ -165,9 +160,7 @@ class Interval:
         return self.largest if both_ways or self.soft_ended else self.size
 
     def angle_text(self, digits: int) -> str:
-        """Return `shown` as text in degrees with its sign, or '±8.0°' for noise and '–' for frozen
-        frames.
-        """
+        """Return `shown` as text, such as '+90.0°', '±8.0°' for noise, or '–' for frozen frames."""
         if not (sign := self.kind.info.sign):
             return "–"
         degrees = f"{math.degrees(self.shown):+.{digits}f}°"
@@ -199,7 +192,9 @@ class Interval:
         return self.repairable and self.kind.info.automatic
 
     def may_be_same(self, other: Interval) -> bool:
-        """True if both have the same chain and kind, and for a single joint the same joint."""
+        """True if both have the same chain and kind, and the same joint if a single joint is
+        wrong.
+        """
         same = (self.chain, self.kind) == (other.chain, other.kind)
         return same and (self.joint == other.joint or not self.kind.info.repairer)
 
@@ -214,7 +209,7 @@ class Interval:
 
 
 def circular_median(angles: Array) -> float:
-    """Return the circular median of angles (n,), radians in (−π, π]; 0 if there are none."""
+    """Return the circular median of angles (n,), radians in (−π, π], or 0 if there are none."""
     if len(angles) == 0:
         return 0.0
     centre = np.angle(np.exp(1j * angles).sum()) if len(angles) > 1 else angles[0]

@@ -1,6 +1,4 @@
-"""The kinds of error, each of which is declared in its own file in `kinds/`, without loading
-numpy.
-"""
+"""The kinds of error, each declared in its own file in `kinds/` without loading numpy."""
 
 from __future__ import annotations
 
@@ -12,7 +10,7 @@ from typing import Any, ClassVar
 
 from twistcore.work.frozen import dataclass
 
-KIND_GROUP = "twistcore.kinds"  # the entry points of packages that add a kind
+KIND_GROUP = "twistcore.kinds"  # the group of entry points for packages that add a kind
 _FOLDER = "twistcore.detection.kinds"
 
 
@@ -29,7 +27,7 @@ class KindInfo:
     short : str
         The singular for a narrow column: "jump".
     place : int
-        The rank of the kind in lists, from common to rare.
+        The rank of the kind in lists, which are sorted from common to rare.
     repair : str
         What a correction turns back; "" for a kind that no detector corrects.
     automatic : bool
@@ -43,7 +41,8 @@ class KindInfo:
     weight : float or None
         The weight of the kind in the severity; None for the weight of the segment.
     lasting : bool
-        True if an interval that cannot be corrected counts in the severity for its whole length.
+        True if an interval that cannot be corrected contributes to the severity with its whole
+        length.
     repairer : str
         The correction of a single joint that only a person can accept, 'package.module:NAME': a
         `twistcore.analysis.correction.joint_repairs.JointRepair`, loaded when it is first needed.
@@ -51,10 +50,10 @@ class KindInfo:
     turns : bool
         True if `repairer` turns the joint by the interval's offset, so that a person can change it.
     below : bool
-        True if a person can choose whether the part below the joint turned along with the error.
+        True if a person can choose whether the joints below turned with the error.
     find : str
-        The finder of a kind that no detector finds, 'package.module:function'. It
-        takes a `twistcore.detection.finding.KindSearch`, returns intervals by chain name, and is
+        The finder of a kind that no detector finds, 'package.module:function'. It takes a
+        `twistcore.detection.finding.KindSearch`, returns intervals keyed by chain name, and is
         loaded when the kind is first searched for. "" for a kind that the detectors find.
     corrected : bool
         True if the search comes after all automatic corrections.
@@ -107,7 +106,9 @@ def plural_name(word: str) -> str:
 
 
 class _Kinds(type):
-    """The metaclass of kinds: `Kind.LONE_JUMP` is a kind, `for kind in Kind` yields all kinds."""
+    """The metaclass of kinds: `Kind.LONE_JUMP` is a kind, and `for kind in Kind` yields all
+    kinds.
+    """
 
     def __iter__(cls) -> Iterator[Kind]:
         return iter(_known().values())
@@ -117,7 +118,7 @@ class _Kinds(type):
 
     def __getattr__(cls, name: str) -> Any:
         if name.isupper() and name in _known():
-            setattr(cls, name, kind := _known()[name])  # used all the time
+            setattr(cls, name, kind := _known()[name])  # these fields are read all the time
             return kind
         raise AttributeError(f"type object 'Kind' has no attribute {name!r}")
 
@@ -185,12 +186,12 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def repairable(self) -> bool:
-        """True for a twist error that can be corrected; summaries count these kinds."""
+        """True for a twist error that can be corrected. Summaries count these kinds."""
         return bool(self.info.repair)
 
     @property
     def correctable(self) -> bool:
-        """True if a person can have the kind corrected, even if it is never done automatically."""
+        """True if a correction of this kind exists, even if it is never applied automatically."""
         return bool(self.info.repair or self.info.repairer)
 
     @property
@@ -200,12 +201,12 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def built_in(self) -> bool:
-        """True if the kind is one of this program's own, not of another package."""
+        """True if the kind is built in, False if another package provides it."""
         return self.info.find.startswith("twistcore.") or not self.info.find
 
     @property
     def of_capture(self) -> bool:
-        """True for a fault of the capture, which is no twist error and counts in gates only on
+        """True for a fault of the capture, which is no twist error; gates count it only on
         request.
         """
         return self.info.of_capture
@@ -219,7 +220,7 @@ def _made(name: str, info: KindInfo) -> Kind:
 
 @cache
 def _known() -> Mapping[str, Kind]:
-    """Return all kinds by the names of their files in capitals, in the order of `place`."""
+    """Return all kinds, keyed by their file names in capitals, in the order of `place`."""
     from importlib import import_module
     from pkgutil import iter_modules
 
@@ -234,7 +235,7 @@ def _known() -> Mapping[str, Kind]:
 
 
 def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
-    """Return the kinds that installed packages announce, by the entry point's name in capitals.
+    """Return the kinds from installed packages, keyed by their entry point's name in capitals.
 
     A kind that cannot be loaded, or whose word is already in use, is left out with a warning.
     """
@@ -263,9 +264,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
 
 
 def _announced() -> bool:
-    """True if a package on the path announces a kind, found ten times as fast as by
-    `entry_points`.
-    """
+    """True if a package on the path announces a kind; ten times as fast as `entry_points`."""
     for folder in dict.fromkeys(sys.path):
         try:
             inside = [e.path for e in os.scandir(folder or ".") if e.name.endswith("-info")]

@@ -1,10 +1,10 @@
-"""A blend out of a first pose, during which all joints follow the same course [Method].
+"""Find a blend from a first pose, during which all joints follow the same course [Method].
 
 A release often begins in a T-pose that is blended into the capture: each joint moves from its first
 rotation towards the capture, and at time t it has covered the fraction s(t) of the way. The
 fraction is the same for all joints, whether it grows evenly or eased, and whether rotations or
 channels are interpolated. So where the blend begins and ends, the acceleration of each joint points
-along its own way and is proportional to s″(t). Natural motion has no such course: no s explains
+along its own path and is proportional to s″(t). Natural motion has no such course: no s explains
 more than a small part of its accelerations.
 """
 
@@ -16,28 +16,29 @@ from numpy.typing import NDArray
 from twistcore.skeleton.rotation import Array
 
 SECONDS, FRAMES = 0.27, 8  # the longest blend searched for: 32 frames at 120 Hz, 8 at 30 Hz
-# A blend of another length is found by the nearest of these.
+# Blends of other lengths are found by the nearest of these.
 LENGTHS = (2, 3, 5, 8, 12, 18, 25, 32, 45, 64)
-TURNING = float(np.sin(0.5 * np.radians(1.0)))  # joints that turn less do not vote
-FAR = float(np.sin(0.5 * np.radians(2.0)))  # a shorter way has no direction
-# Share of all joints that must turn: if nearly all are still, an error is not a blend.
+TURNING = float(np.sin(0.5 * np.radians(1.0)))  # joints that turn less have no vote
+FAR = float(np.sin(0.5 * np.radians(2.0)))  # a shorter path has no direction
+# Minimum share of all joints that must turn: if nearly all are still, an error is not a blend.
 LIVELY = 1.0 / 3.0
 AT_REST, RESTING = 1e-9, 0.4  # largest turn at rest, in radians; share of the joints that turn
 # The share of a joint's acceleration that the course may leave unexplained, and the share of joints
-# that must follow it: out of a rest pose, where hardly any capture begins, and out of any other.
+# that must follow it: for a rest pose, in which hardly any capture begins, and for other poses.
 FROM_REST, FROM_ANY = (0.6, 0.45), (0.2, 0.7)
 EXPLAINED = 0.5  # share of a joint's acceleration that is explained if it follows the course
 UNDER, OVER = -0.1, 1.3  # limits of s, since a spline overshoots
 # Values of s with more frames between than before; if not, an error ends here.
 BEGUN, NEARLY = 0.1, 0.9
 KEEPING = 0.4  # share of the joints that follow in a frame that is still part of the blend
-LONGER_LAG = 8  # frames of blend for each further frame of lag in second differences
+LONGER_LAG = 8  # frames of blend for each additional frame of lag in second differences
 BEHIND = 6  # frames of capture that must follow the blend
 
 
 def held_frames(rotations: Array) -> int:
-    """Return how many frames after frame 0 repeat its pose. `rotations` has the shape (frames,
-    joints, 4).
+    """Return how many frames after frame 0 repeat its pose.
+
+    `rotations` has the shape (frames, joints, 4).
     """
     if len(rotations) < 2 or not np.array_equal(rotations[0], rotations[1]):
         return 0
@@ -46,17 +47,17 @@ def held_frames(rotations: Array) -> int:
 
 
 def rest_frames(rotations: Array, fps: float) -> int:
-    """Return how many frames at the end are a blend into a rest pose or repeat that pose."""
+    """Return how many frames at the end repeat a rest pose or are a blend into it."""
     held = held_frames(rotations[::-1])
     blended = blend_end(rotations[::-1][held:], fps, from_rest=True)
     return held + blended if blended else 0
 
 
 def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
-    """Return the first frame after a blend out of frame 0; 0 if there is no blend.
+    """Return the first frame after a blend from frame 0, or 0 if there is no blend.
 
-    `rotations` has the shape (frames, joints, 4). If `from_rest` is True, search only for blends
-    out of a rest pose, in which the rotations of most joints are zero.
+    `rotations` has the shape (frames, joints, 4). If `from_rest` is True, only blends from a rest
+    pose are searched for, in which the rotations of most joints are zero.
     """
     longest = max(FRAMES, round(SECONDS * fps))
     q = rotations[: 2 * longest + 1].transpose(1, 0, 2)
@@ -99,9 +100,7 @@ def _left(way: Array, length: int) -> Array | None:
 
 
 def _like_a_blend(s: Array) -> bool:
-    """True if s rises from 0 to 1 over several frames and begins immediately. `s` has the shape
-    (frames,).
-    """
+    """True if s, (frames,), rises from 0 to 1 over several frames and begins immediately."""
     begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
     return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
 
@@ -109,8 +108,8 @@ def _like_a_blend(s: Array) -> bool:
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
     """Return the paths of joints that move far, their directions to frame `length`, and s(t).
 
-    `way` holds the chords from the first rotation, shape (joints, frames, 4). The returned ways are
-    in units of the chord to frame `length`.
+    `way` holds the chords from the first rotation, shape (joints, frames, 4). The returned paths
+    are in units of the chord to frame `length`.
     """
     to = way[:, length]
     far = np.sqrt(np.einsum("jc,jc->j", to, to))
@@ -122,7 +121,7 @@ def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
 
 
 def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array, Array, Array]:
-    """Return the squared accelerations from frame 1 on, the part that s″ does not explain, and s″.
+    """Return squared accelerations from frame 1 on, their part that s″ does not explain, and s″.
 
     The first two are (joints, frames).
     """

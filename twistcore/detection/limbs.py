@@ -1,4 +1,4 @@
-"""Lines of chains that share joints, and how an error of one affects the next [Method, step 4].
+"""Lines of chains that share joints, and the effect of an error on its neighbours [Method, step 4].
 
 An error of chain k turns the parent of chain k+1 and the child of chain k−1, so it shows as an
 *image* in x of k+1 and in y of k−1. The image depends on the pose but not on the level of the
@@ -49,8 +49,7 @@ class Image:
 
 
 class Limbs:
-    """Lines of n chains each, in which joint k is the parent of chain k, and joint k+1 is its
-    child.
+    """Lines of n chains, in which joint k is the parent and joint k+1 the child of chain k.
 
     Limbs of equal length, such as both arms, are solved together.
 
@@ -91,7 +90,7 @@ class Limbs:
     def turned(self, turns: Sequence[tuple[int, int, Array]]) -> Limbs:
         """Return the limbs with some children turned about their chain's axis, in P's frame.
 
-        `turns` are given as (row of the chain, first frame, angles in radians).
+        Each of `turns` is (row of the chain, first frame, angles in radians).
         """
         joints = self.joints.copy()
         for row, start, angle in turns:
@@ -103,7 +102,7 @@ class Limbs:
         return self.with_joints(joints)
 
     def only(self, limb: int) -> Limbs:
-        """Return a single one of the limbs."""
+        """Return only one of the limbs."""
         at = slice(limb, limb + 1)
         return Limbs(self.joints[:, at], self.axes[:, at], self.step, self.keys)
 
@@ -114,7 +113,7 @@ class Limbs:
     def images(self, first: Index, length: int, t: Index) -> tuple[Image, Image]:
         """Return how errors in runs of `length` chains appear in the neighbouring chains.
 
-        Row s of the first image is for the error of chain first + s in x of the next chain, row s
+        Row s of the first image is for the error of chain first + s in x of the next chain. Row s
         of the second image is for the same error in y of the previous chain. Beyond the ends of a
         line the images are 0. `first` is the first chain of each run, shape (runs,). `t` holds
         indices into (limbs · frames), shape (runs,), never the first frame of a limb.

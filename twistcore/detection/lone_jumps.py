@@ -1,4 +1,4 @@
-"""Joints that turn about their own axis faster than any body does, without an explanation.
+"""Joints that turn about their own axis faster than any body does, with no other explanation.
 
 No segment of a body turns about itself faster than about 7,500°/s (a pitcher's shoulder reaches
 7,000). Any faster turn is an error and is reported, whether or not it can be corrected.
@@ -24,12 +24,12 @@ from twistcore.skeleton.notation import DistinctFrames, without_held
 from twistcore.skeleton.rotation import Array, conjugate, multiply, twist_angle
 
 FASTEST = math.radians(7500.0)  # a second
-LEAST = math.radians(60.0)  # a frame: less may be noise of a fast camera
-# frames a second below which a single frame proves little
+LEAST = math.radians(60.0)  # a frame: smaller turns may be noise of a fast camera
+# frames a second below which a single frame is weak evidence
 SLOW, LEAST_SLOW = 50.0, math.radians(120.0)
 _BLOCK = 4_096  # frames
 _Frames = Callable[[int, int], Motion]
-_OWN_SHARE = 0.5  # share of the limit; a joint that turns less by itself only follows a joint above
+_OWN_SHARE = 0.5  # share of the limit; a joint that turns less itself only follows a joint above
 
 
 def limit(fps: float) -> float:
@@ -38,7 +38,7 @@ def limit(fps: float) -> float:
 
 
 def find_lone_jumps(search: KindSearch) -> Found:
-    """Return the lone jumps that remain after the automatic corrections, by chain name."""
+    """Return the lone jumps that remain after the automatic corrections, keyed by chain name."""
     as_captured = search.captured if search.corrected() is None else None
     return (as_captured or search).once(_in_all_chains)
 
@@ -50,12 +50,12 @@ def _in_all_chains(search: KindSearch) -> Found:
 def lone_jumps(
     motion: Motion, chains: Sequence[Chain], refined: _Frames | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the lone jumps of the chains' joints by chain name and start, with the joints' names.
+    """Return the lone jumps with the joints' names, keyed by chain name and sorted by start.
 
     `refined` returns the frames [start, stop) of the motion without the known errors, so that a
     jump that belongs to one of them is not listed a second time. A joint must jump both in world
     space and in its parent's frame: a child that only follows its parent does not jump, and neither
-    does a child that keeps its place while its parent turns. Jumps at a cut are left out.
+    does a child that keeps its orientation while its parent turns. Jumps at a cut are left out.
     `residual` is the turn in the jump's fastest frame; the offset is 0, because no correction is
     known.
     """
@@ -94,8 +94,7 @@ def lone_jumps(
 def _turns_too_fast(
     motion: Motion, joints: Sequence[int], among: NDArray[np.bool_], refined: _Frames
 ) -> dict[int, Array]:
-    """Return the turns of joints where they are too fast, and 0 elsewhere, by joint, in radians,
-    (frames,).
+    """Return the turns of joints, 0 where they are possible, in radians, (frames,), keyed by joint.
 
     `among` is the mask of the frames to examine, shape (frames,). The clip is processed in blocks
     so that no copy of all its rotations is needed.
@@ -123,9 +122,7 @@ def _turns_too_fast(
 
 
 def _as_written(jump: Interval, held: DistinctFrames) -> Interval:
-    """Return a jump with frame numbers of the whole clip instead of the clip without held
-    frames.
-    """
+    """Return a jump with the frame numbers of the whole clip, including held frames."""
     start, stop = held.end(jump.start), held.end(jump.stop - 1) + 1
     return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))
 
@@ -133,8 +130,8 @@ def _as_written(jump: Interval, held: DistinctFrames) -> Interval:
 def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
     """Return the unit direction from a joint to its farthest child or End Site, (3,), or None.
 
-    If all children coincide with the joint, as in the hands of some rigs, the bone of the first
-    child that has one is used.
+    If all children coincide with the joint, as in the hands of some rigs, the first child's bone is
+    used that exists.
     """
     ends = [skeleton.offsets[child] for child in skeleton.children[joint]]
     if joint in skeleton.end_offsets:
@@ -148,13 +145,13 @@ def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
 
 
 def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return each joint's chain, which has it as its parent or, if there is none, as its child."""
+    """Return the chain of each joint: the one with the joint as its parent or else as its child."""
     owner = {chain.child: chain for chain in reversed(chains)}
     return owner | {chain.parent: chain for chain in chains}
 
 
 def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return a mask of the frames in which a joint turns about its axis faster than any body does.
+    """Return a mask of the frames in which a joint turns faster about its axis than any body does.
 
     `in_room` and `own` are the turns from :func:`turns_about` in world space and in the parent's
     frame, both (frames,).
@@ -163,9 +160,7 @@ def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
 
 
 def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return a mask of turns in the parent's frame that are fast enough to be too fast,
-    (frames,).
-    """
+    """Return a mask, (frames,): the turn in the parent's frame is fast enough to be impossible."""
     return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
 
 
@@ -181,8 +176,7 @@ def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
 
 
 def turns_about(rotations: Array, axis: Array) -> Array:
-    """Return the turn about a joint's own axis since the previous frame, without swing, in
-    radians.
+    """Return the turn about a joint's own axis since the previous frame, without swing, in radians.
 
     `rotations` has the shape (frames, …, 4), `axis` is a unit vector, (…, 3), and the result has
     the shape (frames, …).
@@ -193,7 +187,7 @@ def turns_about(rotations: Array, axis: Array) -> Array:
 
 
 def _explained(joint: str, turn: float, fps: float) -> dict[str, float | str]:
-    """Return the evidence for a jump by name, in degrees and seconds."""
+    """Return the evidence for a jump, keyed by name, in degrees and seconds."""
     return {
         "joint": joint,
         "turn_deg": math.degrees(turn),

@@ -1,17 +1,18 @@
-"""Events that a clip contains from the start, which do not count for or against any detector.
+"""Events that a clip contains from the start, which are left out when detectors are scored.
 
 The rule: in a clip without injected errors an event is
 
 * an *interval* that a detector finds at its automatic τ, even an *open* one: P and C turn
   against each other;
 * a *flip*: in one frame P or C alone turns about the bone by FLIP_DEGREES and FLIP_SIGMA local
-  scales more than the consistency detector expects from the neighbouring frames. No limb does that;
-  the capture's solver does, or Euler angles that pass a gimbal lock. The other joint does not
-  compensate for it, so it is not a twist error in the sense of [Choi26], and never an interval;
+  scales more than the consistency detector expects from the neighbouring frames. No limb can do
+  this, but the capture's solver can, or Euler angles at a gimbal lock. The other joint does not
+  compensate for the turn, so it is not a twist error in the sense of [Choi26], and never an
+  interval;
 * a *limb flip* found at the automatic τ: P turns about the line to the limb's end E.
 
-A chain or limb is *audited* in a clip if it has no event there. A limb's flip also counts as an
-event of the chains that share P or E with it, and vice versa, since the same joints are affected.
+A chain or limb is *audited* in a clip if it has no event there. A limb's flip is also an event of
+the chains that share P or E with it, and vice versa, since the same joints are affected.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 
 FLIP = "flip"
-# Of 40 CMU clips: the arms' fastest swings reach 38° (05_02, 661); flips have 60-180°.
+# In 40 CMU clips, the arms' fastest swings reach 38° (05_02, 661), and flips have 60-180°.
 FLIP_DEGREES, FLIP_SIGMA = 60.0, 10.0
 
 
@@ -61,9 +62,7 @@ class NaturalEvent:
 
 
 def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalEvent]:
-    """Return all events of a clip without injected errors, by chain, according to this module's
-    rule.
-    """
+    """Return all events of a clip without injected errors, sorted by chain."""
     events: list[NaturalEvent] = []
     for chain in chains:
         for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name)):
@@ -96,9 +95,7 @@ def with_events(
     limbs: Sequence[Limb],
     events: Iterable[NaturalEvent],
 ) -> frozenset[str]:
-    """Return the names of the chains and limbs that are not audited, according to this module's
-    rule.
-    """
+    """Return the names of the chains and limbs that are not audited because they have events."""
     own = {e.chain for e in events}
     out = set(own)
     for limb in limbs:
@@ -112,10 +109,10 @@ def with_events(
 
 
 def flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[NaturalEvent]:
-    """Yield the flips of P, then the flips of C, according to this module's rule."""
+    """Yield the flips of P, then the flips of C, as this module defines them."""
     c, row = analysis.limb, analysis.row
     alone = np.zeros(c.x.shape[1], dtype=bool)
-    for table in analysis.tables:  # a cut is no flip
+    for table in analysis.tables:  # a cut is not a flip
         alone[table.low + 1 : table.high] = True
     alone &= ~c.event[row]
     for joint, residual, sigma in (

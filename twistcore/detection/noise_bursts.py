@@ -23,24 +23,22 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-_WINDOW, _FEWEST = 0.6, 21  # seconds, and at least so many frames
+_WINDOW, _FEWEST = 0.6, 21  # seconds, and a minimum number of frames
 _ROUGH = 2.5  # variance of changes over variance of turns: 3 of white noise, below 1 of motion
-_LEAST = 4.5  # degrees of σ: weaker noise may be fast motion
+_LEAST = 4.5  # degrees of σ; weaker noise may be fast motion
 _BEYOND = 2.0  # ratio to the joint's σ in the whole clip
 _MIDDLE = 6.0 * 2.366  # σ²: the median of |change|² of white noise about three axes
-_SWINGS = 0.8  # share of the frames in which a change is reversed, which is 5/6 for white noise
-# Largest share of the squared changes that remains if another joint takes them back.
+_SWINGS = 0.8  # share of the frames in which a change is reversed; 5/6 for white noise
+# Largest share of the squared changes that may remain when another joint compensates for them.
 _TAKEN_BACK = 0.25
-_GAP = 5  # frames within a burst that may happen to be smooth
+_GAP = 5  # frames within a burst that may be smooth by chance
 _MOST = 5  # spans, and joints of a span, listed by name
-_EDGE = 1.2  # σ: how far a frame is off the mean of its neighbours at the border of a burst
+_EDGE = 1.2  # σ: distance of a frame from the mean of its neighbours at the border of a burst
 
 
 @dataclass(frozen=True)
 class NoiseBurst:
-    """A burst of noise in frames [start, stop) of a joint. `degrees` is the standard deviation
-    about each axis.
-    """
+    """A burst of noise in frames [start, stop) of a joint, with σ about each axis in degrees."""
 
     joint: int
     start: int
@@ -50,7 +48,7 @@ class NoiseBurst:
 
 @once_a_motion
 def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
-    """Return the bursts of noise of all joints, by start."""
+    """Return the bursts of noise of all joints, sorted by start."""
     found = []
     for joint, sigma in enumerate(_levels(motion, range(len(motion.skeleton)))):
         for start, stop in runs(sigma > 0.0):
@@ -59,8 +57,7 @@ def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
 
 
 def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
-    """Return the largest σ of the noise in joints or in joints above them, in degrees,
-    (frames,).
+    """Return the largest σ of the noise in joints or their ancestors, in degrees, (frames,).
 
     The result is 0 in frames without a burst.
     """
@@ -71,9 +68,7 @@ def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
 
 
 def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
-    """Return σ of each joint's noise, in degrees, (frames,), with previous values in held
-    frames.
-    """
+    """Return σ of each joint's noise, in degrees, (frames,); held frames repeat the last value."""
     if (held := without_held(motion)) is None:
         return [_of_joint(motion, joint) for joint in joints]
     shown = np.maximum(np.searchsorted(held.first, np.arange(motion.frames), side="right") - 1, 0)
@@ -81,8 +76,7 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
-    """Return σ of a joint's noise, in degrees, (frames,); 0 if a neighbouring joint compensates for
-    it.
+    """Return σ of a joint's noise in degrees, (frames,), or 0 if a neighbour compensates for it.
 
     The array is read-only, because it is kept with the motion; for quiet joints it takes no memory.
     """
@@ -95,7 +89,7 @@ def _of_joint(motion: Motion, joint: int) -> Array:
 
 @once_a_motion
 def _by_joint(motion: Motion) -> dict[int, Array]:
-    """Return the results of :func:`_of_joint` that are known so far, by joint."""
+    """Return the known results of :func:`_of_joint`, keyed by joint."""
     del motion
     return {}
 
@@ -127,14 +121,14 @@ def _changes(turns: Array) -> Array:
 def burst_sentences(
     count: int, outside: Iterable[NoiseBurst], names: Sequence[str]
 ) -> tuple[str, ...]:
-    """Return the notes about a clip's bursts of noise.
+    """Return the notes about the bursts of noise in a clip.
 
     Parameters
     ----------
     count
         The number of intervals in chains, including intervals that are not listed.
     outside
-        The bursts in joints of no chain, by start. Their frames are given in the notes, and
+        The bursts in joints of no chain, sorted by start. Their frames are given in the notes, and
         overlapping bursts share a note.
     names
         The joints' names.
@@ -171,8 +165,7 @@ def turns_of(q: Array) -> Array:
 
 
 def noise_level(turns: Array, fps: float) -> Array:
-    """Return σ of the noise in the frames of a burst, in degrees, (frames,); 0 in all other
-    frames.
+    """Return σ of the noise within bursts, in degrees, (frames,), and 0 in all other frames.
 
     `turns` are the rotation vectors since the previous frame, in degrees, shape (frames, 3).
     """
@@ -188,7 +181,7 @@ def noise_level(turns: Array, fps: float) -> Array:
         return none
     from scipy.ndimage import median_filter, uniform_filter1d  # slow to load; few clips need it
 
-    # Medians, so that one or two jumps do not count as noise.
+    # Medians, so that one or two jumps are not mistaken for noise.
     changes, moves = (median_filter(v, width, mode="nearest") for v in (size, far))
     sigma = np.sqrt(changes / _MIDDLE)
     usual = quantile(sigma, 0.15)  # a burst may last for most of a short clip
@@ -210,7 +203,7 @@ def noise_level(turns: Array, fps: float) -> Array:
 
 
 def _often(mask: Mask, width: int) -> bool:
-    """True if a window of the given width may exist in which most frames of the mask are True."""
+    """True if some window of the given width may contain mostly frames with True in the mask."""
     half = width // 2
     counts = np.concatenate([[0], np.cumsum(np.pad(mask, half, mode="edge"))])
     around = counts[2 * half + 1 :] - counts[: -2 * half - 1]

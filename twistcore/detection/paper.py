@@ -1,4 +1,4 @@
-"""The computations of the detector of [Choi26] §3.3, which is declared in `detectors/paper.py`."""
+"""The computations of the detector of [Choi26] §3.3, which `detectors/paper.py` declares."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from twistcore.detection.interval import Interval
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.skeleton.signals import TwistSignals
 
-DEFAULT_TAU = float(np.radians(5.0))  # the paper gives none; 5° reproduces its success rates
+DEFAULT_TAU = float(np.radians(5.0))  # not in the paper; reproduces its success rates
 
 
 @dataclass(frozen=True, eq=False)
 class PaperAnalysis:
-    """The signals of every chain; a new τ only changes the threshold that is applied to them."""
+    """The signals of every chain, to which any τ can be applied."""
 
     signals: Mapping[str, TwistSignals]
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ in radians, which is the same for every chain."""
+        """Return the automatic τ in radians, which is the same for all chains."""
         del chain
         return DEFAULT_TAU
 
@@ -60,9 +60,9 @@ def error_of(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
 def intervals_of_offset(chain: str, offset: Array, tau: float) -> tuple[Interval, ...]:
     """Divide the running sum into intervals that a person can judge.
 
-    An event opens an interval, which closes where |wrap(offset)| < τ. The remaining offset is its
-    residual and is not carried into the next interval. An interval that does not close extends to
-    the last frame, and its residual is the offset there.
+    An event opens an interval, which closes where |wrap(offset)| < τ. The remaining offset is the
+    interval's residual and is not added to the next interval. An interval that does not close
+    extends to the last frame, and its residual is the offset there.
     """
     found = []
     events = np.flatnonzero(np.diff(offset, prepend=0.0) != 0.0)

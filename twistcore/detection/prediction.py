@@ -1,4 +1,4 @@
-"""The prediction of natural motion from good neighbours, and its scale [Method, step 2].
+"""Predict natural motion from good neighbours, and estimate its scale [Method, step 2].
 
 Signals are stacked as (2, chains, frames): x and y. A frame is *good* for a chain if nothing jumps
 in it. Only good frames are used for predictions, and never the frame that is predicted. Most frames
@@ -22,10 +22,10 @@ Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]
 
 FLOOR = float(np.radians(0.005))  # rounding of BVH text; keeps σ > 0 where a joint does not twist
-ROUNDED = 0.76  # steps of written angles: σ of an increment's residual from rounding alone
+ROUNDED = 0.76  # steps of written angles: σ of an increment's residual that rounding alone causes
 # half window of σ: the pace of motion changes within ~0.3 s
 WINDOW_SECONDS, WINDOW_FRAMES = 0.15, 12
-_DISTANCES = (1, 2, 3, 5)  # frames to the nearer neighbour at which the growth of σ is measured
+_DISTANCES = (1, 2, 3, 5)  # frames to the nearer neighbour for which the growth of σ is measured
 _GAPS = np.log(np.array([2.0 * k - 1.0 for k in _DISTANCES]))
 
 
@@ -35,7 +35,7 @@ def half_window(fps: float) -> int:
 
 
 def coarse_residual(signals: Array, step: int) -> Array:
-    """Return the signals minus the median of 5 samples that are `step` frames apart, in radians.
+    """Return the signals minus the median of 5 samples, `step` frames apart, in radians.
 
     This is the first estimate, made while jumps are unknown. The median ignores a short interval or
     a ramp.
@@ -54,9 +54,11 @@ def coarse_residual(signals: Array, step: int) -> Array:
 
 
 def _box_sum(values: Array | Mask, half: int) -> Array:
-    """Return the sum over t − half … t + half along the last axis, fewer frames at the ends."""
+    """Return the sums over t − half … t + half along the last axis, with fewer frames at the
+    ends.
+    """
     n = values.shape[-1]
-    kind = np.int32 if values.dtype == bool else values.dtype  # whole numbers add up faster
+    kind = np.int32 if values.dtype == bool else values.dtype  # whole numbers are added faster
     total = np.empty((*values.shape[:-1], n + 2 * half + 1), dtype=kind)
     total[..., : half + 1] = 0
     np.cumsum(values, axis=-1, out=total[..., half + 1 : half + 1 + n])
@@ -70,8 +72,8 @@ def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Arr
 
     The mean of square roots is a measure of spread on which a few jumps have little effect (the
     factor 1.48 makes it the standard deviation of a normal distribution). Where few good frames are
-    near, a window four times as wide is used as well, and where that contains too few, the whole
-    clip.
+    near, a window four times as wide is used as well. If even that contains too few, the whole clip
+    is used.
 
     Parameters
     ----------
@@ -111,7 +113,7 @@ def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
     mask of the frames to use, shape (chains, frames), if a piece has any.
     """
     frames, n = signals.shape[-1], keys.spacing
-    before = (-keys.first - 1) % n  # the piece that the clip begins in began so long before it
+    before = (-keys.first - 1) % n  # the clip's first piece began the same time before the clip
     behind = -(before + frames) % n
     pad = (*[(0, 0)] * (signals.ndim - 1), (before, behind))
     told = np.where(good, signals, np.nan)
@@ -151,8 +153,9 @@ class Irregular:
     gap: Array
 
     def predicted(self, weights: Array) -> Array:
-        """Return the predictions Σ weights·near, (2, n). `weights` has the shape (4, n), or (2, 4,
-        n) if it differs by signal.
+        """Return the predictions Σ weights·near, (2, n).
+
+        `weights` has the shape (4, n), or (2, 4, n) if the weights differ by signal.
         """
         weights = np.broadcast_to(weights, self.near.shape)
         return np.asarray(np.einsum("skn,skn->sn", self.near, weights))
@@ -185,10 +188,11 @@ class Predictor:
         return np.sqrt(np.abs(wrap(self.signals - self.linear)))
 
     def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:
-        """Return the frames whose neighbours are not all good, or have changed.
+        """Return the frames that must be predicted separately, with the weights for this.
 
-        `signals` are the signals with the changes. Cubic is the Lagrange polynomial through the two
-        good neighbours on either side. At an end, the mean of the nearest two is used.
+        These are the frames with a neighbour that is not good or has changed. `signals` include the
+        changes. The cubic weights are those of the Lagrange polynomial through the two good
+        neighbours on either side. At an end, the mean of the nearest two is used.
         """
         frames = good.shape[1]
         seed = ~good | changed
@@ -206,7 +210,7 @@ def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
     """Return the irregular frames at flat indices `at`, with their good neighbours."""
     none = np.array([-1, -1])
     known = np.concatenate([none, np.flatnonzero(good), none])
-    # Rank of the first good frame from `at` on.
+    # Rank of the first good frame at or after `at`.
     rank = np.cumsum(good, dtype=np.int32)[at] - good[at] + 2
     behind = rank + good[at]
     k = np.stack([known[rank - 2], known[rank - 1], known[behind], known[behind + 1]])
@@ -228,7 +232,7 @@ def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
 
 
 def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
-    """Return the weights for the value at 0 of samples at −b2, −b, a and a2, (4, n)."""
+    """Return the weights of samples at −b2, −b, a and a2 for the value at 0, (4, n)."""
     p, q = b * a, b2 * a2
     return np.stack(
         [
@@ -248,8 +252,10 @@ class GapGrowth:
     """
 
     def __init__(self, signals: Array, cubic: Mask) -> None:
-        """Measure the errors. `signals` has the shape (2, chains, frames). `cubic` has the shape
-        (2, chains, 1) and is False for linear.
+        """Measure the errors.
+
+        `signals` has the shape (2, chains, frames). `cubic` has the shape (2, chains, 1) and is
+        False for linear prediction.
         """
         self._shape, frames = signals.shape[:2], signals.shape[-1]
         self._roots = []
@@ -267,8 +273,8 @@ class GapGrowth:
             self._roots.append(np.sqrt(near, out=near))
 
     def measured(self, good: Mask) -> Array:
-        """Return the growth of σ, at least 1, at the four gaps, (2, chains, 4), from good frames
-        only.
+        """Return the growth of σ, at least 1, at the four gaps, from good frames, (2, chains,
+        4).
         """
         frames = good.shape[1]
         out: list[Array] = []
@@ -286,7 +292,7 @@ class GapGrowth:
 
 
 def growth_at(growth: Array, chain: Index, gap: Array) -> Array:
-    """Return how much σ of the given chains grows at gaps > 1, (2, n).
+    """Return the factor by which σ of the given chains grows at gaps > 1, (2, n).
 
     Values between the measured gaps are interpolated on a log-log scale.
     """

@@ -1,4 +1,4 @@
-"""The declaration of a detector and the interface of its results. This module loads no numpy."""
+"""The declaration of a detector and the interface of its results; loads no numpy."""
 
 from __future__ import annotations
 
@@ -17,13 +17,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DetectorInfo:
-    """The information that the program shows about a detector, declared in the detector's own
-    file.
+    """The information about a detector that the program shows, declared in the detector's file.
 
     Parameters
     ----------
     name : str
-        The word for ``--method``, files and profiles: small letters, digits, ``-`` and ``_``.
+        The word for ``--method``, files and profiles: lower-case letters, digits, ``-`` and ``_``.
     label : str
         The detector's name within a sentence: "the paper's detector".
     measures : str
@@ -31,7 +30,7 @@ class DetectorInfo:
     short : str
         The label above a column of a table; the name if not given.
     strength : str
-        The word or symbol for its strength, the curve to which τ is compared. "m" is the paper's
+        The word or symbol for its strength, the curve that is compared with τ. "m" is the paper's
         m(t).
     has_confidence : bool
         True if its intervals have a confidence.
@@ -80,13 +79,11 @@ class Analysis(Protocol):
         ...
 
     def strength(self, chain: str) -> Array:
-        """Return the strength of a chain, to which τ is compared, in radians ≥ 0, shape
-        (frames,).
-        """
+        """Return the strength of a chain, which is compared with τ, in radians ≥ 0, (frames,)."""
         ...
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at threshold τ, in radians, by start."""
+        """Return the intervals of a chain at threshold τ in radians, sorted by start."""
         ...
 
 
@@ -101,5 +98,5 @@ class Detector(Protocol):
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> Analysis:
-        """Analyse a motion as far as possible without τ. `tell` is called with the progress."""
+        """Analyse a motion up to the part that depends on τ. `tell` is called with the progress."""
         ...

@@ -1,4 +1,4 @@
-"""All detectors from the files in `detectors/`, from packages, and from registration.
+"""All detectors: from the files in `detectors/`, from packages, and registered by programs.
 
 Their names come from lists of files and of entry points, so the command line can show them without
 loading any detector or numpy. Everything that a table, a menu or a plot must show about a detector
@@ -25,16 +25,15 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 DEFAULT_METHOD = "consistency"
-GROUP = "twistcore.detectors"  # the entry points of packages that add a detector
-# The file given to a command with --detector; the processes that it starts load it, too.
+GROUP = "twistcore.detectors"  # the group of entry points for packages that add a detector
+# The file given to a command with --detector. The processes that the command starts load it, too.
 FILE_VARIABLE = "TWISTCORE_DETECTOR_FILE"
 _FOLDER = "twistcore.detection.detectors"  # one file each
 _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 
 
 class Detectors(Mapping[str, Detector]):
-    """All detectors by name, in the order default, other built-in detectors, other authors'
-    detectors.
+    """All detectors, keyed by name: the default, other built-in ones, then other authors' ones.
 
     A detector is loaded on first use. Access by name raises TwistError if the detector exists but
     cannot be loaded.
@@ -42,7 +41,7 @@ class Detectors(Mapping[str, Detector]):
 
     def __init__(self) -> None:
         self._given: dict[str, GuardedDetector] = {}  # registered by a program, or from a file
-        self._loaded: dict[tuple[str, str], Detector] = {}  # by name and where it was loaded from
+        self._loaded: dict[tuple[str, str], Detector] = {}  # by name and source
 
     def __getitem__(self, name: str) -> Detector:
         if name in self._given:
@@ -67,9 +66,7 @@ class Detectors(Mapping[str, Detector]):
         return sum(1 for _ in self)
 
     def named(self, name: str) -> Detector:
-        """Return the detector with a name. Raises TwistError, which lists all names, if there is
-        none.
-        """
+        """Return the detector with a name. Raises TwistError with all names if there is none."""
         try:
             return self[name]
         except KeyError:
@@ -79,7 +76,7 @@ class Detectors(Mapping[str, Detector]):
     def register(self, detector: Detector, place: str = "") -> Detector:
         """Add a detector, replacing an earlier one with the same name.
 
-        Returns the detector in its guarded form: an error in it becomes a TwistError that names it.
+        Returns the guarded detector, which reports an error as a TwistError with its name.
         `place` is the file and class from which the detector was loaded. Raises TwistError if it is
         not a detector.
         """
@@ -121,16 +118,16 @@ class Detectors(Mapping[str, Detector]):
         return tuple(name for name in self if self.usable(name) == name)
 
     def usable(self, name: str) -> str:
-        """Return the name, or the default detector's name if this detector is missing or cannot be
-        loaded.
-        """
+        """Return the name, or the default detector's if this one is missing or cannot be loaded."""
         try:
             return self[name].info.name
         except (KeyError, TwistError):
             return DEFAULT_METHOD
 
     def version(self, name: str) -> str:
-        """Return a string that changes with another author's detector; '' for built-in ones."""
+        """Return a text that changes when another author's detector changes; '' for built-in
+        ones.
+        """
         if name in built_in():
             return ""
         if name in self._of_file():
@@ -167,12 +164,12 @@ def register(detector: Detector) -> Detector:
     Returns
     -------
     Detector
-        The detector in its guarded form, which is used from then on.
+        The guarded detector, which is used from then on.
 
     Raises
     ------
     TwistError
-        If it is not a detector, or has the name of a built-in one.
+        If the object is not a detector, or has the name of a built-in one.
     """
     return DETECTORS.register(detector)
 
@@ -216,7 +213,9 @@ def _entry_points() -> Mapping[str, EntryPoint]:
 
 @lru_cache(4)
 def _entry_points_on(_path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
-    """Return the detectors that installed packages announce, by name, without loading them."""
+    """Return the detectors that installed packages announce, keyed by name, without loading
+    them.
+    """
     from importlib.metadata import entry_points  # 20 ms that few commands need
 
     return {p.name: p for p in entry_points(group=GROUP) if p.name not in built_in()}
@@ -269,7 +268,7 @@ def _mark_of_file(path: Path) -> str:
 def _checked(found: Any, where: str) -> Detector:
     """Return the detector, as an instance if a class is given.
 
-    Raises TwistError, which names the missing part, if it is not a detector.
+    Raises TwistError with the missing part if it is not a detector.
     """
     if isinstance(found, type):
         with one_sentence(f"{where} cannot be created"):

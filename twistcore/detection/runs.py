@@ -25,13 +25,15 @@ SomeSpan = TypeVar("SomeSpan", bound=Span)
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the runs of True in a mask (frames,) as [start, stop), by start."""
+    """Return the runs of True in a mask (frames,) as pairs [start, stop), sorted by start."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
     return list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))
 
 
 def overlapping(spans: Iterable[SomeSpan], apart: int = 0) -> list[list[SomeSpan]]:
-    """Group overlapping spans, sorted by start. `apart` is the least gap between groups, frames."""
+    """Group overlapping spans, sorted by start. `apart` is the smallest gap between groups,
+    frames.
+    """
     groups: list[list[SomeSpan]] = []
     end = 0
     for span in spans:

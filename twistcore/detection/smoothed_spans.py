@@ -3,7 +3,7 @@
 A captured motion trembles a little in every frame, and no body moves as evenly as a filtered
 motion. The difference from an even curve over five frames, the fourth difference, is ten to ten
 thousand times smaller where a joint was smoothed. The difference is also smaller at a lower pace.
-Therefore, a joint is compared with itself at times when it moves as fast or more slowly. If there
+Therefore, a joint is compared with its own frames of the same or a lower pace. If there
 are none, it is compared with its slowest frames, and less fine movement is expected at a lower
 pace. Thus a joint at rest is never mistaken for a smoothed one.
 """
@@ -22,18 +22,18 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-_WINDOW, _FEWEST = 0.4, 9  # seconds, and at least so many frames, to average over
-_A_WINDOW = 8  # values in a window, of all that it could have: they change slowly
-_LEAST = 0.5  # seconds: a shorter span may be a calm moment
+_WINDOW, _FEWEST = 0.4, 9  # seconds, and a minimum number of frames, to average over
+_A_WINDOW = 8  # number of values computed per window, since they change slowly
+_LEAST = 0.5  # seconds; a shorter span may be a calm moment
 _REST = 1e-5  # degrees a frame: the rounding of files
-_MOVES = 3e-3  # degrees a frame at its fastest: less is no motion
-_SUSPECT = 0.5  # orders of magnitude finer than the usual frame of the same pace
+_MOVES = 3e-3  # degrees a frame at its fastest; a slower joint does not move
+_SUSPECT = 0.5  # orders of magnitude below the usual frame of the same pace
 _USUAL, _SLOWER, _STEPS = 0.7, 0.7, 4  # quantile, of at least this share of the slowest frames
-_FINER = 0.6  # orders of magnitude finer than nearly all other frames of the same pace: reported
+_FINER = 0.6  # orders of magnitude below nearly all other frames of the same pace, to be reported
 _NEARLY_ALL = 0.05  # quantile
 _OTHERS = 1.5  # seconds of other frames to compare with
-_PACE = 2.0  # orders of magnitude that fine movement falls by for one of the pace
-_BORDER, _EVEN = 1.5, 5  # orders above a span at its borders, at most; frames to average there
+_PACE = 2.0  # orders of magnitude of fine movement for one order of the pace
+_BORDER, _EVEN = 1.5, 5  # maximum in orders above a span at its borders; frames to average there
 _MOST = 5  # spans, and joints of a span, listed by name
 _NUMBERS = 1 << 17  # frames times joints in a block
 
@@ -42,8 +42,7 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 class SmoothedSpan:
     """Frames [start, stop) in which a joint was filled in or smoothed.
 
-    `times` is the factor by which fine movement is at least reduced compared with the rest of the
-    clip.
+    `times` is the minimum factor by which fine movement is smaller than in the rest of the clip.
     """
 
     joint: int
@@ -53,7 +52,7 @@ class SmoothedSpan:
 
 
 def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
-    """Return the smoothed spans of all joints, by start.
+    """Return the smoothed spans of all joints, sorted by start.
 
     Clips with coarse angles have none, because their fine movement is only rounding.
     """
@@ -61,7 +60,7 @@ def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
     if motion.frames < 2 * width or motion.angle_step:
         return ()
     joints = motion.rotations.shape[1]
-    together = max(1, _NUMBERS // motion.frames)  # few joints at a time for long clips
+    together = max(1, _NUMBERS // motion.frames)  # few joints at a time in long clips
     found = [
         span
         for first in range(0, joints, together)
@@ -91,7 +90,7 @@ def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSp
 
 
 def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
-    """Return the notes about spans, which are sorted by start; overlapping spans share a note.
+    """Return the notes about spans sorted by start; overlapping spans share a note.
 
     Only the first few notes are returned in full, and the others are counted. `names` are the
     joints' names.
@@ -121,13 +120,13 @@ def _said(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
 def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
     """Return log10 of pace and of fine movement in a window, and of fine movement in every frame.
 
-    All arrays have the shape (frames, joints), and are of values in degrees per frame.
+    All arrays have the shape (frames, joints). The values are in degrees per frame.
     """
     changes = np.diff(continuous(rotations), axis=0)  # half of a turn, in radians
     moved = _mean_around(_squared(changes), width)
     pace = 0.5 * np.log10(np.maximum(moved, 0.0) + _REST**2)
     off = 0.5 * np.log10(_squared(np.diff(changes, 3, axis=0)) + _REST**2)
-    # A mean of logarithms: one or two jumps do not hide a smooth span around them.
+    # A mean of logarithms, so that one or two jumps do not hide a smooth span.
     fine = _mean_around(off, width)
     ends = ((2, 2), (0, 0))
     return (
@@ -140,8 +139,8 @@ def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
 def _mean_around(values: Array, width: int) -> Array:
     """Return the mean of `width` rows around each row, repeating the outermost row at the ends.
 
-    Sums of rows are built by doubling. So small sums contain no rounding errors of large ones, and
-    scipy, which takes longer to load than the rest of a command, is not needed.
+    Sums of rows are built by doubling, so that small sums contain no rounding errors of large ones.
+    This needs no scipy, which takes longer to load than the rest of a command.
     """
     before = width // 2
     ends = (before, width - 1 - before), *[(0, 0)] * (values.ndim - 1)
@@ -158,7 +157,7 @@ def _mean_around(values: Array, width: int) -> Array:
 
 
 def _squared(changes: Array) -> Array:
-    """Return the squared turns for changes of quaternions, degrees², (frames, joints)."""
+    """Return the squared turns of quaternions, degrees², (frames, joints)."""
     sums: Array = np.einsum("...i,...i->...", changes, changes)
     return sums * float(np.degrees(2.0)) ** 2
 
@@ -186,13 +185,11 @@ class _Joint:
     every: Array
     step: int
     half: int  # half of the window
-    others: int  # frames to compare with, at least
-    least: int  # frames of a span, at least
+    others: int  # minimum number of frames to compare with
+    least: int  # minimum number of frames in a span
 
     def confirmed(self, start: int, stop: int) -> tuple[int, int, float] | None:
-        """Return the borders of a suspected span and the factor by which its movement is finer, or
-        None.
-        """
+        """Return the borders of a suspected span and the factor of its smoothing, or None."""
         reach = -(-self.half // self.step)
         far = np.ones(len(self.pace), dtype=bool)
         far[max(0, start - reach) : stop + reach] = False
@@ -220,9 +217,7 @@ class _Joint:
 
 
 def _quantile(values: Array, share: float) -> Array:
-    """Return the value below which the given fraction of the rows lies, faster than np.quantile
-    does.
-    """
+    """Return the value below which a share of the rows lies, faster than np.quantile."""
     at = round(share * (len(values) - 1))
     row: Array = np.partition(values, at, axis=0)[at]
     return row

@@ -1,12 +1,14 @@
-"""Stretches: a joint jumps about its own bone and stays wrong from one jump to the next.
+"""Stretches: a joint jumps about its own bone and stays wrong until the next jump.
 
-A foot may be upside down from a jump to the end of the clip. The jump alone is a lone jump; which
-side of it is wrong is decided by the rest of the clip, from the roll about the joint's own bone in
-most frames. A joint that is turned by more than 120° from its rest pose in most frames is compared
-with a level near the rest pose, if the joint on the other side has that level as well.
+For example, a foot may be upside down from a jump to the end of the clip. The jump alone is a lone
+jump. The rest of the clip shows which side of the jump is wrong: the roll about the joint's own
+bone in most frames is right. A joint that is turned by more than 120° from its rest pose in most
+frames is compared with a level near the rest pose, if the joint on the other side has that level as
+well.
 
 A stretch is never corrected automatically. For a person who accepts it, the angle to turn back is
-measured at the jumps, and the joints below turn back with it if they jumped along.
+measured at the jumps, and the joints below turn back with it if they jumped together with the
+joint.
 """
 
 from __future__ import annotations
@@ -35,15 +37,15 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-JUMP = math.radians(60.0)  # per frame, of a fast capture: where a stretch may begin or end
-OFF = math.radians(75.0)  # from the usual roll: a smaller difference may be motion
-ALIKE = math.radians(45.0)  # rolls that count as the same
-TURNED = math.radians(120.0)  # from the rest pose: no joint rolls so far about its bone
-MOST = 0.6  # of the frames: a roll in so many frames is the usual one
-_ENOUGH = 0.1  # of the frames: a level that may be the right one
-SHORTEST, FEWEST = 0.1, 3  # seconds and frames: a shorter level is a spike
-MOST_JUMPS = 8  # of a joint: with more it is restless, and its jumps alone are listed
-_DEFINED = 0.5  # of :func:`twist_reliability`: below it a swing near 180° leaves the roll undefined
+JUMP = math.radians(60.0)  # per frame, in a fast capture: a possible edge of a stretch
+OFF = math.radians(75.0)  # from the usual roll; a smaller difference may be motion
+ALIKE = math.radians(45.0)  # difference up to which rolls are the same
+TURNED = math.radians(120.0)  # from the rest pose; no joint rolls so far about its bone
+MOST = 0.6  # of the frames: the share in which the usual roll occurs
+_ENOUGH = 0.1  # of the frames: the share of a level that may be the right one
+SHORTEST, FEWEST = 0.1, 3  # seconds and frames; a shorter level is a spike
+MOST_JUMPS = 8  # maximum for a joint; with more it is restless, and only its jumps are listed
+_DEFINED = 0.5  # of :func:`twist_reliability`; less, near a swing of 180°, is undefined
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,7 @@ class _Level:
 
 
 def find_stretches(search: KindSearch) -> Found:
-    """Return the stretches of the joints of all chains, by chain name."""
+    """Return the stretches of the joints of all chains, keyed by chain name."""
     if search.motion.frames < 4 or not search.chains:
         return {}
     found: Found = search.once(_in_all_chains)
@@ -111,7 +113,10 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
 
 
 def _levels(motion: Motion, joint: int) -> list[_Level]:
-    """Return the levels of a joint's roll between its jumps, by start; none if it has no bone."""
+    """Return the levels of a joint's roll between its jumps, sorted by start.
+
+    The result is empty if the joint has no bone.
+    """
     axis = own_axis(motion.skeleton, joint)
     if axis is None:
         return []
@@ -133,7 +138,7 @@ def _mean(angles: Array) -> float:
 
 
 def _usual(levels: Sequence[_Level]) -> float | None:
-    """Return the roll of most frames, in radians; None if no roll prevails."""
+    """Return the roll of most frames in radians, or None if no roll prevails."""
     total = sum(level.frames for level in levels)
     for level in sorted(levels, key=lambda one: -one.frames):
         alike = [one for one in levels if abs(wrap(one.roll - level.roll)) <= ALIKE]
@@ -143,7 +148,9 @@ def _usual(levels: Sequence[_Level]) -> float | None:
 
 
 def _near_rest(levels: Sequence[_Level]) -> float | None:
-    """Return the roll of the longest level near the rest pose, in radians; None if it is short."""
+    """Return the roll of the longest level near the rest pose in radians, or None if it is
+    short.
+    """
     near = [level for level in levels if abs(level.roll) <= OFF]
     longest = max(near, key=lambda level: level.frames, default=None)
     total = sum(level.frames for level in levels)
@@ -166,7 +173,7 @@ def _has_mirrored(motion: Motion, owner: Mapping[int, Chain], joint: int, roll: 
 def _wrong(levels: Sequence[_Level], usual: float, shortest: float) -> Iterator[_Level]:
     """Yield the levels that are far from the usual roll; adjacent levels are joined.
 
-    shortest: the shortest level to yield, in frames.
+    `shortest` is the length of the shortest level to yield, in frames.
     """
     found: list[_Level] = []
     for level in levels:
@@ -183,11 +190,10 @@ def _alike(a: _Level, b: _Level) -> bool:
 
 
 def turn_at_jumps(motion: Motion, joint: int, edges: tuple[int, int], turn: float) -> float:
-    """Return how far a joint jumps at the first edge and jumps back at the second one, radians.
+    """Return the angle by which a joint jumps at the first edge and back at the second, radians.
 
-    The natural turn from frame to frame, the smaller one next to each jump, is left out.
-    Jumps that differ from `turn` by more than 45° are ignored; the result is `turn` if there is no
-    other.
+    The natural turn, which is the smaller turn next to each jump, is subtracted. Jumps that differ
+    from `turn` by more than 45° are ignored. If none remains, the result is `turn`.
     """
     axis = own_axis(motion.skeleton, joint)
     assert axis is not None
@@ -206,10 +212,11 @@ def turn_at_jumps(motion: Motion, joint: int, edges: tuple[int, int], turn: floa
 
 
 def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
-    """True if the joints below a joint jump along with it at the edges of a stretch.
+    """True if the joints below a joint jump with it at the edges of a stretch.
 
-    Their own rotations then jump less than their orientation, seen from the joint's parent. Also
-    True if a joint below cannot turn back, because it lacks rotation channels.
+    In this case their own rotations jump less than their orientation relative to the joint's
+    parent. The result is also True if a joint below cannot turn back because it lacks rotation
+    channels.
     """
     children, rotatable = motion.skeleton.children[joint], motion.skeleton.rotatable
     if rotatable is not None and not all(rotatable[child] for child in children):

@@ -15,7 +15,7 @@ def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Arra
     """Return x and y, the twist increments of P and C, in radians, (frames,).
 
     x(t) = twist_a(q_P(t−1)⁻¹ q_P(t)), y(t) = twist_a(q_C(t) q_C(t−1)⁻¹). A twist error δ of P (q_P
-    ⊗ R_a(δ), R_a(−δ) ⊗ q_C) changes them by exactly +dδ and −dδ. x(0) = y(0) = 0. `q_parent` and
+    ⊗ R_a(δ), R_a(−δ) ⊗ q_C) changes x and y by exactly +dδ and −dδ. x(0) = y(0) = 0. `q_parent` and
     `q_child` are local rotations, (frames, 4). `axis` is the unit vector along P's bone in P's
     frame, (3,) or (frames, 3).
     """

@@ -1,4 +1,4 @@
-"""Compare two clips by joint and frame, in degrees."""
+"""Compare two clips joint by joint and frame by frame, in degrees."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MOVED = 1e-3  # share of the height, ten times the effect of writing angles wit
 
 @dataclass(frozen=True)
 class JointDifference:
-    """A joint whose local rotation differs in frames [start, stop), with the largest angle."""
+    """A joint whose local rotation differs in frames [start, stop), by at most the given angle."""
 
     joint: str
     start: int
@@ -45,7 +45,7 @@ class JointMove:
 
 @dataclass(frozen=True)
 class Difference:
-    """All differences between two motions, by joint.
+    """All differences between two motions, joint by joint.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Difference:
 
 
 def compare(a: Motion, b: Motion) -> Difference:
-    """Compare two motions of one skeleton; raise ClipMismatchError if they are not comparable."""
+    """Compare two motions of one skeleton. Raises ClipMismatchError if they are not comparable."""
     if a.skeleton.names != b.skeleton.names or (a.skeleton.parents != b.skeleton.parents).any():
         raise ClipMismatchError("the two clips have different skeletons")
     if a.frames != b.frames:

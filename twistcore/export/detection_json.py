@@ -1,4 +1,4 @@
-"""A clip's intervals in the form of `detect --json` and of batch results."""
+"""A clip's intervals in the format of `detect --json` and of batch results."""
 
 from __future__ import annotations
 
@@ -17,5 +17,5 @@ def intervals_to_json(found: Detection, *, explain: bool = False) -> list[dict[s
 
 
 def detection_tau_degrees(found: Detection) -> dict[str, float]:
-    """Return τ in degrees by name of a chain or limb."""
+    """Return τ in degrees, keyed by the name of the chain or limb."""
     return {name: math.degrees(t) for name, t in found.tau.items()}

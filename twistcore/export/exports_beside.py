@@ -1,7 +1,7 @@
 """Distinguish corrected clips that this program wrote next to their sources from the sources.
 
-Programs without numpy call this for every clip of a folder, so file names are used as far as
-possible.
+Programs that do not load numpy call this for every clip of a folder, so file names are used as far
+as possible.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from twistcore.files.kinds import PICKLE, kind_of
 from twistcore.files.wide_text import narrow_head
 
 EXPORT_MARK = "_refined"  # added to a clip's name by default
-REPLAY_SUFFIX = ".replay.json"  # session of an export, never a review to continue
+REPLAY_SUFFIX = ".replay.json"  # session of an export, which is not a review to continue
 _REPORT_SUFFIX = ".report.json"
 _DOCUMENTS = (REPLAY_SUFFIX, _REPORT_SUFFIX)
-_HEAD = 200_000  # bytes: more than any known skeleton needs
+_HEAD = 200_000  # bytes, more than any known skeleton needs
 
 
 def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
-    """Return the clips that this program wrote, with the file name of the source of each.
+    """Return the clips that this program wrote, each with the file name of its source.
 
     The source is named by the session that replays the clip, or by the clip's report. Without
     these, the default name of exports is used, if the file equals the source up to the motion. A
@@ -43,16 +43,16 @@ def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
 
 
 def without_exports(clips: Iterable[Path]) -> list[Path]:
-    """Return the clips in their order, without the exports of :func:`exports_among`."""
+    """Return the clips in their order, without exports (see :func:`exports_among`)."""
     paths = list(clips)
     exported = exports_among(paths)
     return [path for path in paths if path not in exported]
 
 
 def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
-    """Return the exports of :func:`exports_among` for clips in one folder, by name.
+    """Return the exports among clips in one folder, keyed by name (see :func:`exports_among`).
 
-    Only clips with a document or a name of an export are examined.
+    Only clips that have a document or the name of an export are examined.
     """
     names, found = frozenset(clips), {}
     try:
@@ -78,7 +78,7 @@ def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
 
 
 def clip_of_session(session: Path) -> str:
-    """Return the file name of the clip that a session belongs to, or '' if it names none."""
+    """Return the file name of the clip to which a session belongs, or '' if it names none."""
     with suppress(OSError):
         status = session.stat()
         if stat.S_ISREG(status.st_mode):
@@ -105,7 +105,7 @@ def _documents_of(name: str, stem: str) -> Iterator[str]:
 
 
 def _documented_source(document: str, export: str) -> str:
-    """Return the name of an export's source clip according to a document, or '' if it has none."""
+    """Return the name of an export's source clip according to a document, or ''."""
     with suppress(OSError):
         status = os.stat(document)  # noqa: PTH116
         if stat.S_ISREG(status.st_mode):  # opening a FIFO would wait for its writer
@@ -121,14 +121,14 @@ def _read_source(document: str, export: str, modified: int, size: int) -> str:
         source = PurePath(content["clip"])
         if document.endswith(_REPORT_SUFFIX) and export not in content["files"]:
             return ""
-        # An export has its source's format: x.replay.json of x.bvh does not describe x.amc.
+        # An export has its source's format, so x.replay.json of x.bvh does not describe x.amc.
         same = source.suffix.lower() == PurePath(export).suffix.lower()
         return source.name if same else ""
     return ""
 
 
 def _head(clip: str) -> bytes:
-    """Return the part of a clip before its motion, b'' if it cannot be read."""
+    """Return the part of a clip before its motion, or b'' if the clip cannot be read."""
     with suppress(OSError):
         status = os.stat(clip)  # noqa: PTH116
         if stat.S_ISREG(status.st_mode):

@@ -50,7 +50,8 @@ class FolderDifference:
 def compare_folders(
     a: Path, b: Path, *, workers: int = 1, counter: Counter = uncounted
 ) -> FolderDifference:
-    """Compare all clips of two folders and their subfolders; TwistError if one of them has no clip.
+    """Compare the clips of two folders and their subfolders. Raises TwistError for a folder without
+    clips.
 
     `counter` is called with the number of clips, and returns the function that is called with the
     name of each finished clip.

@@ -1,4 +1,4 @@
-"""Replay the sessions of a folder on their clips, writing into a separate folder."""
+"""Replay the sessions of a folder on their clips, and write into a separate folder."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from twistcore.formats.clip_files import clips_by_name
 from twistcore.tuning.folder_sessions import read_sessions
 from twistcore.work.frozen import dataclass
 
-WRITTEN = "applied.jsonl"  # in the output folder: list of the files this command wrote
+WRITTEN = "applied.jsonl"  # in the output folder: the list of the files that this command wrote
 _SCHEMA = "twistcore.applied/1"
 
 
@@ -37,8 +37,9 @@ class SessionClip:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Sessions paired with their clips. `problems` has one sentence for each session without a
-    clip.
+    """Sessions paired with their clips.
+
+    `problems` has one sentence for each session without a clip.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ class Replayed:
 
 
 def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
-    """Pair every session in a folder and its subfolders with the clip for which it was made.
+    """Pair every session in a folder and its subfolders with its clip.
 
     A session belongs to the clip with the recorded name and bytes or, if there is none, to a clip
     with another name and these bytes. Of several clips, the one in the matching subfolder is used.
@@ -121,7 +122,7 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
 
 
 class _Clips:
-    """Clips by name and by bytes; the bytes are read only if names are ambiguous."""
+    """Clips by name and by contents; the files are read only if names are ambiguous."""
 
     def __init__(self, paths: Mapping[str, Path], exports: Collection[str]) -> None:
         self._paths, self._exports = paths, exports
@@ -130,8 +131,8 @@ class _Clips:
             self._named[path.name].append(name)
 
     def of(self, session: Path, clip: str, sha256: str, folder: PurePath) -> str:
-        """Return the name of the clip of a session in the given subfolder; TwistError if there
-        is none.
+        """Return the name of a session's clip in a subfolder. Raises TwistError if there is
+        none.
         """
         named = self._named.get(clip, [])
         same = [name for name in named if self._mark(name) == sha256]
@@ -168,8 +169,8 @@ class _Clips:
 def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
     """Write a clip corrected by its session, with the same bytes as `apply` on the two files.
 
-    `own` has the SHA-256, by name, of the files that this command wrote into the folder. Raises
-    TwistError, without writing anything, if another file exists there, and the errors of
+    `own` has the SHA-256 of the files that this command wrote into the folder, keyed by name.
+    Raises TwistError, without writing anything, if another file exists there, and the errors of
     :func:`twistcore.export.replay.replayed`.
     """
     replay = replayed(pair.session, pair.clip)
@@ -195,7 +196,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
 
 
 def read_written(output: Path) -> dict[str, str]:
-    """Return the SHA-256, by name, of the files that this command wrote into a folder.
+    """Return the SHA-256 of the files that this command wrote into a folder, keyed by name.
 
     Raises TwistError and FormatError.
     """
@@ -205,7 +206,7 @@ def read_written(output: Path) -> dict[str, str]:
     lines = bytes_of(path).decode("utf-8", errors="replace").split("\n")
     for number, line in enumerate(lines):
         entry = None
-        with suppress(FormatError):  # an incomplete line: its file is treated as foreign
+        with suppress(FormatError):  # an incomplete line: the file is treated as not ours
             entry = parsed_json(line)
         if not number and not (isinstance(entry, dict) and entry.get("schema") == _SCHEMA):
             raise FormatError(f"{path}: expected a document with schema {_SCHEMA!r}")
@@ -215,13 +216,13 @@ def read_written(output: Path) -> dict[str, str]:
 
 
 def note_written(output: Path, name: str, sha256: str) -> None:
-    """Record that this command wrote a clip into the folder; raises OSError."""
+    """Record that this command wrote a clip into the folder. Raises OSError."""
     path = output / WRITTEN
     new = not is_there(path)
     head = json_text({"schema": _SCHEMA}, indent=None)
     line = json_text({"clip": name, "sha256": sha256}, indent=None)
     with path.open("a", encoding="utf-8") as file:
-        file.write(f"{head}\n{line}\n" if new else f"\n{line}\n")  # the last line may be cut short
+        file.write(f"{head}\n{line}\n" if new else f"\n{line}\n")  # the last line may be incomplete
 
 
 def _written(path: Path) -> tuple[int, Path]:

@@ -41,7 +41,7 @@ def blender_markers(
         if j.decision.value != "rejected"
     ]
     listed = "[\n" + "".join(f"    ({n!a}, {a}, {b}),\n" for n, a, b in rows) + "]"
-    # The clip's name is put into a docstring: it must not end it or change its direction.
+    # The clip's name is put into a docstring, which it must not end or reverse.
     safe = ascii(clip)[1:-1].replace("\\", "/").replace('"', "'")
     return _BLENDER.format(clip=safe, intervals=listed)
 

@@ -24,7 +24,7 @@ from twistcore.work.progress import Tell
 def accepted_motion(
     clip: Clip, chains: Sequence[Chain], state: ReviewState, *, tell: Tell | None = None
 ) -> Motion:
-    """Return the motion corrected by the accepted intervals and then tracked, as it is exported.
+    """Return the motion to export: corrected by the accepted intervals, then tracked.
 
     `chains` contains chains, and limbs whose flips were accepted. `tell` is called with the
     completed share of tracking.
@@ -44,7 +44,7 @@ class Replay:
 
 
 def replayed(session_path: Path, clip_path: Path) -> Replay:
-    """Read a session and its clip and correct the clip; raises TwistError and OSError."""
+    """Read a session and its clip, and correct the clip. Raises TwistError and OSError."""
     session = read_session(session_path)
     clip = read_clip(clip_path, fps=session.fps)
     chains = chains_of(session, clip)
@@ -54,9 +54,9 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
 def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return sentences about uncorrectable chains, and sentences about joints that moved along.
+    """Return sentences about chains that cannot be corrected and joints that moved with others.
 
-    The latter are about joints that are not on a chain's axis and moved with it.
+    The moved joints are not on a chain's axis.
     """
     sentences = chains_left(clip.motion, chains, chosen)
     left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)
@@ -77,7 +77,7 @@ def uncorrected_sentences(
 
 
 def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
-    """Return a sentence if intervals of kinds that this version does not support were accepted."""
+    """Return a sentence if intervals were accepted whose kind this version does not support."""
     accepted = (j.interval.kind for j in state.intervals if j.decision == Decision.ACCEPTED)
     unknown = [kind for kind in accepted if not kind.known]
     if not unknown:
@@ -90,7 +90,7 @@ def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
 def chains_left(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[str, ...]:
-    """Return a sentence for each chain or joint with intervals that cannot be corrected."""
+    """Return a sentence for each chain or joint whose intervals cannot be corrected."""
     left = []
     twists = [i for i in chosen if i.repairable]
     for chain in chains:
@@ -119,8 +119,9 @@ def correctable(
 
 
 def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
-    """Return the clip's chains and limbs by the session's rig; raises errors like
-    :func:`check_belongs`.
+    """Return the clip's chains and limbs according to the session's rig.
+
+    Raises the same errors as :func:`check_belongs`.
     """
     check_bytes(session, clip)
     try:
@@ -132,7 +133,7 @@ def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
 
 
 def check_bytes(session: Session, clip: Clip) -> None:
-    """Raise ClipMismatchError unless the session was made on exactly these bytes."""
+    """Raise ClipMismatchError unless the session was made for exactly these bytes."""
     if session.sha256 != clip.sha256:
         raise ClipMismatchError(
             f"{clip.path}: the session was made on another version of this clip (SHA-256 differs)"

@@ -1,8 +1,8 @@
-"""Keys for the scene that a clip came from, and reference frames that identify the scene.
+"""Keys for the scene from which a clip was exported, and reference frames that identify the scene.
 
 The axes of a scene's joints depend on its importer, rig and bind pose. Let A be the rotation
 between the worlds, and G and S a joint's global rotations in the clip and in the scene. Then S =
-A·G·B, where B is constant. A joint's local rotation in the scene is then PRE·q·POST with q its
+A·G·B, where B is constant. A joint's local rotation in the scene is then PRE·q·POST, where q is its
 rotation in the clip, PRE = S_above⁻¹·A·G_above and POST = G⁻¹·A⁻¹·S. All of these are measured in
 the scene in frames without corrections. A correction is then the rotation POST⁻¹·q⁻¹·q'·POST,
 applied last.
@@ -26,15 +26,16 @@ _SAME = 1e-7  # radians: limit for an unchanged global rotation
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A frame with uncorrected joints, with their positions and rotations in the clip's axes.
+    """A frame in which joints are uncorrected, with positions and rotations in the clip's axes.
 
     Attributes
     ----------
     positions
         Shape (joints, 3), in the file's length unit.
     joints
-        By index, for each joint that gets keys and is uncorrected here, the global rotations of its
-        parent (the identity for a root) and its own, quaternions (w, x, y, z).
+        Keyed by index, for each joint that gets keys and is uncorrected in this frame: the global
+        rotations of its parent (the identity for a root) and of the joint, quaternions (w, x, y,
+        z).
     """
 
     frame: int
@@ -44,7 +45,7 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class SceneKeys:
-    """A clip's corrections as keys, with the frames (n,), q and q' (n, 4) of each joint.
+    """A clip's corrections as keys: the frames (n,), and q and q' (n, 4) of each joint.
 
     `unseen` are the joints corrected in every frame, whose axes in the scene can only be measured
     before any key is set.
@@ -101,7 +102,7 @@ def scene_keys(motion: Motion, corrected: Motion) -> SceneKeys:
 def _chosen(
     free: Mapping[int, NDArray[np.bool_]], frames: int
 ) -> tuple[list[int], tuple[int, ...]]:
-    """Return the reference frames, and the joints for which there is none.
+    """Return the reference frames, and the joints that have none.
 
     The best frames are those in which every joint is uncorrected. If there are none, each joint
     gets its own frames.

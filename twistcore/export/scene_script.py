@@ -1,4 +1,4 @@
-"""Write the corrections as a script that sets keys in the scene that the clip came from.
+"""Write the corrections as a script that sets keys in the scene from which the clip was exported.
 
 The scene is kept with its rig, meshes and namespaces. The script needs no other file. The script
 contains the numbers, the arithmetic (in plain Python, since not every program includes numpy) and
@@ -25,7 +25,7 @@ _IMPORTS = {
     "motionbuilder": "import pyfbsdk as fb",
 }
 PROGRAMS = tuple(_IMPORTS)
-_FITS = 0.01  # share of the height, above rounding and below the difference to another pose
+_FITS = 0.01  # share of the height, above rounding but less than between poses
 _TOLERANCE = 0.5  # degrees
 
 _HEADER = '''"""Corrections of {clip}: run this in {program}, in the scene that the clip came from.
@@ -54,7 +54,7 @@ TOLERANCE = {tolerance:g}  # degrees
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """The scene, and how the clip's frames are placed in it.
+    """The scene, and the position of the clip's frames in it.
 
     Parameters
     ----------
@@ -88,10 +88,10 @@ def scene_script(
     intervals: Iterable[Judged],
     options: SceneOptions,
 ) -> str:
-    """Return the script's text. `clip` is the file's name, and `intervals` are the intervals that
-    the script lists.
+    """Return the script's text.
 
-    Raises TwistError if nothing is corrected, or if a name does not belong to exactly one joint.
+    `clip` is the file's name. `intervals` are the intervals that the script lists. Raises
+    TwistError if nothing is corrected, or if a name does not belong to exactly one joint.
     """
     if options.program == "maya" and options.take is not None:
         raise TwistError("--take: a Maya scene has no takes; leave the option out")
@@ -140,7 +140,7 @@ def _names(names: Sequence[str], namespace: str | None) -> list[str]:
 
 
 def _interval_lines(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
-    """Return the lines with intervals, and the people who accepted them, that the script prints."""
+    """Return the lines that the script prints: intervals, and the people who accepted them."""
     lines = []
     for judged in intervals:
         i = judged.interval

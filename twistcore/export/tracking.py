@@ -72,7 +72,7 @@ class Traces:
 
 @cache
 def weights_mark() -> str:
-    """Return the mark of the shipped networks in sessions, which is 16 digits of their SHA-256."""
+    """Return the mark of the shipped networks in sessions: 16 digits of their SHA-256."""
     return hashlib.sha256(weights_file().read_bytes()).hexdigest()[:16]
 
 
@@ -92,7 +92,7 @@ def knows_learned(motion: Motion) -> bool:
 
 
 def check_tracking(motion: Motion, tracking: Tracking) -> None:
-    """Raise TwistError with one sentence if this tracking is not possible in this motion."""
+    """Raise TwistError with one sentence if a motion cannot be tracked in this way."""
     joints = _joints(motion, tracking)
     if tracking.place:
         check_place(motion, learned=tracking.learned)
@@ -112,7 +112,7 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
 def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None) -> Motion:
     """Return the motion with the joints tracked, except in T-pose frames at the start.
 
-    `tell` is called with the completed share. Raises TwistError like :func:`check_tracking`.
+    `tell` is called with the completed share. Raises the same errors as :func:`check_tracking`.
     """
     return _tracked(motion, tracking, tell or nobody, keep_steps=False).motion
 
@@ -159,8 +159,7 @@ def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
 
 
 def _gains(tracking: Tracking, dt: float) -> Gains:
-    """Return the gains of the review, in which the gains for the position depend on the frame
-    rate.
+    """Return the gains of the review; the gains for the position depend on the frame rate.
 
     If no joint is tracked, the gains for joints have no effect.
     """
@@ -171,7 +170,7 @@ def _gains(tracking: Tracking, dt: float) -> Gains:
 
 
 def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Return gains and parts of one pass, 0 at its start, and a mask of the rows with a step."""
+    """Return one pass's gains and parts, 0 at its start, and a mask of the rows with a step."""
     gains = np.zeros((len(steps), len(shown), 3))
     parts = np.zeros((len(steps), len(shown), 4))
     seen = np.zeros(len(steps), dtype=np.int64)

@@ -1,3 +1,1 @@
-"""Safe reading and writing of files, with file kinds, text encodings, documents, locks and
-checksums.
-"""
+"""Read and write files safely: file kinds, encodings, documents, locks and checksums."""

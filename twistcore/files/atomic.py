@@ -1,4 +1,4 @@
-"""Write files atomically, so that a file is always either the old or the new one.
+"""Write files atomically: a file always has either its old or its new contents.
 
 Streams and devices cannot be replaced, so data is written into them.
 """
@@ -33,7 +33,7 @@ _REFUSED = {
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write all of the data to a path, or nothing.
+    """Write all of the data to a path, or none of it.
 
     A regular file is replaced: the new bytes are written next to it under a temporary name, fsynced
     and renamed, and the folder is fsynced. Links are followed and kept. The new file has the old
@@ -108,7 +108,7 @@ def destination(path: Path) -> Path:
 
 
 def is_stream(path: Path) -> bool:
-    """True if the path can only be written into because it cannot be replaced; raises OSError."""
+    """True if the path cannot be replaced and can only be written into. Raises OSError."""
     end = destination(path)
     return descriptor_number(end) is not None or _kind(path) in _STREAMS
 
@@ -135,7 +135,7 @@ def descriptor_number(end: Path) -> int | None:
 
 
 def _descriptor_to_write(path: Path) -> int | None:
-    """Return a descriptor to write into and then close, or None if the file should be replaced."""
+    """Return a descriptor to write into and then close, or None if the file must be replaced."""
     if not is_stream(path):
         return None
     number = descriptor_number(destination(path))
@@ -145,7 +145,7 @@ def _descriptor_to_write(path: Path) -> int | None:
 
 
 def _kind(path: Path) -> int:
-    """Return the file type bits of a path, following links; 0 if nothing exists there."""
+    """Return the file type bits of a path, following links, or 0 if nothing exists there."""
     try:
         return stat.S_IFMT(path.stat().st_mode)
     except (FileNotFoundError, NotADirectoryError):
@@ -153,7 +153,7 @@ def _kind(path: Path) -> int:
 
 
 def part_name(end: Path, suffix: str = "") -> Path:
-    """Return the temporary name for writing a file, always the same so that a leftover is found.
+    """Return the temporary name of a file, always the same so that a leftover is found.
 
     A name that would be too long is shortened, with a hash of the full name added.
     """
@@ -205,9 +205,7 @@ def _replacing(end: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_left(part: Path) -> None:
-    """Remove files that a killed program left, but no links, files of other users or files in
-    use.
-    """
+    """Remove files left by a killed program, but no links, other users' files or files in use."""
     try:
         status = part.lstat()
         if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1 or not _is_mine(status):
@@ -234,9 +232,7 @@ def _is_at(path: Path, handle: int) -> bool:
 
 
 def _settle(part: Path, end: Path) -> None:
-    """Give the new file the permissions and owner of the replaced file, or defaults if none
-    exists.
-    """
+    """Give the new file the permissions and owner of the replaced file, or else the defaults."""
     try:
         old = end.stat()
     except FileNotFoundError:
@@ -265,9 +261,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def free_name(path: Path, suffix: str = "") -> Path:
-    """Return the first of NAME, NAME-2, NAME-3 …, with `suffix`, that is free in `path`'s
-    folder.
-    """
+    """Return the first free name of NAME, NAME-2, NAME-3 …, with `suffix`, in `path`'s folder."""
     wanted = path.with_name(path.name + suffix)
     free, number = wanted, 2
     while os.path.lexists(free):
@@ -276,10 +270,10 @@ def free_name(path: Path, suffix: str = "") -> Path:
 
 
 def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
-    """Write files into a folder, leaving files that already exist there with the same bytes.
+    """Write files into a folder, except files that already exist there with the same bytes.
 
-    Raises TwistError, before anything is written, if an existing file has different bytes, and
-    OSError.
+    Raises TwistError before writing anything if an existing file has different bytes, and OSError
+    if writing fails.
     """
     missing = {name: data for name, data in companions.items() if not is_there(folder / name)}
     for name in companions.keys() - missing.keys():

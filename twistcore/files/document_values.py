@@ -40,7 +40,7 @@ _HALF = 100  # characters kept at each end of a text that is still too long
 
 
 def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
-    """Return the bytes of a file; TwistError if it cannot be read or is larger than `most`
+    """Return the bytes of a file. Raises TwistError if it is unreadable or larger than `most`
     bytes.
     """
     try:
@@ -59,7 +59,7 @@ def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
 
 
 def parsed_toml(data: bytes) -> dict[str, Any]:
-    """Parse TOML bytes; raise FormatError if they are not valid TOML."""
+    """Parse TOML bytes. Raises FormatError if they are not valid TOML."""
     import tomllib  # slow to load; few commands need it
 
     if len(data) > _MOST_TOML:
@@ -76,7 +76,7 @@ def parsed_toml(data: bytes) -> dict[str, Any]:
 
 
 def parsed_json(data: bytes | str) -> Any:
-    """Parse JSON; raise FormatError if it is not valid or contains NaN or infinity."""
+    """Parse JSON. Raises FormatError if it is not valid or contains NaN or infinity."""
     try:
         return json.loads(data, parse_int=_whole, parse_float=_finite, parse_constant=_no_number)
     except RecursionError:
@@ -102,17 +102,13 @@ def _no_number(word: str) -> float:
 
 
 def shown_value(value: object) -> str:
-    """Return a value for a message, shortened, on one line, and with unprintable characters
-    escaped.
-    """
+    """Return a value for a message: short, on one line, with unprintable characters escaped."""
     shown = _SHOWN.repr(value)
     return shown if len(shown) <= 2 * _HALF else f"{shown[:_HALF]}…{shown[-_HALF:]}"
 
 
 def shown_words(said: object) -> str:
-    """Return another program's message, which may quote the document, in a short and printable
-    form.
-    """
+    """Return another program's message, which may quote the document, in a short printable form."""
     words = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(said)[:200])
     return words if len(str(said)) <= 200 else f"{words}…"
 
@@ -226,8 +222,6 @@ def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Va
 
 
 def frames(entry: Mapping[str, Any], last: int = MOST_FRAMES) -> tuple[int, int]:
-    """Return `start` and `stop` of an entry, a half-open span that is not empty and ends by
-    `last`.
-    """
+    """Return `start` and `stop` of an entry: a span that is not empty and ends by `last`."""
     start = whole(entry["start"], "start", 0, last - 1)
     return start, whole(entry["stop"], "stop", start + 1, last)

@@ -62,7 +62,7 @@ def legible_json(text: str) -> str:
 
 
 def json_text(document: Any, *, indent: int | None = 1) -> str:
-    """Return a document as JSON text; ValueError if a number is not finite."""
+    """Return a document as JSON text. Raises ValueError if a number is not finite."""
     return escaped(json.dumps(document, indent=indent, ensure_ascii=False, allow_nan=False))
 
 
@@ -104,9 +104,9 @@ class _Lines(list[str]):
 
 
 def cell(value: Any) -> Any:
-    """Return a value for a CSV cell, with an apostrophe before anything that looks like a formula.
+    """Return a value for a CSV cell, with an apostrophe before text that looks like a formula.
 
-    :func:`text_in_cell` is the reverse. Numbers stay unchanged, negative ones too.
+    :func:`text_in_cell` is the reverse. All numbers stay unchanged, including negative ones.
     """
     if not isinstance(value, str) or re.fullmatch(_NUMBER, value):
         return value
@@ -114,5 +114,5 @@ def cell(value: Any) -> Any:
 
 
 def text_in_cell(text: str) -> str:
-    """Return the text in a CSV cell without such an apostrophe, the reverse of :func:`cell`."""
+    """Return the text of a CSV cell without the apostrophe, the reverse of :func:`cell`."""
     return text if re.fullmatch(_NUMBER, text) else re.sub(_DEFUSED, "", text)

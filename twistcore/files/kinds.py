@@ -15,7 +15,7 @@ _SOLVE = "markers have no joints: solve them onto a skeleton first and export th
 
 
 class FileKind(NamedTuple):
-    """A kind of file, with its name in `words` ('an FBX file (binary)') and an `advice` or ''."""
+    """A kind of file: `words` name it ('an FBX file (binary)'), and `advice` may be empty."""
 
     words: str
     advice: str = ""
@@ -78,7 +78,7 @@ _BEGINNINGS: tuple[tuple[bytes, FileKind], ...] = (
 
 
 def kind_of(head: bytes) -> FileKind | None:
-    """Return the kind of a file from its first bytes, of which 512 suffice; None if unknown.
+    """Return the kind of a file from its first 512 bytes, or None if unknown.
 
     Text may be in UTF-16 or UTF-32.
     """
@@ -105,7 +105,7 @@ def found_instead(head: bytes, *expected: FileKind) -> str | None:
 
 
 def _zip(head: bytes) -> FileKind | None:
-    """Recognise a ZIP archive or .npz by the name of its first member, which is at byte 30."""
+    """Recognise a ZIP archive or .npz by the name of its first member, at byte 30."""
     if not head.startswith(b"PK\x03\x04"):
         return None
     name = head[30 : 30 + int.from_bytes(head[26:28], "little")]
@@ -124,9 +124,7 @@ def _film(head: bytes) -> FileKind | None:
 
 
 def _c3d(head: bytes) -> FileKind | None:
-    """Recognise a C3D, in which byte 2 is 0x50, and byte 1 is the parameter block's number, usually
-    2.
-    """
+    """Recognise a C3D: byte 2 is 0x50, and byte 1 is usually 2, the parameter block's number."""
     if len(head) > 2 and head[1] == 0x50 and 2 <= head[0] < 0x20:
         return FileKind("a C3D file of markers", _SOLVE)
     return None

@@ -1,4 +1,4 @@
-"""Operating system locks on open files; a lock ends when the program that holds it ends."""
+"""Operating system locks on open files, which end when the program that holds them ends."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def lock(handle: int) -> bool:
 
 
 def is_sure(handle: int) -> bool:
-    """Lock an open file; return False also on a file system without locks."""
+    """Lock an open file; return False also if the file system has no locks."""
     try:
         _lock(handle)
     except OSError:

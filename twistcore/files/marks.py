@@ -23,7 +23,7 @@ def sha256_of(path: Path) -> str:
 
 
 def file_mark(path: Path) -> str:
-    """Return the SHA-256 of a file, which is read again only if it has changed. Thread-safe."""
+    """Return the SHA-256 of a file, read again only if the file has changed. Thread-safe."""
     state = _state(path)
     known = _marks.get(path)
     if known is not None and known[0] == state:
@@ -36,9 +36,7 @@ def file_mark(path: Path) -> str:
 
 
 def takes_long(path: Path) -> bool:
-    """True if computing a file's mark takes so long that it belongs in a thread; False if
-    missing.
-    """
+    """True if the mark takes so long to compute that it belongs in a thread; False if missing."""
     with suppress(OSError):
         state, known = _state(path), _marks.get(path)
         return path.is_file() and state[0] > _LONG and (known is None or known[0] != state)

@@ -1,4 +1,4 @@
-"""Read regular files only, and nothing that would block or has no end."""
+"""Read regular files only, since others may block or have no end."""
 
 from __future__ import annotations
 
@@ -27,14 +27,12 @@ def read_file(path: Path | str) -> bytes:
 
 
 def read_text_file(path: Path | str) -> str:
-    """Return a UTF-8 file as text, without a byte order mark; raises OSError,
-    UnicodeDecodeError.
-    """
+    """Return a UTF-8 file as text without a byte order mark. Raises OSError, UnicodeDecodeError."""
     return read_file(path).decode("utf-8-sig")
 
 
 def open_to_read(path: Path | str) -> BufferedReader:
-    """Open a file for reading; raises OSError also for a FIFO, a socket or a device.
+    """Open a file for reading. Raises OSError also for a FIFO, a socket or a device.
 
     Descriptors that this process inherited (/dev/stdin, /dev/fd/N, and therefore a shell's `<(…)`)
     may have any type, since another program is at the other end.
@@ -53,7 +51,7 @@ def open_to_read(path: Path | str) -> BufferedReader:
 
 
 def is_there(path: Path | str) -> bool:
-    """True if the path exists; False also if this cannot be determined.
+    """True if the path exists; False if not, or if this cannot be determined.
 
     `Path.exists` raises for a name that is too long and for a folder without access.
     """
@@ -61,15 +59,15 @@ def is_there(path: Path | str) -> bool:
 
 
 def is_file(path: Path | str) -> bool:
-    """True if the path leads to a regular file; False also if this cannot be determined."""
+    """True if the path leads to a regular file; False if not, or if this cannot be determined."""
     return os.path.isfile(path)  # noqa: PTH113
 
 
 def own_folder(find: Callable[[], Path]) -> Path:
     """Return one of the user's folders or, without a home, a path where nothing can be created.
 
-    `find` is a function of platformdirs. Without a home it raises, or in older versions returns a
-    path that begins with '~', which would be created in the current folder.
+    `find` is a function of platformdirs. Without a home it raises an error, or in older versions
+    returns a path that begins with '~', which would be created in the current folder.
     """
     with suppress(RuntimeError):
         if (folder := find()).is_absolute():
@@ -94,7 +92,7 @@ def _was_given(path: Path) -> bool:
 
 
 def check_ordinary(path: Path, mode: int) -> None:
-    """Raise OSError unless the mode belongs to a regular file."""
+    """Raise OSError unless the mode is of a regular file."""
     if refused := _REFUSED.get(stat.S_IFMT(mode)):
         code, why = refused
         raise OSError(code, why, str(path))

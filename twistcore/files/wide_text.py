@@ -12,13 +12,13 @@ _MARKS = (  # the mark of UTF-32 begins like the mark of UTF-16, so it comes fir
     (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
 _WIDTHS = {"utf-16-le": 2, "utf-16-be": 2, "utf-32-le": 4, "utf-32-be": 4}
-_LETTERS = 4  # must be ASCII in a text without a mark: a film may look like one letter
+_LETTERS = 4  # must be ASCII in a text without a mark
 _PRINTED = frozenset(b"\t\n\r") | frozenset(range(32, 127))
 
 
 @dataclass(frozen=True)
 class WideText:
-    """A file's text as UTF-8, including its byte order mark, with the data to write it back.
+    """A file's text as UTF-8, with its byte order mark and the data needed to write it back.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class WideText:
 
 
 def wide_text(data: bytes) -> WideText | None:
-    """Return the text of a file in UTF-16 or UTF-32, with or without a mark; None for other files.
+    """Return the text of a file in UTF-16 or UTF-32, with or without a mark, or None for others.
 
     Raises UnicodeDecodeError if UTF-32 contains a number that is not a character.
     """
@@ -57,13 +57,13 @@ def wide_text(data: bytes) -> WideText | None:
 
 
 def wide_codec(data: bytes) -> str | None:
-    """Return the codec of a text in UTF-16 or UTF-32, from its first bytes; None for others."""
+    """Return the codec of a text in UTF-16 or UTF-32 from its first bytes, or None for others."""
     marked = next((codec for mark, codec in _MARKS if data.startswith(mark)), None)
     return marked or next((codec for codec in _WIDTHS if _is_ascii(data, codec)), None)
 
 
 def wide_instead(data: bytes) -> str | None:
-    """Return a message if the file is in UTF-16 or UTF-32, for readers that accept neither."""
+    """Return a message if the file is in UTF-16 or UTF-32, for readers that do not accept it."""
     codec = wide_codec(data)
     if codec is None:
         return None
@@ -77,7 +77,7 @@ def narrow_head(head: bytes) -> bytes:
 
 
 def _is_ascii(data: bytes, codec: str) -> bool:
-    """True if the first letters of a text without a mark are ASCII in this encoding."""
+    """True if the first characters of a text without a mark are ASCII in this encoding."""
     width = _WIDTHS[codec]
     some = data[: _LETTERS * width]
     if len(some) < _LETTERS * width or 0 not in some:  # a decoder takes a while to load

@@ -1,4 +1,4 @@
-"""A clip as read from a file, with its bytes, its motion, and the way its numbers are rewritten."""
+"""A clip that was read from a file: its bytes, its motion, and how its numbers are rewritten."""
 
 from __future__ import annotations
 
@@ -22,15 +22,13 @@ from twistcore.work.frozen import dataclass
 
 SHORTEST, LONGEST = 1e-4, 1.0  # seconds: range of plausible frame times
 _WARNINGS = 40
-_POSES = 1 << 20  # joints × frames that are always read
+_POSES = 1 << 20  # joints × frames that can always be read
 _JOINTS_A_NUMBER = 2  # the limit for larger files; a figure has nearly three numbers a joint
 
 
 @dataclass(frozen=True)
 class ClipWarning:
-    """An assumption made while reading, as a sentence with its line in the file (from 1) if
-    known.
-    """
+    """An assumption made while reading: a sentence and, if known, its line in the file (from 1)."""
 
     text: str
     line: int | None = None
@@ -40,9 +38,7 @@ class ClipWarning:
 
 
 def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
-    """Return the first warnings and the number of the others, since a damaged file has
-    thousands.
-    """
+    """Return the first warnings and the number of the others, since there may be thousands."""
     if (left := len(warnings) - _WARNINGS) <= 1:
         return list(warnings)
     return [*warnings[:_WARNINGS], ClipWarning(f"{left} more warnings are not shown.")]
@@ -64,7 +60,7 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
 
 @dataclass(frozen=True)
 class ChannelJump:
-    """A step of more than 180° in a written channel that no equivalent angles could avoid.
+    """A step of more than 180° in a written channel, which no equivalent angles could avoid.
 
     The pose is right in every frame, but a program that interpolates the channels between frames
     shows a spin.
@@ -74,7 +70,7 @@ class ChannelJump:
     frame
         The later frame of the step.
     channel
-        Its name, such as 'Zrotation'.
+        The channel's name, such as 'Zrotation'.
     """
 
     joint: str
@@ -104,7 +100,7 @@ class Clip(ABC):
     path : Path
         The file that was read.
     data : bytes
-        Its contents, never changed.
+        The file's contents, never changed.
     skeleton : Skeleton
         Its joints.
     frame_time : float
@@ -112,7 +108,7 @@ class Clip(ABC):
     warnings : tuple of ClipWarning
         Assumptions made while reading.
     declared_frames : int, optional
-        How many frames the file's header declares; None if the format has no such number.
+        The number of frames in the file's header; None if the format has no such number.
 
     Examples
     --------
@@ -144,7 +140,7 @@ class Clip(ABC):
 
     @property
     def companions(self) -> Mapping[str, bytes]:
-        """The files in the same folder that are needed to read this one, by name."""
+        """The files in the same folder that are needed to read this one, keyed by name."""
         return {}
 
     @property
@@ -159,7 +155,7 @@ class Clip(ABC):
 
     @property
     def duration(self) -> float:
-        """Duration in seconds, which is the number of frames times the frame time."""
+        """Duration in seconds: the number of frames times the frame time."""
         return self.frames * self.frame_time
 
     @property
@@ -174,7 +170,7 @@ class Clip(ABC):
 
     @cached_property
     def motion(self) -> Motion:
-        """The motion in the file, computed when it is first used."""
+        """The motion in the file, computed on first use."""
         angles = (self.angles(joint) for joint in range(len(self.skeleton)))
         return replace(self.read_motion(), angle_step=angle_step(angles))
 
@@ -184,7 +180,7 @@ class Clip(ABC):
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of the bytes, by which a session recognises its clip."""
+        """SHA-256 of the file's bytes, by which a session recognises its clip."""
         import hashlib  # slow to load; few commands need it
 
         return hashlib.sha256(self.data).hexdigest()
@@ -195,10 +191,10 @@ class Clip(ABC):
 
     @abstractmethod
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and angles, in radians, (frames, 3); None without three
-        channels.
+        """Return a joint's Euler order and angles in radians, (frames, 3), or None.
 
-        The axes are those of :meth:`as_written`.
+        The result is None for a joint without three channels. The axes are those of
+        :meth:`as_written`.
         """
 
     def as_written(self, joint: int, q: Array) -> Array:
@@ -213,7 +209,7 @@ class Clip(ABC):
         """Return the bytes with the rotations at `changed` (frames, joints) taken from `motion`.
 
         If `positions` is True, also write the positions that differ. All other bytes are kept.
-        Raises ValueError for a joint that the file's channels cannot turn about three axes.
+        Raises ValueError for a joint without channels for three axes in the file.
         """
 
 

@@ -17,11 +17,11 @@ BVH = (".bvh",)  # for studies, which use BVH files only
 def clips_in(
     folder: Path, *, below: bool = False, suffixes: Sequence[str] = CLIP_SUFFIXES
 ) -> list[Path]:
-    """Return the clips of a folder, sorted; none if it is not a folder or cannot be read.
+    """Return the clips of a folder, sorted. The result is empty if the folder cannot be read.
 
     Set `below` to True to include subfolders. `suffixes` are the suffixes of clips, in upper or
     lower case. A broken link is included, so that reading it reports the error. Folders and devices
-    are not included, even with a clip's name, and neither is an .npz with other data.
+    with a clip's name are not included, and neither is an .npz with other data.
     """
     if not folder.is_dir():
         return []
@@ -31,7 +31,7 @@ def clips_in(
 
 
 def no_files_in(folder: Path) -> dict[str, Path]:
-    """Return the FIFOs, sockets and devices with a clip's name in a folder and its subfolders."""
+    """Return the FIFOs, sockets and devices with clip names in a folder and its subfolders."""
     named = (path for path in folder.rglob("*") if path.suffix.lower() in CLIP_SUFFIXES)
     odd = (path for path in sorted(named) if is_there(path) and not _is_file_or_folder(path))
     return {path.relative_to(folder).as_posix(): path for path in odd}
@@ -42,7 +42,7 @@ def _is_file_or_folder(path: Path) -> bool:
 
 
 def clips_by_name(folder: Path, *, suffixes: Sequence[str] = CLIP_SUFFIXES) -> dict[str, Path]:
-    """Return the clips in a folder and its subfolders by relative path, with '/' as separator.
+    """Return the clips in a folder and its subfolders, keyed by relative path with '/'.
 
     Raises TwistError if there is none.
     """
@@ -53,7 +53,7 @@ def clips_by_name(folder: Path, *, suffixes: Sequence[str] = CLIP_SUFFIXES) -> d
 
 
 def kinds_of_clips(suffixes: Sequence[str] = CLIP_SUFFIXES) -> str:
-    """Return the names of formats, 'BVH' or 'BVH or NPZ', for messages about what was expected."""
+    """Return the names of formats for messages about expected files, such as 'BVH or NPZ'."""
     return " or ".join(suffix[1:].upper() for suffix in suffixes)
 
 

@@ -22,8 +22,7 @@ def is_clip(path: str | Path) -> bool:
 
 
 def own_name(path: str | Path) -> str:
-    """Return a prefix for the names of files that belong to a clip, which is unique in its
-    folder.
+    """Return a prefix, unique in the folder, for the names of files that belong to a clip.
 
     For a BVH this is the name without its suffix; for another format it is the whole name, since a
     BVH may be in the same folder: 05_05.bvh has 05_05.twist.json, 05_05.amc has
@@ -34,12 +33,12 @@ def own_name(path: str | Path) -> str:
 
 
 def same_format(one: str | Path, other: str | Path) -> bool:
-    """True if two files have the same format, judged by their names."""
+    """True if two file names belong to the same format."""
     return _format(one) is _format(other)
 
 
 def _format(path: str | Path) -> FormatInfo:
-    """Return the format of a file name; BVH if the suffix is unknown."""
+    """Return the format of a file name, or BVH if the suffix is unknown."""
     formats = known_formats()
     return formats.get(Path(path).suffix.lower(), formats[".bvh"])
 
@@ -55,24 +54,24 @@ def is_other_data(path: str | Path) -> bool:
     """True if a file with a clip's name has no motion, such as an .npz with a body's shape.
 
     Only the archive's directory or the pickle's beginning is read. The result is False for a
-    damaged archive, so that reading it reports the error, and for a device, which might block
-    forever when opened.
+    damaged archive, so that reading it reports the error. The result is also False for a device,
+    which might block forever when opened.
     """
     test = _format(path).without_motion
     return bool(test) and is_file(path) and bool(_named(test)(Path(path)))
 
 
 def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> Clip:
-    """Read a motion file: BVH, AMASS and SMPL (.npz, .pkl) or ASF/AMC, by its suffix.
+    """Read a motion file by its suffix: BVH, AMASS and SMPL (.npz, .pkl) or ASF/AMC.
 
     Parameters
     ----------
     path : str or Path
         The file; a BVH if its suffix is unknown.
     fps : float, optional
-        Frames a second in place of the rate in the file.
+        The frame rate, in frames per second, to use instead of the file's.
     tell : callable, optional
-        Called now and then with the completed share of the work, 0…1.
+        Called repeatedly with the completed share of the work, 0…1.
 
     Returns
     -------
@@ -82,12 +81,12 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None =
     Raises
     ------
     TwistError
-        If the file cannot be read without a guess that would move a joint. A subclass of the
-        format, with the line if known.
+        If the file cannot be read without a guess that would move a joint. The error is of a
+        subclass for the format, with the line if known.
 
     See Also
     --------
-    write_clip : Write it back.
+    write_clip : Write a corrected clip.
 
     Examples
     --------

@@ -25,8 +25,8 @@ class FormatInfo:
     place : int
         Rank in lists, from common to rare.
     without_motion : str
-        As 'module:function', a test whether a file with this suffix has other data; "" for a
-        format whose files are all clips.
+        A function as 'module:function' that returns True if a file with this suffix has other data;
+        "" if all such files are clips.
     companion : str
         The suffix of a file in the same folder that belongs to a clip; "" for none.
     """
@@ -40,7 +40,7 @@ class FormatInfo:
 
 @cache
 def known_formats() -> Mapping[str, FormatInfo]:
-    """Return all registered formats by suffix, in order of rank."""
+    """Return all registered formats, keyed by suffix, in order of rank."""
     folder = import_module("twistcore.formats.known")
     names = [module.name for module in iter_modules(folder.__path__)]
     infos = [import_module(f"{folder.__name__}.{name}").FORMAT for name in names]
@@ -48,7 +48,7 @@ def known_formats() -> Mapping[str, FormatInfo]:
 
 
 CLIP_SUFFIXES = tuple(known_formats())
-# Other motion formats, by suffix: none of them can be written.
+# Other motion formats, keyed by suffix. None of them can be written.
 _OTHERS: Mapping[str, str] = MappingProxyType(
     {
         ".fbx": "FBX",
@@ -76,13 +76,13 @@ _OTHERS: Mapping[str, str] = MappingProxyType(
 
 
 def clip_suffix(name: PurePath | str) -> str:
-    """Return the suffix of a clip's name in lower case; '' for other names."""
+    """Return the suffix of a clip's name in lower case, or '' for other names."""
     suffix = PurePath(name).suffix.lower()
     return suffix if suffix in CLIP_SUFFIXES else ""
 
 
 def other_format(name: PurePath | str) -> str:
-    """Return the name of an unsupported motion format by its suffix; '' for any other suffix."""
+    """Return the name of an unsupported motion format by its suffix, or '' for other suffixes."""
     return _OTHERS.get(PurePath(name).suffix.lower(), "")
 
 

@@ -1,4 +1,4 @@
-"""QuaMo, the optional quaternion tracking of noisy motion [Le26] after the review of twist
+"""QuaMo: optional tracking of noisy motion with quaternions [Le26], after the review of twist
 errors.
 
 The tracker runs causally, frame by frame (`Tracker`, `track`), or without lag over a whole clip

@@ -2,8 +2,8 @@
 
 Each network has two layers (linear, LayerNorm, LeakyReLU) and one linear head. A linear path from
 the inputs to the bias keeps joints still that hardly turn. Poses are relative to the parent, and
-errors and velocities are relative to the body's heading. No input is a position in the room. There
-are separate gains for each axis of the 24 joints and of the root's position.
+errors and velocities are relative to the body's heading. No input is a position in world space.
+There are separate gains for each axis of the 24 joints and of the root's position.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ ROOT_KP, ROOT_KD, ROOT_BIAS = 400.0, 30.0, 10.0
 ERROR_SCALE, OMEGA_SCALE = 5.0, 0.3  # scales the inputs to about 1
 SLOPE = 0.01  # slope of LeakyReLU below 0
 EPSILON = 1e-5  # ε of LayerNorm
-START_SCALE = 0.1  # radians and metres by which InitNet may move the start, times its output
+START_SCALE = 0.1  # radians and metres per unit of InitNet's output, to move the start
 
 _VECTOR = 3 * JOINTS
 _POSE = _VECTOR - 3
@@ -60,8 +60,8 @@ VARIANTS = {
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A network, with its weights by name (float32) and the variant (one of VARIANTS) that was
-    trained.
+    """A network: its weights, keyed by name (float32), and the variant (one of VARIANTS) of its
+    training.
 
     `note` is a line about the origin of the weights (data, seed, epochs), which is stored in the
     file.
@@ -82,7 +82,7 @@ class Network:
         return len(self.weights["control.b1"])
 
     def started(self, q_hat: Array, r_hat: Array) -> NetworkController:
-        """Return a controller for a clip. `q_hat` and `r_hat` are the clip's first one or two
+        """Return a controller for a clip with `q_hat` and `r_hat` as its first one or two
         references.
         """
         return NetworkController(self, q_hat[:2], r_hat[:2])
@@ -98,13 +98,13 @@ class NetworkController(Controller):
         self.network, self._q, self._r = network, q_hat, r_hat
 
     def both_ways(self, q_two: Array, r_two: Array) -> NetworkController:
-        """Return a controller that starts at both ends of the clip, to run forward and backward."""
+        """Return a controller that starts at both ends of the clip and runs forward and
+        backward.
+        """
         return self.network.started(q_two, r_two)
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """Return the initial state (q0, ω0, r0, v0) with q0 = Exp(φ) ⊗ q̂0, where φ comes from
-        InitNet.
-        """
+        """Return the initial state (q0, ω0, r0, v0): q0 = Exp(φ) ⊗ q̂0, with φ from InitNet."""
         if len(self._q) < 2:
             return super().start(q_hat, r_hat)
         w = self.network.weights
@@ -134,7 +134,7 @@ class NetworkController(Controller):
         )
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Return the gains of a step, only at 25 Hz, the rate that the networks were trained at."""
+        """Return the gains of a step. The step must be at 25 Hz, the rate of the training."""
         if abs(dt - NETWORK_DT) > 1e-6:
             raise UnstableGainsError(f"learned gains work at 25 Hz, not at {1.0 / dt:g}")
         w = self.network.weights
@@ -184,7 +184,7 @@ def pose_inputs(q: Array) -> Array:
     """Return vec(±q) of the 23 joints below the root, (…, 24, 4) -> (…, 69).
 
     The root's tilt is left out, because the network would learn something from it that is wrong for
-    people who bend and lie differently from the training subjects.
+    people who bend and lie in other ways than the training subjects.
     """
     return _flat(short_vector(q[..., 1:, :]))
 
@@ -192,15 +192,13 @@ def pose_inputs(q: Array) -> Array:
 def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
     """Standardise pose inputs with their mean and standard deviation in the training data.
 
-    One degree then counts for more in a joint that hardly turns than in one that turns far.
+    One degree then has more weight in a joint that hardly turns than in a joint that turns far.
     """
     return (pose - w["pose.mean"]) / w["pose.scale"]
 
 
 def root_heading(root: Array) -> tuple[Array, Array]:
-    """Return (cos ψ, sin ψ) of the heading, which is the root's z axis projected onto the
-    ground.
-    """
+    """Return (cos ψ, sin ψ) of the heading, the root's z axis projected onto the ground."""
     w, x, y, z = (root[..., i] for i in range(4))
     sideways, ahead = 2 * (x * z + w * y), 1 - 2 * (x * x + y * y)
     length = np.maximum(np.hypot(sideways, ahead), 1e-6)
@@ -246,7 +244,7 @@ def _perceptron(w: Mapping[str, Float32], name: str, inputs: Array) -> Array:
 
 
 def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
-    """Return the shape of every array of a network, by name."""
+    """Return the shape of every array of a network, keyed by name."""
     shapes: dict[str, tuple[int, ...]] = {
         "init.share": (2,),
         "pose.mean": (_POSE,),
@@ -266,7 +264,7 @@ def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
 def untrained(width: int, init_width: int, rng: np.random.Generator, variant: str) -> Network:
     """Return a network with random hidden layers and heads that give the hand-tuned gains.
 
-    κA starts at 20, since a sigmoid cannot be 0; everything else is as in :class:`Gains`.
+    κA starts at 20, since a sigmoid cannot be 0; all other gains are the same as in :class:`Gains`.
     """
     weights: dict[str, Float32] = {}
     for name, shape in weight_shapes(width, init_width).items():
@@ -292,7 +290,10 @@ def untrained(width: int, init_width: int, rng: np.random.Generator, variant: st
 
 
 def write_network(network: Network, path: Path) -> None:
-    """Write the weights as float16, atomically, and with the same bytes for the same network."""
+    """Write the weights as float16, atomically and reproducibly.
+
+    The same network always gives the same bytes.
+    """
     buffer = io.BytesIO()
     arrays = {name: values.astype(np.float16) for name, values in network.weights.items()}
     arrays["variant"] = np.array(network.variant)
@@ -301,13 +302,13 @@ def write_network(network: Network, path: Path) -> None:
         for name, values in arrays.items():
             member = io.BytesIO()
             np.save(member, values)
-            # With a fixed time stamp the bytes depend on the weights alone.
+            # With a fixed time stamp, the bytes depend only on the weights.
             archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue())
     write_atomically(path, buffer.getvalue())
 
 
 def read_network(path: Path) -> Network:
-    """Read and check weights; raise FormatError if the file does not contain such a network."""
+    """Read and check weights. Raises FormatError if the file does not contain such a network."""
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}

@@ -1,6 +1,4 @@
-"""Split a clip at its cuts into captures, because a method that looks ahead must not look across
-cuts.
-"""
+"""Split a clip at its cuts, which a method that looks ahead must not look across."""
 
 from __future__ import annotations
 
@@ -23,7 +21,7 @@ def cuts_behind(motion: Motion, first: int) -> NDArray[np.int64]:
 
 
 def pieces(motion: Motion, first: int) -> tuple[tuple[int, int], ...]:
-    """Return the captures [start, stop) in order, from frame `first` on; usually there is only one.
+    """Return the captures [start, stop) from frame `first` on, in order; usually there is only one.
 
     A single frame next to a cut is not a capture, and neither is a rest pose held until the clip's
     end.

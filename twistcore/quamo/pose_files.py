@@ -1,6 +1,4 @@
-"""Read pose files as named arrays, from .npz files, and from pickles without executing their
-code.
-"""
+"""Read pose files as named arrays, from .npz files or pickles, without running their code."""
 
 from __future__ import annotations
 
@@ -19,9 +17,9 @@ from twistcore.formats.npz.archive import LARGEST, npy_header, open_archive, roo
 from twistcore.formats.npz.pickled_arrays import Unreadable, read_pickle
 
 SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
-_DICTIONARY = 1 << 27  # bytes; the largest default of xz needs half of this
+_DICTIONARY = 1 << 27  # bytes; twice as much as the largest default of xz needs
 _CONVERT = "save its arrays by name with numpy.savez"
-# Compressions of joblib by their first bytes; gzip is zlib with another header.
+# Compressions of joblib, keyed by their first bytes. gzip is zlib with another header.
 _COMPRESSED: tuple[tuple[bytes, Callable[[], Any]], ...] = (
     (b"\x78", zlib.decompressobj),
     (b"\x1f\x8b", lambda: zlib.decompressobj(31)),
@@ -36,12 +34,12 @@ class PosesError(TwistError):
 
 
 def holds_poses(path: Path) -> bool:
-    """True if the file's name has a suffix of pose files; all other files are read as BVH."""
+    """True if the file's name has a suffix of pose files. All other files are read as BVH."""
     return path.suffix.lower() in SUFFIXES
 
 
 def read_names(path: Path) -> dict[Any, Any]:
-    """Return a file's contents by name, as arrays, dicts, lists, strings and numbers.
+    """Return a file's contents, keyed by name, as arrays, dicts, lists, strings and numbers.
 
     Pickles, also those of dicts inside an .npz, are read without running code
     (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Raises PosesError, OSError.
@@ -82,7 +80,7 @@ def described(value: Any) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a name shortened and on one line, for use in a message."""
+    """Return a name for a message, shortened and on one line."""
     return "".join(c if c.isprintable() else "?" for c in text[:1000])
 
 

@@ -1,4 +1,4 @@
-"""Read one person's poses on SMPL's joints from the layouts that pose estimators write."""
+"""Read one person's poses of SMPL's joints from the layouts that pose estimators write."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from twistcore.skeleton.rotation import Array
 
 Names: TypeAlias = dict[Any, Any]
 RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")
-# Poses of all joints in one array, the root's place, and the axis that points up. World coordinates
-# are preferred to camera coordinates, whose y points down.
+# Poses of all joints in one array, the root's position, and the axis that points up. World
+# coordinates are preferred to camera coordinates, in which y points down.
 _WHOLE = (
     ("pose_world", "trans_world", "y"),
     ("poses", "trans", "z"),
@@ -25,17 +25,17 @@ _WHOLE = (
     ("pred_rotmat", "pred_trans", "-y"),
 )
 _ROOT, _BODY = ("global_orient", "root_orient"), ("body_pose", "pose_body")
-# Relative to a camera with an assumed focal length: the depth may be tens of metres, and jump.
+# Relative to a camera with an assumed focal length: the depth may be tens of metres, and may jump.
 _CAMERA = ("pred_cam_t", "cam_t", "camera")
 _PLACE = ("transl", "trans", "cam_trans", *_CAMERA)
 _FRAMES = ("frame_ids", "frame")
 _ROWS_AT = "reorganize_idx"  # the frame number of each row
 _UP = "up"  # the up axis of the layout that contains the names
 _COUNTS = (24, 22, 52, 55)  # joints: SMPL; without hands; SMPL-H; SMPL-X
-_BODY_JOINTS = 22  # before the hands, the same in all layouts
+_BODY_JOINTS = 22  # without the hands, the same in all layouts
 _NUMERIC = (np.ndarray, np.generic, float, int)
 _MOST = 1_000_000  # frames; hours of video
-_UNSEEN = 100_000  # missing frames between given ones: an hour
+_UNSEEN = 100_000  # maximum of missing frames between given ones: an hour
 _PERSONS = 10_000
 
 
@@ -95,7 +95,7 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
 
 
 def _persons(path: Path, names: Names, *, inside: bool = False) -> dict[Any, Names]:
-    """Return each person's arrays by the person's number; the key is None if there is no number.
+    """Return each person's arrays, keyed by the person's number, or None if there is no number.
 
     `inside` is True for the contents of a dict within the file's dict. At most one such dict is
     opened, since a dict in a pickle may contain itself.
@@ -128,7 +128,7 @@ def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
     """Split arrays into persons along the first axis, which the root's position must also have.
 
     A second axis of length 1 means a single frame of each person if the whole-body poses have it
-    too, since no body has only one joint. If they do not have it, it is ignored.
+    too, since no body has only one joint. In other arrays this axis is ignored.
     """
     place = names.get(_first(names, _PLACE) or "")
     if not isinstance(place, np.ndarray) or place.ndim != 3:
@@ -154,7 +154,7 @@ def _check_persons(path: Path, count: int) -> None:
 
 
 def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
-    """Split rows of mixed persons and frames by person, preferring world positions and headings."""
+    """Split rows of mixed persons and frames by person, preferably in world coordinates."""
     wanted = ("smpl_thetas", "world_trans", "world_global_rots", "cam_trans", "track_ids", _ROWS_AT)
     arrays = {n: _numbers(path, names, n) for n in wanted if n in names}
     rows = len(arrays["smpl_thetas"]) if arrays["smpl_thetas"].ndim else 0
@@ -176,7 +176,7 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
     _check_persons(path, len(persons))
     every = np.split(np.argsort(which, kind="stable"), np.cumsum(counts)[:-1])
     for who, own in zip(persons, every, strict=True):
-        # The world is the first camera's: y points down, as in camera coordinates.
+        # The world is the first camera's, so y points down, as in camera coordinates.
         record = {"pose": poses[own], "trans": place[own]}
         at = arrays[_ROWS_AT][own, 0] if _ROWS_AT in arrays else None
         out[f"{who:g}"] = record if at is None else {**record, "frame_ids": at}
@@ -186,7 +186,7 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
 def _by_frames(names: Names) -> dict[Any, Names]:
     """Split a list with one entry per frame into persons.
 
-    A person gets only the frames in which the person was seen, without repeated last poses.
+    The frames of a person are those in which the person was seen, without repeated last poses.
     """
     out: dict[Any, Names] = {}
     for k, frame in enumerate(names.values()):
@@ -221,7 +221,7 @@ def _frames(names: Names) -> int:
 
 
 def _poses(path: Path, names: Names) -> Poses:
-    """Return one person's poses; a PosesError names the array and, if possible, the frame."""
+    """Return one person's poses. Raises PosesError with the array and, if possible, the frame."""
     notes: list[str] = []
     up: str | None
     rows = [row for row in _WHOLE if row[0] in names]
@@ -274,7 +274,7 @@ def _poses(path: Path, names: Names) -> Poses:
 
 
 def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
-    """Return the poses with one row for every frame from the first to the last frame number."""
+    """Return the poses with one row for each frame from the first to the last frame number."""
     ids = _numbers(path, names, numbered).ravel()
     if len(ids) != len(poses.rotations):
         raise PosesError(
@@ -304,7 +304,7 @@ def _first(names: Names, wanted: tuple[str, ...]) -> str | None:
 
 
 def _numbers(path: Path, names: Names, name: str) -> Array:
-    """Return the named array as float64, stacking a list of arrays of one shape."""
+    """Return the named array as float64. A list of arrays of one shape is stacked."""
     found = names.get(name)
     if found is None:
         raise PosesError(f"{path}: expected the array {name!r}, found {described(names)}")

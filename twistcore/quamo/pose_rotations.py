@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from twistcore.quamo.pose_files import PosesError
 from twistcore.skeleton.rotation import Array, exponential
 
-# How far RᵀR may be from I: by rounding, without a note; and for the nearest rotation to be right.
+# Distance of RᵀR from I that rounding explains without a note, and the largest for which the
+# nearest rotation is right.
 _SILENT, _SAID = 1e-3, 0.05
 
 
@@ -51,7 +52,7 @@ def pose_rotations(
 
 
 def check_finite(path: Path, name: str, values: Array) -> None:
-    """Raise PosesError that names the frame if a number is NaN, infinite or absurdly large."""
+    """Raise PosesError with the frame if a number is NaN, infinite or absurdly large."""
     good = np.abs(values) < 1e6
     if not good.all():
         frame = int(np.argwhere(~good)[0, 0])

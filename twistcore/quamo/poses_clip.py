@@ -1,4 +1,4 @@
-"""Make a clip from poses on SMPL's joints, as AMASS and video pose estimators write them."""
+"""Make a clip from poses of SMPL's joints, as AMASS and video pose estimators write them."""
 
 from __future__ import annotations
 
@@ -87,17 +87,17 @@ def _on_skeleton(
     try:
         offsets = find_topology(source).offsets
         offsets = metres_per_unit(source, unit) * offsets
-        offsets[0] = 0.0  # a template's rest position of the root is not a place in the room
+        offsets[0] = 0.0  # a template's rest position of the root is not a position in world space
         change = rest_change(offsets, given)
     except TwistError as error:
         raise PosesError(f"{template}: {error}") from None
     if given is not None:
-        offsets[0] = given[0]  # SMPL's rest position is
+        offsets[0] = given[0]  # but SMPL's rest position is
     return offsets, change.carried(poses.rotations), change.notes
 
 
 def _upwards(poses: Poses, asked: str | None) -> tuple[str, tuple[str, ...]]:
-    """Return the axis that points up, and notes if it had to be assumed or seems wrong."""
+    """Return the axis that points up, and notes if it was assumed or seems wrong."""
     # The pelvis's own up direction, the second axis of SMPL's rest pose, over the clip.
     mean = rotate(poses.rotations[:, 0], np.array([0.0, 1.0, 0.0])).mean(axis=0)
     along = {"y": mean[1], "z": mean[2], "-y": -mean[1]}

@@ -10,9 +10,7 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, slerp
 
 
 def sample_times(frames: int, dt: float) -> Array:
-    """Return the times of the 25 Hz samples of a clip in (usually fractional) frames,
-    (samples,).
-    """
+    """Return the times of a clip's 25 Hz samples, usually in fractional frames, (samples,)."""
     count = int(np.floor((frames - 1) * dt / NETWORK_DT + 1e-9)) + 1
     times: Array = np.minimum(np.arange(count) * (NETWORK_DT / dt), float(frames - 1))
     return times
@@ -32,7 +30,7 @@ def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
 def corrected(
     q: Array, r: Array, times: Array, q_in: Array, r_in: Array, q_out: Array, r_out: Array
 ) -> tuple[Array, Array]:
-    """Return the clip with the samples' corrections q_out ⊗ q_in* and r_out − r_in applied.
+    """Apply the samples' corrections q_out ⊗ q_in* and r_out − r_in to the clip.
 
     The correction is interpolated between samples, so a frame must wait for the next sample; after
     the last sample the correction stays constant. Motion faster than 12.5 Hz stays in the clip.

@@ -8,12 +8,12 @@ from twistcore.quamo.state_space import Gains
 from twistcore.quamo.tracker import HandGains, track
 from twistcore.skeleton.rotation import quaternion_from_axis_angle
 
-_STEP = np.radians(30.0)  # small enough to be linear, and a realistic step for a joint
+_STEP = np.radians(30.0)  # small enough for a linear response, and a realistic step of a joint
 _FRAMES = 200
 
 
 def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
-    """Return the lags of a joint and of the root's position behind a steady motion, in seconds.
+    """Return the lags in seconds of a joint and of the root's position behind a steady motion.
 
     A joint lags by 2κD/κP − Δt, since the error of a rotation is sin(θ/2), and the root's position
     by κD/κP − Δt. If gains differ, the largest lag is returned. The lag is infinite if κP is 0.
@@ -27,7 +27,7 @@ def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
 def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
     """Return the overshoots of a joint and of the root at a step in a causal pass, as fractions.
 
-    The joint makes a step of 30°. Gains must be numbers, the same for every joint. Raises
+    The joint makes a step of 30°. Gains must be numbers that are the same for every joint. Raises
     UnstableGainsError if they diverge.
     """
     angle = np.where(np.arange(_FRAMES) > 0, _STEP, 0.0)
@@ -39,11 +39,10 @@ def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
 
 
 def response_words(name: str, late: float, over: float) -> str:
-    """Describe how a causal pass follows `name`. `late` is the lag in seconds, and `over` is the
-    overshoot.
+    """Describe how a causal pass follows `name`.
 
-    A pass at a few frames per second runs ahead of a steady motion. With κP = 0, it does not
-    follow.
+    `late` is the lag in seconds, and `over` is the overshoot. A pass at a few frames per second
+    runs ahead of a steady motion. With κP = 0, it does not follow.
     """
     if not np.isfinite(late):
         return f"{name} does not follow, because κP is 0"

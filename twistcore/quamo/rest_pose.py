@@ -34,8 +34,8 @@ from twistcore.skeleton.rotation import (
 )
 
 _X, _Y, _Z = np.eye(3)
-# The joint, its child, the direction of the bone between them in the T-pose, the angle up to which
-# it is not turned (degrees; in SMPL itself feet point down by some 25), and the largest angle for
+# The joint, its child, the direction of the bone between them in the T-pose, the angle within which
+# it is not turned (degrees; in SMPL itself, feet point down by some 25), and the largest angle for
 # which the direction of the turn is certain.
 _LIMBS = (
     *((j, j + 3, -_Y, 8.0, 60.0) for j in (1, 2, 4, 5)),
@@ -46,7 +46,7 @@ _LIMBS = (
 )  # fmt: skip
 _HIPS, _CHEST, _HEAD = (1, 2), 9, 15
 _ASKEW = 30.0  # degrees between the body's own axes and those of the file
-_SHORT = 1e-6  # share of the body's size that is too short to have a direction
+_SHORT = 1e-6  # share of the body's size below which a bone has no direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
         if rest is not None and np.linalg.norm(rest[below]) > 0.0:
             wanted, tolerance = normalise(rest[below]), 0.0
         length = float(np.linalg.norm(offsets[below]))
-        if length <= _SHORT * size:  # no bone here: it turns with the one above
+        if length <= _SHORT * size:  # without a bone here, it turns with the joint above
             if parent in own:
                 turns[j] = turns[parent]
             continue
@@ -127,7 +127,7 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
 
 
 def _body(offsets: Array) -> Array:
-    """Return the quarter turns, (4,), that make the rest pose stand upright along y and face z."""
+    """Return the quarter turns, (4,), that make the rest pose upright along y and facing z."""
     places = np.zeros((JOINTS, 3))
     for j, parent in enumerate(PARENTS):
         places[j] = (places[parent] + offsets[j]) if parent >= 0 else 0.0
@@ -178,7 +178,7 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _shortest(a: Array, b: Array) -> Array:
-    """Return the smallest rotation from unit vector a to b, (4,), which must not be opposite."""
+    """Return the smallest rotation from unit vector a to b, (4,). They must not be opposite."""
     axis = np.cross(a, b)
     size = float(np.linalg.norm(axis))
     if size == 0.0:

@@ -26,15 +26,14 @@ from twistcore.skeleton.rotation import Array, continuous, normalise
 
 # Hz at 25 Hz; chosen on the training subjects by `python -m benchmarks.quamo_tune_rivals FOLDER`.
 CUTOFF = 4.0
-PLACE_SHARE = 0.75  # cut-off of the root's place relative to that for rotations: 3 Hz
+PLACE_SHARE = 0.75  # cut-off for the root's position relative to the cut-off for rotations: 3 Hz
 _HIGHEST_USUAL = 0.4  # usual cut-off times frame time
 _LOWEST = 1e-3  # cut-off times frame time
 _SECOND = np.array([1.0, -2.0, 1.0])  # the second difference
 
 
 def usual_cutoff(dt: float) -> float:
-    """Return the default cut-off for a frame time, such as 4 Hz at 25 fps, 5 at 60, and 5.9 at
-    120.
+    """Return the default cut-off for a frame time: 4 Hz at 25 fps, 5 at 60, and 5.9 at 120.
 
     The noise in a frame is assumed to be the same at any rate. With more frames per second, each
     frame's noise then matters less, in proportion to Δt. The best weight of the spline's roughness,
@@ -45,11 +44,11 @@ def usual_cutoff(dt: float) -> float:
 
 
 def smoothed(values: Array, cutoff: float, dt: float) -> Array:
-    """Return the smoothing spline of values over time, (frames, …), with frame time dt in
-    seconds.
+    """Return the smoothing spline of values over time, (frames, …), with frame time dt in seconds.
 
-    Fewer than three frames are returned unchanged. Raises TwistError if the cut-off (Hz) is below a
-    thousandth of the frame rate, where rounding would distort the result, or not below half of it.
+    Fewer than three frames are returned unchanged. Raises TwistError if the cut-off (Hz) is at
+    least half of the frame rate, or below a thousandth of it, where rounding would distort the
+    result.
     """
     frames = len(values)
     if frames < 3:

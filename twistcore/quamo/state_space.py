@@ -1,5 +1,4 @@
-"""One step of the state-space model of quaternions, angular velocities, root position and
-velocity.
+"""One step of the state-space model: quaternions, angular velocities, root position and velocity.
 
 Equation numbers are those of [Le26], arXiv:2601.19580. All units are SI (seconds, in radians,
 metres or the clip's length unit), and quaternions are scalar first. Angular velocities are in the
@@ -20,11 +19,12 @@ EXACT, FIRST_ORDER = "exact", "first-order"
 
 @dataclass(frozen=True, eq=False)
 class Gains:
-    """Gains of the meta-PD controller; each is a number or an array that broadcasts.
+    """Gains of the meta-PD controller. Each is a number or an array that broadcasts.
 
-    kp (1/s²), kd (1/s), ka (rad/s² for a difference of 1 in vec at 25 Hz) and bias (rad/s²) act on
-    rotations, shape (…, joints, 3); root_kp, root_kd and root_bias (length/s²) act on the root's
-    position, shape (…, 3). `clip` is the upper limit of the size of each component of ω, in rad/s.
+    - kp (1/s²), kd (1/s), ka (rad/s² for a difference of 1 in vec at 25 Hz) and bias (rad/s²) act
+      on rotations, shape (…, joints, 3)
+    - root_kp, root_kd and root_bias (length/s²) act on the root's position, shape (…, 3)
+    - clip is the largest size of each component of ω, in rad/s
     """
 
     kp: Array | float = 600.0
@@ -38,8 +38,7 @@ class Gains:
 
     @classmethod
     def by_hand(cls, dt: float, *, causal: bool = True) -> Gains:
-        """Return the hand-tuned gains for a frame time in seconds, which are stiffer at higher
-        frame rates.
+        """Return the hand-tuned gains for a frame time in seconds; stiffer at higher frame rates.
 
         The gains are the defaults at 25 Hz, and κP/s² and κD/s with s = 0.3 + 0.7 Δt/0.04 s at
         other rates. A joint that turns steadily is 2κD/κP − Δt behind its reference, which is 10 ms
@@ -69,12 +68,12 @@ class AccelerationTerms:
 
 
 def short_vector(q: Array) -> Array:
-    """Return vec(±q), sin(θ/2) times the axis, with the sign for which w ≥ 0, (…, 4) -> (…, 3)."""
+    """Return vec(±q), sin(θ/2) times the axis, with the sign that makes w ≥ 0, (…, 4) → (…, 3)."""
     return np.where(q[..., :1] < 0.0, -q[..., 1:], q[..., 1:])
 
 
 def aligned(q_hat: Array, q: Array) -> Array:
-    """Return q̂ or −q̂, whichever is in q's hemisphere, since both describe the same reference."""
+    """Return q̂ or −q̂, the one in q's hemisphere, since both describe the same reference."""
     dot = np.einsum("...i,...i->...", q_hat, q)
     return np.where(dot[..., None] < 0.0, -q_hat, q_hat)
 
@@ -99,9 +98,7 @@ def angular_acceleration(
 
 
 def increment(q_hat: Array, before: Array) -> Array:
-    """Return δ = vec(±(q̂(t+1) ⊗ q̂(t)*)), (…, 3), which is the axis times sin(θ/2) of a reference
-    step.
-    """
+    """Return δ = vec(±(q̂(t+1) ⊗ q̂(t)*)), (…, 3): the axis of a reference step times sin(θ/2)."""
     return short_vector(multiply(q_hat, conjugate(before)))
 
 

@@ -13,9 +13,9 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
 from twistcore.work.frozen import dataclass
 
-CMU_UNIT = 0.056444  # metres: lengths of CMU's skeletons are inches divided by 0.45
+CMU_UNIT = 0.056444  # metres: lengths in CMU's skeletons are inches divided by 0.45
 
-# SMPL's order, so that its poses need no reordering, each with the corresponding joint of CMU.
+# SMPL's order, so that its poses need no reordering; each with the corresponding joint of CMU.
 SMPL_NAMES, PARENTS = BODIES[24].names, tuple(BODIES[24].parents.tolist())
 CMU_NAMES = (
     "Hips", "LeftUpLeg", "RightUpLeg", "LowerBack", "LeftLeg", "RightLeg", "Spine",
@@ -37,8 +37,8 @@ class Topology:
     joints
         Index of each of the 24 joints in that skeleton.
     folded
-        For each of the 24, the joints between it and its parent among the 24, from the top (their
-        rotations are combined with its own).
+        For each of the 24 joints, the joints between it and its parent among the 24, from the top.
+        Their rotations are combined with the joint's own.
     """
 
     joints: NDArray[np.int64]
@@ -63,9 +63,7 @@ class Topology:
         return out
 
     def restored(self, reduced: Array, rotations: Array) -> Array:
-        """Return the whole skeleton's rotations that reduce to `reduced`; other joints keep
-        theirs.
-        """
+        """Return the skeleton's rotations that reduce to `reduced`; other joints keep theirs."""
         out = rotations.copy()
         for k, (joint, above) in enumerate(zip(self.joints, self.folded, strict=True)):
             q = reduced[:, k]
@@ -76,7 +74,7 @@ class Topology:
 
 
 def find_topology(skeleton: Skeleton) -> Topology:
-    """Find the 24 joints by CMU's or SMPL's names.
+    """Find the 24 joints by the names of CMU or SMPL.
 
     Raises TwistError if one is missing, or if the hierarchy is different.
     """
@@ -110,7 +108,7 @@ def _topology(skeleton: Skeleton, names: tuple[str, ...]) -> Topology:
 
 
 def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
-    """Return the metres per unit of a skeleton, from the given number or for a CMU skeleton.
+    """Return the metres per unit of a skeleton: `unit` if given, or the value for CMU's skeletons.
 
     Raises TwistError if the unit is unknown because the joint names are not CMU's or the height in
     metres would be impossible for a person.
@@ -129,7 +127,7 @@ def skeleton_24(offsets: Array) -> Skeleton:
 
 
 def places_24(offsets: Array, q: Array, r: Array) -> Array:
-    """Return joint positions, (…, 24, 4), (…, 3) -> (…, 24, 3), in the unit of offsets and r."""
+    """Return joint positions, (…, 24, 4), (…, 3) → (…, 24, 3), in the unit of offsets and r."""
     turned = np.empty(q.shape)
     out = np.empty((*q.shape[:-1], 3))
     for k, parent in enumerate(PARENTS):

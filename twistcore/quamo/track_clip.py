@@ -29,7 +29,7 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody, part
 
-_STILL = 1e-4  # largest rounding error of a quaternion, or of a place relative to its longest way
+_STILL = 1e-4  # rounding error of a quaternion, or of a position relative to its range
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class TrackedMotion:
     Attributes
     ----------
     snapped
-        Joints that were set onto the input.
+        Joints that were reset to the input.
     apart
         Joints whose rotations in the two passes differ by more than 90°. Both masks have the shape
         (frames, joints of the skeleton).
@@ -49,7 +49,7 @@ class TrackedMotion:
     at
         Time of each step, in frames of the clip (fractional at 25 Hz).
     joints
-        Index in the skeleton of each joint of a step.
+        The skeleton's index of each joint in a step.
     """
 
     motion: Motion
@@ -81,7 +81,7 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
 def joints_of_24(
     skeleton: Skeleton, joints: NDArray[np.int64], *, strict: bool
 ) -> NDArray[np.int64]:
-    """Return the joints that the networks can track; if strict, raise TwistError for any other."""
+    """Return the joints that the networks can track. If strict, raise TwistError for any other."""
     known = find_topology(skeleton).joints
     if strict and (other := np.setdiff1d(joints, known)).size:
         name = skeleton.names[int(other[0])]
@@ -90,12 +90,12 @@ def joints_of_24(
 
 
 def placed_joint(motion: Motion) -> int | None:
-    """Return the joint that positions the figure, the topmost moving joint above half of the
+    """Return the joint that positions the figure: the topmost moving joint above half of the
     joints.
 
     This joint is usually the root, but in some rigs the root is still and the hips below it move.
     If no such joint moves, the root is returned, or None if it has no position channels. Movement
-    in a T-pose at an end of the clip or across a cut does not count.
+    in a T-pose at an end of the clip or across a cut is ignored.
     """
     skeleton = motion.skeleton
     carried = np.ones(len(skeleton), dtype=np.int64)  # joints in the subtree, including its top
@@ -126,7 +126,7 @@ def check_place(motion: Motion, *, learned: bool = False) -> None:
 def untracked_names(
     motion: Motion, joints: NDArray[np.int64], placed: int | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the untracked joints that turn, and of the untracked joints that move.
+    """Return the names of the untracked joints that turn and of the untracked joints that move.
 
     `joints` are the joints whose rotation is tracked or smoothed. `placed` is the joint whose
     position is tracked, or None.
@@ -176,9 +176,9 @@ def track_by_hand(
         False to run forward and backward (:func:`track_both_ways`) in each of :func:`pieces`
         separately.
     place
-        True to track also the position of :func:`placed_joint`, if there is one.
+        True to track the position of :func:`placed_joint` too, if there is one.
     first
-        The first frame to track (earlier frames, such as a T-pose, are unchanged).
+        The first frame to track. Earlier frames, such as a T-pose, are unchanged.
     tell
         Called with the completed share.
     """
@@ -271,12 +271,11 @@ def smooth_clip(
     place: bool = False,
     first: int = 0,
 ) -> Motion:
-    """Smooth each of :func:`pieces` with a spline, which needs the whole clip, instead of a
-    tracker.
+    """Smooth each of :func:`pieces` with a spline, which replaces the tracker.
 
-    `cutoff` is the cut-off for rotations in Hz, by default :func:`usual_cutoff`; the position uses
-    three quarters of it. The other parameters are those of :func:`track_by_hand`. Raises TwistError
-    if the cut-off does not fit the clip's rate.
+    The spline needs the whole clip. `cutoff` is the cut-off for rotations in Hz, by default
+    :func:`usual_cutoff`; the position uses three quarters of it. The other parameters are those of
+    :func:`track_by_hand`. Raises TwistError if the cut-off does not fit the clip's rate.
     """
     dt, placed = motion.frame_time, placed_joint(motion) if place else None
     cutoff = usual_cutoff(dt) if cutoff is None else cutoff
@@ -305,7 +304,7 @@ class _Piece:
 
 
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
-    """Return the spans to track, which is only one if causal, since a stream reveals no cuts."""
+    """Return the spans to track. A causal pass has only one, since a stream reveals no cuts."""
     return ((first, motion.frames),) if causal else pieces(motion, first)
 
 
@@ -318,8 +317,9 @@ def _tracked(
     placed: int | None,
     tell: Tell,
 ) -> TrackedMotion:
-    """Return the motion tracked by `run`. `joints` are the joints to write, and `stepped` are the
-    joints of a step.
+    """Return the motion tracked by `run`.
+
+    `joints` are the joints to write, and `stepped` are the joints of a step.
     """
     snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     apart = np.zeros_like(snapped)
@@ -355,7 +355,7 @@ def _written(
     placed: int | None,
     parts: Sequence[tuple[int, Array, Array]],
 ) -> Motion:
-    """Return the motion with each part's rotations and positions from its first frame on."""
+    """Return the motion with the rotations and positions of each part."""
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
     for start, q, r in parts:
         rotations[start : start + len(q), joints] = q

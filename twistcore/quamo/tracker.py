@@ -27,17 +27,17 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 LOST_AFTER = 5  # frames
-LOST_COSINE = np.cos(np.radians(90.0) / 2.0)  # a smaller |q·q̂| is more than 90° off
+LOST_COSINE = np.cos(np.radians(90.0) / 2.0)  # a smaller |q·q̂| means an error above 90°
 _TELL_EVERY = 25  # frames
-_NAMED, _JOINTS_NAMED = 10, 6  # most runs of frames and most joints listed in a sentence
+_NAMED, _JOINTS_NAMED = 10, 6  # maximum number of frame runs and of joints in a sentence
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The tracker's state, with q (…, joints, 4), ω (…, joints, 3) in rad/s, position r and
-    velocity v.
+    """The tracker's state: rotations q, angular velocities ω, position r and velocity v.
 
-    r and v have the shape (…, 3).
+    q has the shape (…, joints, 4), ω has the shape (…, joints, 3) in rad/s, and r and v have the
+    shape (…, 3).
     """
 
     q: Array
@@ -47,17 +47,14 @@ class State:
 
 
 class Controller(ABC):
-    """The source of each step's gains, which are hand-tuned or computed by a network."""
+    """The source of each step's gains, which are tuned by hand or computed by a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """Return the state at the first reference, which by default is at rest on that
-        reference.
-        """
+        """Return the state at the first reference, by default at rest there."""
         return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
     def both_ways(self, q_two: Array, r_two: Array) -> Controller:
-        """Return a controller that runs forward and backward at once, by default this
-        controller.
+        """Return a controller that runs forward and backward at once, by default this one.
 
         The references q_two (frames, 2, …, joints, 4) and r_two (frames, 2, …, 3) are in forward
         and in backward order.
@@ -92,7 +89,7 @@ class HandGains(Controller):
         return HandGains(self._given, causal=False)
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Return the constant gains; raise UnstableGainsError if they diverge at frame time dt."""
+        """Return the constant gains. Raises UnstableGainsError if they diverge at frame time dt."""
         del state, q_hat, r_hat
         if dt != self._checked:
             gains = self._given or Gains.by_hand(dt, causal=self._causal)
@@ -110,7 +107,7 @@ class Step:
     state
         The state after the step.
     snapped
-        True for joints set onto the reference because they had lost it, shape (…, joints).
+        True for joints that lost the reference and were reset to it, shape (…, joints).
     gains, parts
         Gains and acceleration terms of the step, None in the first frame, where tracking starts.
     """
@@ -122,7 +119,7 @@ class Step:
 
 
 class Tracker:
-    """Online tracker, which is called once per frame with all joints.
+    """An online tracker, which is called once per frame with all joints.
 
     `integration` is 'exact' or 'first-order'.
     """
@@ -172,8 +169,10 @@ class Tracker:
 
 @dataclass(frozen=True, eq=False)
 class TrackResult:
-    """A tracked clip with q (frames, …, joints, 4), r (frames, …, 3) and snapped (frames, …,
-    joints).
+    """A tracked clip: rotations q, positions r, and a mask of the joints that lost their reference.
+
+    q has the shape (frames, …, joints, 4), r has the shape (frames, …, 3), and `snapped` has the
+    shape (frames, …, joints).
 
     Attributes
     ----------
@@ -204,11 +203,10 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Track a whole clip, with bit for bit the same result as one call of :class:`Tracker` per
-    frame.
+    """Track a whole clip, with the same bits as one call of :class:`Tracker` per frame.
 
-    `tell` is called from time to time with the completed share. If it raises an exception, the
-    tracking ends.
+    `tell` is called repeatedly with the completed share. If it raises an exception, the tracking
+    ends.
     """
     tell = tell or nobody
     tracker = Tracker(controller, integration=integration)
@@ -228,7 +226,7 @@ def track(
 def snap_sentences(
     snapped: NDArray[np.bool_], names: Sequence[str], *, causal: bool = True
 ) -> tuple[str, ...]:
-    """Return one sentence for each joint that was set onto the reference, with the frames.
+    """Return a sentence with the frames for each joint that was reset to its reference.
 
     `causal` is False if this happened in one of two passes, so that the result lies halfway between
     them.
@@ -241,7 +239,7 @@ def snap_sentences(
 
 
 def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
-    """Return a sentence about joints that differ by more than 90° between the two passes, or ''."""
+    """Return a sentence about joints that differ by over 90° between the passes, or ''."""
     found = [f"{name} at {places}" for name, places in _where(apart, names)]
     if not found:
         return ""
@@ -254,7 +252,7 @@ def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
 
 
 def frames_listed(there: NDArray[np.bool_]) -> str:
-    """Return text such as 'frame 7' or 'frames 7, 12–15' (15 excluded), with '…' after ten runs.
+    """List frames as text, such as 'frame 7' or 'frames 7, 12–15' (15 excluded), at most ten runs.
 
     `there` is the mask of the frames to list, shape (frames,); at least one value is True.
     """
@@ -264,9 +262,7 @@ def frames_listed(there: NDArray[np.bool_]) -> str:
 
 
 def _where(there: NDArray[np.bool_], names: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the joint names with their frames in words. `there` is a mask with the shape (frames,
-    joints).
-    """
+    """Return the joint names with their frames in words, from a mask (frames, joints)."""
     joints = np.flatnonzero(there.any(axis=0)).tolist()
     return [(names[joint], frames_listed(there[:, joint])) for joint in joints]
 
@@ -282,8 +278,6 @@ def _checked(q_hat: ArrayLike, r_hat: ArrayLike) -> tuple[Array, Array]:
 
 
 def _leading(q: Array) -> Array:
-    """Return the first nonzero component, (…, 4) -> (…, 1), whose sign determines the
-    hemisphere.
-    """
+    """Return the first nonzero component, whose sign gives the hemisphere, (…, 4) → (…, 1)."""
     first = np.argmax(q != 0.0, axis=-1)[..., None]
     return np.take_along_axis(q, first, axis=-1)

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-_PACKAGED = Path(__file__).resolve().parent / "weights"  # their place in a wheel
+_PACKAGED = Path(__file__).resolve().parent / "weights"  # their folder in a wheel
 _IN_CHECKOUT = Path(__file__).resolve().parents[2] / "assets" / "quamo"
 WEIGHTS = _PACKAGED if _PACKAGED.is_dir() else _IN_CHECKOUT
 FINAL = "none"  # the held-out subject of the network trained on all
 
 
 def weights_name(variant: str, subject: str, seed: int = 0) -> str:
-    """Return the file name of a network by variant and held-out subject."""
+    """Return the file name of a network, given its variant and held-out subject."""
     return f"{variant}-{'all' if subject == FINAL else f'without-{subject}'}-{seed}.npz"
 
 
 def weights_file() -> Path:
-    """Return the path of the default network, which is the full variant, trained on all
-    subjects.
-    """
+    """Return the path of the default network: the full variant, trained on all subjects."""
     return WEIGHTS / weights_name("full", FINAL)

@@ -1,1 +1,1 @@
-"""Reports, with a page for a single clip, or pages for a whole folder."""
+"""Reports: a page for a single clip, or pages for a whole folder."""

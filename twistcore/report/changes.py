@@ -1,4 +1,4 @@
-"""Measure what a correction changed and by how much, and check that nothing else changed."""
+"""Measure the changes that a correction made, and check that nothing else changed."""
 
 from __future__ import annotations
 
@@ -34,10 +34,9 @@ _ROWS = 4096  # frames compared at a time
 
 @dataclass(frozen=True)
 class JointChange:
-    """The change of a joint's own rotation, with the number of frames, largest angle and RMS in
-    degrees.
+    """The change of a joint's own rotation: number of frames, largest angle and RMS, in degrees.
 
-    `rms` is the RMS over the frames in which the rotation changed.
+    The RMS is over the frames in which the rotation changed.
     """
 
     joint: str
@@ -48,13 +47,13 @@ class JointChange:
 
 @dataclass(frozen=True)
 class FidelityCheck:
-    """Comparison of a written file with its source, after reading the written file again.
+    """A comparison of a written file, read back, with its source.
 
     Attributes
     ----------
     what
-        'columns' of numbers, compared byte for byte, or 'joints', whose rotations are compared bit
-        for bit.
+        The units of the comparison: 'columns' of numbers, compared byte by byte, or 'joints', whose
+        rotations are compared bit by bit.
     total
         Number of columns or joints.
     same
@@ -75,7 +74,7 @@ class FidelityCheck:
 
 @dataclass(frozen=True)
 class MeasureSum:
-    """One protected measure, summed over all corrections.
+    """The changes of one protected measure in all corrections.
 
     Attributes
     ----------
@@ -86,7 +85,7 @@ class MeasureSum:
     most
         The largest increase, 0 if there is none.
     rows
-        The corrections that made it worse, by chain and frames.
+        The corrections that made it worse, sorted by chain and frames.
     """
 
     name: str
@@ -100,9 +99,7 @@ class MeasureSum:
 
 @dataclass(frozen=True)
 class WorseRow:
-    """A correction that made a measure worse at a joint, with its chain, frames [start, stop) and
-    values.
-    """
+    """A correction that made a measure worse: chain, frames [start, stop), joint and values."""
 
     chain: str
     start: int
@@ -118,7 +115,7 @@ def protected_sums(
     applied: Sequence[Interval],
     finds: Sequence[Interval],
 ) -> tuple[MeasureSum, ...]:
-    """Return how the corrections changed the limbs and their neighbours, as a sum per measure.
+    """Return how the corrections changed the limbs and their neighbours, summed for each measure.
 
     `applied` are the corrections, each measured with the others also applied. `finds` are all
     intervals of the clip.
@@ -166,7 +163,7 @@ def joint_changes(before: Motion, after: Motion, difference: Difference) -> tupl
 
 
 def check_fidelity(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
-    """Read back the written file and compare it with its source; raises TwistError."""
+    """Read back the written file and compare it with its source. Raises TwistError."""
     again = read_clip(written)
     head: bool | None = None
     if isinstance(clip, BvhClip) and isinstance(again, BvhClip):
@@ -184,7 +181,7 @@ def check_fidelity(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
 
 
 def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
-    """Return a mask of the numbers written identically, byte for byte, (frames, columns)."""
+    """Return a mask of the numbers that are written with the same bytes, (frames, columns)."""
     shape = one.values.shape
     if other.values.shape != shape:
         raise TwistError(f"{other.path}: its frames or columns differ from those of {one.name}")

@@ -1,4 +1,4 @@
-"""The page of a clip, with its worst intervals, pictures, curves, decisions and changes."""
+"""The page of a clip: its worst intervals with pictures, its curves, decisions and changes."""
 
 from __future__ import annotations
 
@@ -35,8 +35,9 @@ WORST = 3  # intervals shown in pictures
 
 @dataclass(frozen=True)
 class Home:
-    """The folder page that a clip's page belongs to. `address` is the path of that page relative to
-    the clip's page.
+    """The folder page to which a clip's page belongs.
+
+    `address` is the path of the folder page relative to the clip's page.
     """
 
     title: str
@@ -84,9 +85,7 @@ def clip_page(
 
 
 def figure_of_worst(report: Report) -> Figure | None:
-    """Return the figure from which a page's pictures are drawn; None if there is nothing to
-    show.
-    """
+    """Return the figure to draw for a page's pictures, or None if there is nothing to show."""
     worst = _worst(report)
     if not worst:
         return None
@@ -107,9 +106,7 @@ def pictures_of(report: Report) -> Drawn:
 
 
 def _worst(report: Report) -> list[Judged]:
-    """Return up to WORST intervals that count and are not rejected, largest degrees × frames
-    first.
-    """
+    """Return up to WORST intervals that are not rejected, sorted by degrees × frames."""
     names = {chain.name for chain in report.chains}
     may = [
         j
@@ -120,12 +117,12 @@ def _worst(report: Report) -> list[Judged]:
 
 
 def _applied_and(report: Report, *also: Interval) -> list[Interval]:
-    """Return the applied intervals together with the given ones."""
+    """Return the applied intervals and the given ones."""
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 
 def _pictured_frame(interval: Interval) -> int:
-    """Return the middle of the frames that have at least 90 % of the largest offset."""
+    """Return the middle of the frames with at least 90 % of the largest offset."""
     size = np.abs(interval.offset)
     there = np.flatnonzero(size >= 0.9 * size.max())
     return interval.start + int(there[len(there) // 2])
@@ -158,7 +155,7 @@ def _finds(
             "pictures": None,
         }
         if drawn is not None and k < len(drawn.pictures):
-            # An interval that cannot be corrected has no picture of the corrected pose.
+            # An interval that cannot be corrected has no picture of a corrected pose.
             pictures = drawn.pictures[k][:1] if stuck else drawn.pictures[k]
             find["pictures"] = [_as_address(picture) for picture in pictures]
         out.append(find)
@@ -217,7 +214,7 @@ def _changes(report: Report) -> dict[str, Any]:
 
 
 def _strength_by(analysis: ClipAnalysis, method: str) -> str:
-    """Return the name of the review's detector, or the default if it is missing or fails here."""
+    """Return the name of the review's detector, or of the default if it is missing or fails."""
     with suppress(TwistError):
         analysis.by(DETECTORS.usable(method))
     return analysis.usable(method)

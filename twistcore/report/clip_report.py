@@ -1,6 +1,4 @@
-"""The files of a clip's report, which are an HTML page, the intervals as CSV, and all data as
-JSON.
-"""
+"""Write a clip's report: an HTML page, the intervals as CSV, and all data as JSON."""
 
 from __future__ import annotations
 
@@ -22,13 +20,13 @@ from twistcore.report.document import SCHEMA, Report, intervals_csv, report_to_j
 
 
 def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -> tuple[Path, ...]:
-    """Write the report into `folder`, which is created if missing; return the paths of the files.
+    """Write the report into `folder`, which is created if missing, and return the files' paths.
 
     The files are NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender.
     The JSON lists the SHA-256 of the other three and of the files in `report.files`. While they are
     being written, it also lists the SHA-256 of the files they replace, so that after a crash the
-    next run still recognises the files as its own. Raises the TwistError of :func:`check_report`,
-    and OSError.
+    next run still recognises the files as its own. Raises TwistError like :func:`check_report`, and
+    OSError.
     """
     name = report.name or own_name(report.clip.path)
     check_report(folder, name, None if report.name else report.clip)
@@ -53,8 +51,8 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
 def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
     """Raise TwistError if a report would replace a file of another program or of another clip.
 
-    `clip` is the clip of the report, if `name` is the report's own name. A clip of the same name
-    with other bytes is a new version of the reported one.
+    `clip` is the report's clip if `name` is the report's own name. A clip with the same name but
+    other bytes is a new version of the reported clip.
     """
     *others, listing = report_files(folder, name)
     marks = report_marks(listing)
@@ -78,16 +76,17 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
 
 
 def _other_clip(listing: Path, clip: Clip) -> str:
-    """Return the name of the other clip in a report's JSON, or ''."""
+    """Return the name of a different clip in a report's JSON, or ''."""
     document = _listed(listing)
     of, mark = (str(document.get(key, "")) for key in ("clip", "sha256"))
     return of if of != clip.name and mark != clip.sha256 else ""
 
 
 def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
-    """True if the existing report is about a clip of this name with other bytes.
+    """True if the existing report is about other bytes with this clip's name.
 
-    The other clip may be an earlier version or from another folder, which cannot be distinguished.
+    The other bytes may be an earlier version of the clip or a clip from another folder, which
+    cannot be distinguished.
     """
     mark = _listed(report_files(folder, name)[-1]).get("sha256")
     return mark is not None and mark != clip.sha256
@@ -102,11 +101,10 @@ def report_files(folder: Path, name: str) -> tuple[Path, ...]:
 
 
 def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
-    """Return the SHA-256 values in a report's JSON by file name, two of them during a
-    replacement.
+    """Return the SHA-256 values in a report's JSON, keyed by file name.
 
-    Names and values are not checked. The result is empty if the file is missing or is not a report.
-    Raises TwistError if it cannot be read.
+    During a replacement, a file has two values. Names and values are not checked. The result is
+    empty if the file is missing or is not a report. Raises TwistError if it cannot be read.
     """
     document = _listed(listing)
     try:
@@ -117,7 +115,10 @@ def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
 
 
 def _listed(listing: Path) -> dict[str, Any]:
-    """Return a report's JSON; empty if missing or not a report, TwistError if unreadable."""
+    """Return a report's JSON, or an empty dict if it is missing or not a report.
+
+    Raises TwistError if it cannot be read.
+    """
     try:
         document = parsed_json(read_file(listing))
         return dict(document) if document["schema"] == SCHEMA else {}

@@ -1,6 +1,6 @@
 """The curves of a chain or limb as small SVG paths, so that a page with many of them stays small.
 
-A path has one or two points for each column of the picture, the lowest and the highest value of the
+A path has one or two points for each column of the plot, the lowest and the highest value of the
 column's frames, so that a jump of a single frame remains visible. x is the column, and y goes down
 from 0 to HEIGHT. The page stretches both.
 """
@@ -21,10 +21,10 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
 HEIGHT = 100
-MOST_PANELS = 8  # chains drawn for a clip, worst first
+MOST_PANELS = 8  # maximum number of chains for a clip, worst first
 _MOST_COLUMNS = 480
 _MOST_BYTES = 46_000  # for all curves of a clip, approximately
-_BYTES = 9.0  # for a column of a curve
+_BYTES = 9.0  # points for a column of a curve
 _ROWS = 3
 _SAME = np.radians(0.05)  # curves that differ by less are drawn as one
 _AROUND = 0.5  # seconds before and after an enlarged interval
@@ -40,7 +40,7 @@ class CurvePath:
 
 @dataclass(frozen=True)
 class CurveRow:
-    """One quantity over time, with its symbol and the values at the bottom and the top, in
+    """One quantity over time, with its symbol and the values at its lower and upper edge, in
     degrees.
 
     `tau` is the y of the threshold, from 0 at the top to HEIGHT, or None for a quantity without a
@@ -57,7 +57,7 @@ class CurveRow:
 
 @dataclass(frozen=True)
 class Band:
-    """An interval in a panel, with its first column x, its width in columns, and its decision."""
+    """An interval in a panel: its first column x, its width in columns, and its decision."""
 
     x: float
     width: float
@@ -85,7 +85,7 @@ class ClipCurves:
     Parameters
     ----------
     tau
-        τ in radians by name of a chain or limb.
+        τ in radians, keyed by the name of the chain or limb.
     verdict
         Function that returns the text for an interval.
     """
@@ -103,12 +103,12 @@ class ClipCurves:
         self._by_chain: dict[str, list[Judged]] = {}
         for one in judged:
             self._by_chain.setdefault(one.interval.chain, []).append(one)
-        # An angle without errors seldom jumps by half a turn, so full turns are counted there.
+        # An angle without errors seldom jumps by half a turn, so its full turns are counted.
         self._expected = Corrected(analysis)
         self._expected.take(j.interval for j in judged if _is_taken_out(j))
 
     def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
-        """Return the panels of chains with intervals, worst first, and the number of omitted
+        """Return panels of the chains with intervals, worst first, and the number of omitted
         chains.
 
         `corrected` is the motion with the accepted intervals applied.
@@ -136,9 +136,7 @@ class ClipCurves:
         return tuple(drawn), len(known) - len(worst)
 
     def near(self, corrected: Corrected, judged: Judged) -> Panel | None:
-        """Return an enlarged panel of one interval and its surroundings; None if its chain is
-        missing.
-        """
+        """Return an enlarged panel of an interval, or None if its chain is missing."""
         interval, motion = judged.interval, self._analysis.motion
         every = self._analysis.chains_and_limbs
         chain = next((c for c in every if c.name == interval.chain), None)
@@ -175,9 +173,7 @@ class ClipCurves:
         return Panel(chain.name, chain.label, *span, columns, tuple(rows), bands, tau)
 
     def _angles(self, corrected: Corrected, chain: Chain) -> list[tuple[str, str, Array, Array]]:
-        """Return (symbol, meaning, angles before, angles after) of each row, with unwrapped angles,
-        radians.
-        """
+        """Return (symbol, meaning, angles before, angles after) of each row, unwrapped, radians."""
         expected = self._expected
         if isinstance(chain, Limb):
             was = self._analysis.flips.limbs[chain.name].swivel.angle
@@ -206,7 +202,7 @@ def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Arr
 
 
 def weight(judged: Judged) -> float:
-    """Return how bad an interval is, as degrees × frames, or as its angle if it has no offset."""
+    """Return the severity of an interval: degrees × frames, or its angle if it has no offset."""
     interval = judged.interval
     if not judged.counts:
         return float(abs(np.degrees(interval.residual)))
@@ -214,12 +210,12 @@ def weight(judged: Judged) -> float:
 
 
 def _is_taken_out(judged: Judged) -> bool:
-    """True if the angle that is expected without errors lacks the interval."""
+    """True if the angle expected without errors excludes the interval."""
     return judged.counts and judged.decision != Decision.REJECTED
 
 
 def _angle_row(symbol: str, meaning: str, before: Array, after: Array, columns: int) -> CurveRow:
-    """Return a row with one curve, or with two where the correction changes it."""
+    """Return a row with one curve, or with two if the correction changes it."""
     every = np.degrees(np.concatenate([before, after]))
     low, high = _range(float(every.min()), float(every.max()))
     edges = _edges(len(before), columns)
@@ -238,7 +234,7 @@ def _angle_row(symbol: str, meaning: str, before: Array, after: Array, columns: 
 
 
 def _strength_row(symbol: str, meaning: str, values: Array, tau: float, columns: int) -> CurveRow:
-    """Return a row on a square-root scale, which shows τ next to peaks a hundred times higher."""
+    """Return a row on a square-root scale, which shows both τ and peaks a hundred times higher."""
     _, high = _range(0.0, max(float(values.max(initial=0.0)), 1.4 * tau))
     roots = _levels(np.sqrt(np.abs(values)), 0.0, float(np.sqrt(high)))
     path = _path(roots, _edges(len(values), columns), np.ones(columns, np.bool_))
@@ -253,7 +249,7 @@ def _range(low: float, high: float) -> tuple[float, float]:
 
 
 def _edges(count: int, columns: int) -> NDArray[np.intp]:
-    """Return the index of the first frame in each column of the picture, (columns,)."""
+    """Return the index of the first frame in each column of the plot, (columns,)."""
     return (np.arange(columns) * count // columns).astype(np.intp)
 
 
@@ -266,7 +262,7 @@ def _levels(values: Array, low: float, high: float) -> NDArray[np.int64]:
 def _path(
     levels: NDArray[np.int64], edges: NDArray[np.intp], shown: NDArray[np.bool_]
 ) -> str:  # fmt: skip
-    """Return a path through the extremes of all shown columns; '' if none is shown."""
+    """Return a path through the extremes of all shown columns, or '' if none is shown."""
     least, most = np.minimum.reduceat(levels, edges), np.maximum.reduceat(levels, edges)
     first = levels[edges]
     parts: list[str] = []

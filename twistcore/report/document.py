@@ -1,4 +1,4 @@
-"""A clip's report as data, in one JSON document and in a CSV of its intervals."""
+"""A clip's report as data: one JSON document, and a CSV of the intervals."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ from twistcore.skeleton.notes import NOT_EXAMINED, Note
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.report/1"
-_TRACKED = "tracking"  # reason why a joint moved
-NOT_CORRECTABLE = "not correctable"  # verdict of an accepted interval that is still in the clip
-# Columns of an interval: functions of the interval and the frames a second. The report fills in
+_TRACKED = "tracking"  # the reason why a joint moved
+NOT_CORRECTABLE = "not correctable"  # verdict on an accepted interval that is still in the clip
+# Columns of an interval, as functions of the interval and the frame rate. The report fills in
 # `decision` and `stuck`.
 _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "id": lambda j, _: j.id,
@@ -58,8 +58,7 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """The data of a report, with the clip, the review, and the motion before and after the
-    correction.
+    """The data of a report: the clip, the review, and the motion before and after the correction.
 
     Attributes
     ----------
@@ -68,11 +67,11 @@ class Report:
     name
         Name of the report's files, by default the clip file's.
     files
-        SHA-256 by name of other files written with the report.
+        SHA-256 of other files written with the report, keyed by name.
     by
         The person who requested it.
     at
-        The time, ISO 8601.
+        The time of the request, ISO 8601.
     analysis
         An existing analysis of the clip with these chains.
     written
@@ -98,16 +97,14 @@ class Report:
 
     @cached_property
     def analysed(self) -> ClipAnalysis:
-        """The clip's analysis, which is given or newly computed with these chains."""
+        """The clip's analysis, given or computed with these chains."""
         return self.analysis or ClipAnalysis(
             self.clip.motion, self.chains, self.clip.name, self.state.rig
         )
 
     @property
     def not_examined(self) -> str:
-        """The reason, as a clause, why nothing could be found in the clip; '' if it was
-        examined.
-        """
+        """The reason why nothing could be found in the clip, as a clause, or ''."""
         return "" if self.state.intervals else self.analysed.not_examined
 
     @property
@@ -118,9 +115,7 @@ class Report:
 
     @cached_property
     def stuck(self) -> Mapping[int, tuple[str, ...]]:
-        """Joints without three rotation channels, by the id of the interval they prevent
-        correcting.
-        """
+        """Joints without three rotation channels, keyed by id of the uncorrected interval."""
         by_name, motion = {chain.name: chain for chain in self.chains}, self.clip.motion
         found = {
             j.id: stuck_joints(motion, by_name[j.interval.chain], [j.interval])
@@ -138,7 +133,9 @@ class Report:
 
     @cached_property
     def protected(self) -> tuple[MeasureSum, ...]:
-        """How the corrections changed the limbs and their neighbours, for each measure."""
+        """The changes of the limbs and their neighbours by the corrections, one item per
+        measure.
+        """
         finds = [j.interval for j in self.state.intervals if j.interval.repairable]
         return protected_sums(self.clip.motion, self.chains, self.applied, finds)
 
@@ -150,8 +147,8 @@ class Report:
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
-        """Return the verdict as shown, which is 'not correctable' for an accepted interval not
-        corrected.
+        """Return the verdict to show; 'not correctable' for an accepted but uncorrected
+        interval.
         """
         if judged.decision == Decision.ACCEPTED and judged.id in self.stuck:
             return NOT_CORRECTABLE
@@ -163,8 +160,8 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
     The key `tracking` has the joints tracked with QuaMo after the correction, as in a session, or
     null. The key `changed` has the frames in which any rotation or position channel differs, the
-    joints that rotate differently, and the joints that moved, by how much and why. The key
-    `protected` has the measures that a correction must not make worse, over all corrections.
+    joints that rotate differently, and the joints that moved, with the distance and the reason. The
+    key `protected` has the measures that a correction must not make worse, over all corrections.
     """
     motion, state = report.clip.motion, report.state
     difference = compare(motion, report.refined)
@@ -221,8 +218,9 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
 
 def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
-    """Return who decided on how many intervals and when; the key is '' for a person without a
-    name.
+    """Return each reviewer's number of decisions and their times, keyed by name.
+
+    The key is '' for a person without a name.
     """
     by_name: dict[str, list[str]] = {}
     for judged in state.intervals:
@@ -261,7 +259,7 @@ def _tracked(judged: Judged, report: Report) -> str:
 
 
 def _end(judged: Judged) -> str:
-    """Return whether a flip carried the limb's end along, or a joint the joints below it.
+    """Return whether a flip also turned the limb's end, or a joint the joints below it.
 
     The result is '' for other kinds.
     """
@@ -272,7 +270,7 @@ def _end(judged: Judged) -> str:
 
 
 def _speed(interval: Interval, fps: float) -> float | None:
-    """Return the speed of a lone jump in degrees per second; None for other kinds."""
+    """Return the speed of a lone jump in degrees per second, or None for other kinds."""
     if interval.kind != Kind.LONE_JUMP:
         return None
     return round(abs(float(np.degrees(interval.size))) * fps, 1)
@@ -305,14 +303,14 @@ def _ancestors(report: Report, joint: str) -> set[int]:
 
 
 def _is_below_tracked(report: Report, joint: str) -> bool:
-    """True if a joint is below one whose rotation was tracked."""
+    """True if the rotation of a joint above a joint was tracked."""
     tracking, index = report.state.tracking, report.clip.motion.skeleton.index
     tracked = map(index, tracking.joints) if tracking else ()
     return not _ancestors(report, joint).isdisjoint(tracked)
 
 
 def _follows_place(report: Report, joint: str) -> bool:
-    """True if a joint's position was tracked, or if the joint is below one whose position was."""
+    """True if the position of a joint, or of a joint above it, was tracked."""
     tracking, motion = report.state.tracking, report.clip.motion
     if tracking is None or not tracking.place:
         return False
@@ -320,7 +318,7 @@ def _follows_place(report: Report, joint: str) -> bool:
 
 
 def _why_moved(report: Report, joint: str) -> str:
-    """Return the kinds of errors whose correction moves a joint, and tracking; '' if none does."""
+    """Return the kinds of errors whose correction moved a joint, and tracking, or ''."""
     chosen, why = report.applied, []
     at, above = report.clip.motion.skeleton.index(joint), _ancestors(report, joint)
     for chain in report.chains:
@@ -340,7 +338,7 @@ def _moves(
 ) -> bool:
     """True if correcting a chain or limb moves a joint. `above` are all ancestors of the joint.
 
-    A flip moves joints below P, but not E, and joints below E only if E was carried along.
+    A flip moves joints below P but not E, and joints below E only if E turned with the limb.
     """
     if isinstance(chain, Limb):
         below = chain.end in above and not any(i.carried for i in chosen)
@@ -360,8 +358,7 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
 
 
 def reported_moves(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
-    """Return the moved joints for sentences, in which joints that only follow the position are one
-    entry.
+    """Return the moved joints for sentences; joints that only follow the position share one entry.
 
     `placed` are the joints whose position channels have changed. `along` is the joint whose
     position was tracked, with the largest move and the number of frames of the joints that only

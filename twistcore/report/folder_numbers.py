@@ -1,4 +1,4 @@
-"""The numbers of intervals, affected frames and sizes in a batch."""
+"""Count the intervals, their sizes and the affected frames in a batch."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ _BINS = 180 // BIN
 
 @dataclass(frozen=True)
 class ClipRow:
-    """A row of the table of clips. A clip that was not processed has only name, state and
-    reason.
+    """A row of the table of clips.
+
+    A clip that was not processed has only a name, a state and a reason.
 
     Attributes
     ----------
     counts
-        Number of intervals by kind.
+        Number of intervals, keyed by kind.
     severity, max_deg, rms_deg
         Severity, largest and RMS offset, in degrees.
     affected
@@ -72,14 +73,14 @@ class ClipRow:
 
 @dataclass
 class FolderNumbers:
-    """Sums over all clips, which are added one at a time.
+    """Sums over all clips, to which clips are added one at a time.
 
     Attributes
     ----------
     joints
-        Number of intervals by name of a chain, limb or joint, and by kind.
+        Number of intervals, keyed by the name of a chain, limb or joint, and by kind.
     sizes
-        Number of repairable intervals by kind, in bins of BIN degrees.
+        Number of repairable intervals in bins of BIN degrees, keyed by kind.
     missing
         Number of frames that headers declare but files do not have.
     cut
@@ -165,12 +166,12 @@ class FolderNumbers:
 
 
 def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parameters that were set, leaving out empty ones."""
+    """Return the parameters that were set, without empty ones."""
     return {k: v for k, v in parameters.items() if v not in (None, [], "", False)}
 
 
 def worst_first(rows: Iterable[ClipRow]) -> list[ClipRow]:
-    """Sort rows, with the clips that were not processed first and then the others, worst first."""
+    """Sort rows: first the clips that were not processed, then the others, worst first."""
     return sorted(rows, key=lambda r: (r.state == "done", -r.severity, -r.found, r.name))
 
 

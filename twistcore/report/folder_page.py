@@ -1,4 +1,4 @@
-"""The page of a batch folder, and the page of a clip of which only the manifest's data exist."""
+"""The pages of a batch folder and of a clip that has only the manifest's data."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MOST_JOINTS = 60
 
 @dataclass(frozen=True)
 class HistogramBar:
-    """One bin of the histogram, with its first degree and the counts by kind."""
+    """One bin of the histogram: its lower limit in degrees, and the counts keyed by kind."""
 
     start: int
     counts: tuple[int, ...]
@@ -63,7 +63,7 @@ def folder_page(
 
 
 def known_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page without curves and pictures, which are missing for the reason `why`."""
+    """Return a clip's page without curves and pictures. `why` is the reason for their absence."""
     numbers = FolderNumbers()
     return rendered(
         "known.html",
@@ -77,12 +77,12 @@ def known_page(record: ClipRecord, why: str, home: Home) -> str:
 
 
 def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
-    """Return the kinds that have a column, without capture faults if there are none."""
+    """Return the kinds that have a column; capture faults only if there are any."""
     return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
 
 
 def _bars(numbers: FolderNumbers) -> list[HistogramBar]:
-    """Return the bars of the histogram; none if there are no intervals."""
+    """Return the bars of the histogram. The result is empty if there are no intervals."""
     if not numbers.sizes:
         return []
     count = len(next(iter(numbers.sizes.values())))

@@ -1,4 +1,4 @@
-"""The report of a batch folder, with an overview page and one page for each clip."""
+"""Write the report on a batch folder: an overview page, and one page for each clip."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from twistcore.work.progress import Counter, uncounted
 Made = TypeVar("Made")
 
 INDEX = "index.html"
-_TOGETHER = 12  # clips drawn by one process: starting it takes longer than drawing a clip
+_TOGETHER = 12  # clips drawn by one process, which takes longer to start than to draw a clip
 _LONGEST = 250  # bytes of a name that gets a suffix
 _HEAD = 2048  # bytes at the start of a page that include its generator
 
@@ -88,7 +88,7 @@ def write_folder_report(
     with counter(len(with_page)) as tell:
         for task, ended in each(work, tasks, workers):
             if isinstance(ended, Exception):
-                if isinstance(ended, OSError):  # a full disk has no room for the next page, either
+                if isinstance(ended, OSError):  # a full disk has no space for the next page, either
                     raise ended
                 why = [reason(record.name, ended) for record in task]
                 ended = [_write_known(r, target, home, w) for r, w in zip(task, why, strict=True)]
@@ -118,7 +118,7 @@ def page_of(name: str) -> str:
 def _write_pages(
     records: Sequence[ClipRecord], *, folder: Path, target: Path, home: str, pictures: bool
 ) -> list[str]:
-    """Write the pages of some clips; return for each the reason why it is incomplete, or ''."""
+    """Write the pages of some clips; return the reason why each is incomplete, or ''."""
     reports = [_read_again(record, folder) for record in records]
     figures: list[Figure | None] = [
         figure_of_worst(report) if isinstance(report, Report) and pictures else None
@@ -131,8 +131,8 @@ def _write_pages(
             made = _tried(partial(_page, record, report, pair if pictures else None, home))
             if not isinstance(made, Exception):
                 _write(target / page_of(record.name), made)
-                # Without the window there are no pictures at all: the pages mention it, and that
-                # is not a failure.
+                # Without the window there are no pictures at all. The pages mention this, and it is
+                # not a failure.
                 why = "" if pair.problem == NOT_INSTALLED else pair.problem
                 problems.append(why and f"{record.name}: no pictures: {why}")
                 continue

@@ -1,4 +1,4 @@
-"""The templates of the pages, each of which is a single file and needs no network."""
+"""Render the pages. Each page is a single file and needs no network."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _environment() -> jinja2.Environment:
 
 
 def _when(stamp: str) -> str:
-    """Format an ISO 8601 time for people, to the minute."""
+    """Format an ISO 8601 time to the minute, for people."""
     return stamp[:16].replace("T", " ") + (" UTC" if stamp.endswith(("+00:00", "Z")) else "")
 
 

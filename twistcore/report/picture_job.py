@@ -1,7 +1,7 @@
-"""The pictures of a report, drawn in a separate process by the desktop program.
+"""Draw the pictures of a report in a separate process, with the desktop program.
 
-The figures are written into a folder, and the pictures come back in it. Nothing here needs Qt or
-VTK, and a graphics driver that crashes does not end the report.
+The figures are written into a folder, to which the process adds the pictures. Nothing here needs Qt
+or VTK, and a graphics driver that crashes does not end the report.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ NOT_INSTALLED = 'the window is not installed (install it with pip install "twist
 _NO_LIBRARY = re.compile(r"(\S+\.so\S*): cannot open shared object file")
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")  # terminal colours in VTK's log
 _SAMPLE = 60  # frames of a clip from which its body is estimated
-_TO_START, _TO_DRAW = 60.0, 3.0  # seconds until a process is ended, and extra for every pair
+_TO_START, _TO_DRAW = 60.0, 3.0  # seconds until a process is ended; extra time for every pair
 _SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # unset, since drawing needs no screen
 
 
@@ -46,7 +46,7 @@ class BeforeAfter:
     Attributes
     ----------
     chain
-        Name of the chain to look at.
+        Name of the chain in the centre of the pictures.
     first, second
         Frames of the two poses in the motion.
     """
@@ -58,8 +58,7 @@ class BeforeAfter:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """The figure to draw for one clip, with a motion that has the poses of its pairs of
-    pictures.
+    """The figure to draw for one clip: a motion that has the poses of its pairs of pictures.
 
     `chains` are the chains and limbs, which decide which limbs have a skin and which way the figure
     faces.
@@ -100,7 +99,7 @@ def figure_of(
 def draw_figures(
     figures: Sequence[Figure], python: Sequence[str] = (sys.executable,)
 ) -> list[Drawn]:
-    """Draw all figures in one process; on failure, the results contain the reason instead."""
+    """Draw all figures in one process. If this fails, the results contain the reason."""
     total = sum(len(figure.pairs) for figure in figures)
     if not total:
         return [Drawn() for _ in figures]
@@ -150,9 +149,7 @@ def _read_pictures(folder: Path, number: int, figure: Figure, problem: str) -> D
 
 
 def picture_path(folder: Path, figure: int, pair: int, which: int) -> Path:
-    """Return the path of one of a job's pictures. `which` is 0 for the picture before and 1 for the
-    picture after.
-    """
+    """Return the path of one of a job's pictures. `which` is 0 for before and 1 for after."""
     return folder / f"{figure}-{pair}-{which}.jpg"
 
 
@@ -221,9 +218,7 @@ def _figure_from(path: Path, entry: dict[str, Any]) -> Figure:
 
 
 def _chain_to_json(chain: Chain) -> dict[str, Any]:
-    """Return the chain's data for drawing a body, with a varying axis taken from the first
-    frame.
-    """
+    """Return the chain's data for drawing a body; a varying axis is taken from the first frame."""
     axis, arm = (np.atleast_2d(v)[0].tolist() for v in (chain.axis, chain.arm))
     keys = ("name", "parent", "child", "grandchild", "side", "segment", "person")
     own = {key: getattr(chain, key) for key in keys}

@@ -21,10 +21,10 @@ from twistcore.skeleton.rig import AS_FOUND, rig_from_json
 
 
 def report_of(record: ClipRecord, folder: Path) -> Report:
-    """Return the report of a processed clip. `folder` is the batch folder.
+    """Make the report on a processed clip of a batch folder.
 
-    The decisions come from its session if a person made any, or from the run. Raises TwistError or
-    OSError if the clip is missing or has changed.
+    The decisions come from the clip's session if a person made any, and from the run if not. Raises
+    TwistError or OSError if the clip is missing or has changed.
     """
     if record.result is None:
         raise TwistError(f"{record.source}: has no result to report")

@@ -1,6 +1,4 @@
-"""A person's review of the intervals, with its state, its commands with undo, and its session
-file.
-"""
+"""A person's review of the intervals: its state, its commands with undo, and its session file."""
 
 from twistcore.review.commands import (
     Annotate,

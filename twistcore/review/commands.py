@@ -1,4 +1,4 @@
-"""The commands of a review, as data: each turns one state into the next."""
+"""The commands of a review as data. Each command turns one state into the next."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ from twistcore.work.frozen import dataclass
 
 
 class Command(ABC):
-    """A change with a text for the menu; if its `apply` raises, nothing has changed."""
+    """A change of a review, with a text for the menu.
+
+    If `apply` raises an exception, nothing has changed.
+    """
 
     @property
     @abstractmethod
@@ -37,19 +40,20 @@ class Command(ABC):
 
     @property
     def interval_ids(self) -> tuple[int, ...]:
-        """The ids of the intervals that the command names; empty if it names none."""
+        """The ids of the intervals that the command names, or an empty tuple."""
         return ()
 
     def continues(self, earlier: Command) -> bool:
-        """True if this is the next step of the same drag, to be undone together with it."""
+        """True if this is the next step of the same drag, so that one undo takes back both."""
         del earlier
         return False
 
 
 @dataclass(frozen=True)
 class Decide(Command):
-    """Set the verdict on intervals; in_bulk: True for all confident ones, without looking at
-    each.
+    """Set the verdict on intervals.
+
+    `in_bulk` is True if all confident intervals were decided together, without a look at each.
     """
 
     ids: tuple[int, ...]
@@ -87,9 +91,8 @@ class Decide(Command):
 class Sign(Command):
     """Add a name to decisions without one, which the person who decided gives later.
 
-    A name decides nothing, so this is not a step of the history: `Review` adds it to the same
-    decisions in every state. An undo then takes back the last decision and keeps the names of the
-    others.
+    Adding a name is not a step of the history: `Review` adds it to the same decisions in every
+    state. An undo then takes back the last decision and keeps the names of the others.
     """
 
     ids: tuple[int, ...]
@@ -105,7 +108,7 @@ class Sign(Command):
         return self.signing(state)(state)
 
     def signing(self, now: ReviewState) -> Callable[[ReviewState], ReviewState]:
-        """Return a function that adds the name, in any state, to decisions that have none now.
+        """Return a function that adds the name, in any state, to decisions without a name now.
 
         The same state always becomes the same new one; a state without such a decision is returned
         unchanged. Raises KeyError if the review has no such interval now.
@@ -135,9 +138,7 @@ class Sign(Command):
 
 @dataclass(frozen=True, eq=False)
 class Edit(Command):
-    """Give an interval different frames or a different offset; equal `drag` numbers mean one
-    drag.
-    """
+    """Give an interval other frames or another offset. Equal `drag` numbers belong to one drag."""
 
     id: int
     interval: Interval
@@ -214,7 +215,7 @@ class Insert(Command):
 
 @dataclass(frozen=True)
 class Remove(Command):
-    """Remove an interval made by hand; a detected one must be rejected instead."""
+    """Remove an interval made by hand. A detected interval must be rejected instead."""
 
     id: int
 
@@ -237,12 +238,12 @@ class Remove(Command):
 
 @dataclass(frozen=True, eq=False)
 class Redetect(Command):
-    """Set a new τ (radians, by chain name) and the intervals detected with it in those chains.
+    """Set a new τ (radians, keyed by chain name) and the intervals detected with it.
 
     An interval that a person decided on or edited is kept. It replaces every detected interval that
     is the same (IoU of at least 0.5) or lies inside it (at least 80 %), and is marked as
-    unsupported if there is no such interval. An untouched interval is replaced by a detected one
-    that overlaps it, largest overlap first, or removed. All other detected intervals are new.
+    unsupported if there is no such interval. Every other interval is replaced by a detected one
+    that overlaps it, largest overlap first, or removed. All remaining detected intervals are new.
     """
 
     tau: Mapping[str, float]
@@ -277,11 +278,12 @@ class Redetect(Command):
 
 @dataclass(frozen=True, eq=False)
 class ChangeChains(Command):
-    """Change the chains and limbs; the intervals of removed chains are removed.
+    """Change the chains and limbs, and remove the intervals of removed chains.
 
-    rig: the new chains; tau: τ of all of them, radians, in their order; found: intervals detected
-    in the chains named in `again` (new ones, and ones whose neighbours changed), merged by the
-    rules of `Redetect`.
+    - rig: the new chains
+    - tau: τ of all of them in their order, radians
+    - found: intervals detected in the chains named in `again` (new chains, and chains whose
+      neighbours changed), merged by the rules of `Redetect`
     """
 
     rig: Rig
@@ -311,7 +313,10 @@ class ChangeChains(Command):
 
 @dataclass(frozen=True, eq=False)
 class CarryOver(Command):
-    """Apply the decisions of an earlier review, of another take or (same_clip) of this clip."""
+    """Apply the decisions of an earlier review of this clip or of another take.
+
+    `same_clip` is True for a review of this clip.
+    """
 
     earlier: tuple[Judged, ...]
     same_clip: bool = False

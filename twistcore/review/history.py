@@ -1,4 +1,4 @@
-"""History of a review, with do, undo and redo."""
+"""The history of a review: do, undo and redo."""
 
 from __future__ import annotations
 
@@ -74,7 +74,8 @@ class Review:
         return self.state.to_correct(motion)
 
     def accept(self, at_least: float | None = None, *, include_open: bool = False) -> int:
-        """Accept all intervals that qualify for automatic correction, in one step; return how many.
+        """Accept all intervals that qualify for automatic correction, in one step; return their
+        number.
 
         `at_least` is the lowest confidence, 0…1; see `automatic_corrections` in
         twistcore.analysis.correction.
@@ -119,35 +120,35 @@ class Review:
 
     @property
     def undo_text(self) -> str:
-        """Name of the command that an undo would take back, or ''."""
+        """Name of the command that an undo would take back, or an empty string."""
         return self._done[-1].command.text if self._done else ""
 
     @property
     def redo_text(self) -> str:
-        """Name of the command that a redo would repeat, or ''."""
+        """Name of the command that a redo would repeat, or an empty string."""
         return self._undone[-1].command.text if self._undone else ""
 
     @property
     def state_before_last(self) -> ReviewState:
-        """State before the last command, or the present state if there was none."""
+        """State before the last command, or the current state if there was none."""
         return self._done[-1].before if self._done else self.state
 
     @property
     def state_after_next(self) -> ReviewState:
-        """State after the next redo, or the present state if there is nothing to redo."""
+        """State after the next redo, or the current state if there is nothing to redo."""
         return self._undone[-1].after if self._undone else self.state
 
     @property
     def history(self) -> tuple[str, ...]:
-        """Names of all steps in order, of which the first :attr:`position` are done and the rest
-        undone.
-        """
+        """Names of all steps in order; the first :attr:`position` are done, the rest undone."""
         return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))
 
     @property
     def changed_intervals(self) -> tuple[Judged | None, ...]:
-        """For each step of :attr:`history`, the only interval that it changes, as it is after the
-        step, or before it if the step removes it; None if the step changes several or none.
+        """The only interval that each step of :attr:`history` changes, or None.
+
+        The interval is as it is after the step, or before the step if the step removes it. The
+        value is None if a step changes several intervals or none.
         """
         return tuple(_changed_interval(s) for s in (*self._done, *reversed(self._undone)))
 
@@ -162,9 +163,7 @@ class Review:
         return self.state is self._saved
 
     def take_reasons(self, found: Iterable[Interval]) -> None:
-        """Add the reasons of equal detected intervals in every state, which is not an undoable
-        step.
-        """
+        """Add the evidence of equal detected intervals in every state, which is not a step."""
         change = with_reasons(found)
         self._saved = self._saved and change(self._saved)
         self._change_all(change)
@@ -176,7 +175,7 @@ class Review:
             steps[:] = [_Step(s.command, change(s.before), change(s.after)) for s in steps]
 
     def mark_saved(self) -> None:
-        """Mark the present state as saved."""
+        """Mark the current state as saved."""
         self._saved = self.state
 
     def mark_unsaved(self) -> None:

@@ -1,11 +1,10 @@
-"""The journal, in which every command is on disk before the next one, so that no decision is
-lost.
+"""The journal of a review, which writes every command to disk before the next one.
 
-A journal is a text file with one JSON document per line. The first line has the session as it was
-when the journal began, and the number of unsaved steps before. Every other line has one command, an
-undo, a redo, or the whole session again (after an undo of a step older than the journal). A line
-cut short by a crash is ignored; the lines before it are used. A journal never replaces an existing
-file, and its valid lines are never removed.
+No decision is lost in a crash. A journal is a text file with one JSON document per line. The first
+line has the session at the time when the journal began, and the number of unsaved steps before it.
+Every other line has a command, an undo, a redo, or the whole session again (after an undo of a step
+older than the journal). A line cut short by a crash is ignored, and the lines before it are used. A
+journal never replaces an existing file, and its valid lines are never removed.
 """
 
 from __future__ import annotations
@@ -68,13 +67,13 @@ from twistcore.skeleton.rig import Rig, rig_from_json, rig_to_json
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.journal/1"
-_DAMAGE = FormatError, KeyError, ValueError  # the last two if a command does not fit
-_MOST_BYTES = 1 << 32  # largest size of a journal, whose contents exist nowhere else
+_DAMAGE = FormatError, KeyError, ValueError  # the last two are for commands that do not fit
+_MOST_BYTES = 1 << 32  # largest size of a journal, which has the only copy of its contents
 UNDO, REDO = {"undo": True}, {"redo": True}
 
 
 class Journal:
-    """An open journal, which writes entries that failed earlier before the next entry."""
+    """An open journal. Entries that could not be written are written before the next one."""
 
     def __init__(self, path: Path, clip: Clip, state: ReviewState, steps: int = 0) -> None:
         """Begin a journal with `state`, which has `steps` unsaved steps.
@@ -84,7 +83,7 @@ class Journal:
         """
         self.path = path
         self._file: BinaryIO = path.open("xb", buffering=0)
-        lock(self._file.fileno())  # shows others that it is no leftover
+        lock(self._file.fileno())  # shows others that the file is not a leftover
         self._good = 0  # bytes of complete lines on disk
         self._waiting: list[bytes] = []
         try:
@@ -98,7 +97,7 @@ class Journal:
 
     @classmethod
     def resume(cls, recovered: Recovered) -> Journal:
-        """Continue a journal from an earlier run; raises OSError and never removes valid lines.
+        """Continue a journal from an earlier run without removing valid lines. Raises OSError.
 
         If some lines could not be replayed, a copy of the file is first saved next to it.
         """
@@ -113,7 +112,7 @@ class Journal:
                 raise
         file = path.open("r+b", buffering=0)
         lock(file.fileno())
-        file.truncate(recovered.size)  # drop a line cut short, or lines saved in the copy
+        file.truncate(recovered.size)  # drop a line cut short, or lines that were saved in the copy
         journal = cls.__new__(cls)
         journal.path, journal._file = path, file
         journal._good, journal._waiting = recovered.size, []
@@ -129,12 +128,12 @@ class Journal:
         self.append(command_to_json(command))
 
     def append(self, entry: Mapping[str, Any]) -> None:
-        """Record an entry; if it cannot be written, it is kept for later and OSError is raised."""
+        """Record an entry. If this fails, keep the entry for later and raise OSError."""
         self._waiting.append(json_bytes(entry, indent=None))
         self.write_waiting()
 
     def write_waiting(self) -> None:
-        """Write the entries that are not yet on disk; raises OSError if this fails again."""
+        """Write the entries that are not yet on disk. Raises OSError if this fails again."""
         if self._file.closed:
             raise OSError("the journal is closed")
         if not self._waiting:
@@ -162,7 +161,7 @@ class Journal:
 
     def close(self) -> None:
         """Close the file and keep it."""
-        with suppress(OSError):  # on a full disk, the part that fits is there
+        with suppress(OSError):  # on a full disk, the part that fits is on disk
             self._file.close()
 
     def discard(self) -> None:
@@ -180,8 +179,7 @@ class Journal:
 
 @dataclass(frozen=True, eq=False)
 class Recovered:
-    """The contents of a journal, with the session at its start and the review after replaying
-    it.
+    """The contents of a journal: the session at its start, and the review after replaying it.
 
     Parameters
     ----------
@@ -204,10 +202,10 @@ class Recovered:
 
 
 def recover(path: Path, clip: Clip | None = None) -> Recovered:
-    """Replay a journal; raises TwistError if nothing in it can be used.
+    """Replay a journal. Raises TwistError if nothing in it can be used.
 
     `clip` is the clip on which the journal is replayed. If this is the journal's own clip, entries
-    about frames that it does not have count as damaged.
+    about frames that the clip does not have are treated as damaged.
     """
     lines = bytes_of(path, _MOST_BYTES).split(b"\n")
     try:
@@ -227,7 +225,7 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
     review = Review(session.state)
     review.mark_unsaved()
     entries, size = 0, len(lines[0]) + 1
-    # After the last newline comes nothing, or a line that a crash cut short.
+    # The part after the last newline is empty, or a line that a crash cut short.
     finished = lines[1:-1]
     for line in finished:
         try:
@@ -277,7 +275,7 @@ def _check(
     state: ReviewState | None,
     frames: int | None,
 ) -> None:
-    """Raise FormatError if the review has no such chain, or if the clip has no such frame."""
+    """Raise FormatError if the review has no such chain or the clip has no such frame."""
     intervals = tuple(intervals)
     named = {*chains, *(interval.chain for interval in intervals)}
     if state is not None and not named <= state.tau.keys():
@@ -287,9 +285,7 @@ def _check(
 
 
 def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
-    """Raise FormatError unless τ is given for all chains of the rig; its limbs may have a τ,
-    too.
-    """
+    """Raise FormatError unless τ is given for all chains of the rig. Limbs may have a τ, too."""
     if motion is None:
         return
     try:
@@ -306,7 +302,7 @@ def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
     return {"session": session_document(clip, state)}
 
 
-# Tracking both ways or tracking the position: programs that know neither must stop here.
+# Tracking both ways or tracking the position: programs that support neither must stop here.
 _BOTH_WAYS = "TrackBothWays"
 _KINDS: Mapping[str, Callable[..., Command]] = {
     **{kind.__name__: kind for kind in Command.__subclasses__()},
@@ -355,7 +351,7 @@ def command_to_json(command: Command) -> dict[str, Any]:
 
 
 def command_from_json(entry: Any) -> Command:
-    """Return the command in an entry of :func:`command_to_json`; FormatError if it is damaged."""
+    """Return the command in an entry of :func:`command_to_json`. Raises FormatError if damaged."""
     kind: Any = _KINDS[one_of(has(entry, "do")["do"], "do", _KINDS)]
     # Fields that the first journals did not have.
     entry = {"same_clip": False, "in_bulk": False, **entry}

@@ -57,7 +57,7 @@ def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, .
 
 
 def spans_from_json(entries: Any) -> tuple[Span, ...]:
-    """Return the spans listed in a file; raise FormatError if they are damaged."""
+    """Return the spans listed in a file. Raises FormatError if they are damaged."""
     return joined_spans(read_each(entries, "left_out", _span))
 
 

@@ -1,4 +1,4 @@
-"""The state of a review, which is immutable, so that an undo restores the previous state."""
+"""The state of a review. It is immutable, so that an undo can restore an earlier state."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
 SEEN = "seen"  # verdict shown for an accepted interval that nothing corrects
-Span = tuple[int, int]  # frames, half-open
+Span = tuple[int, int]  # frames [start, stop)
 APPLIED = "applied automatically"  # verdict shown for automatic corrections
 
 
@@ -97,7 +97,7 @@ class Judged:
     reviewer, decided_at, note, reason
         The name, the time (ISO 8601), the note and, for a rejection, the reason, as entered.
     in_bulk
-        True if accepted together with all equally confident intervals, without looking at each.
+        True if accepted together with all equally confident intervals, without a look at each.
     """
 
     id: int
@@ -119,9 +119,9 @@ class Judged:
 
     @property
     def counts(self) -> bool:
-        """True if summaries count the interval as one that can be corrected.
+        """True if summaries include the interval as one that can be corrected.
 
-        An error of a single joint counts only once a person has accepted it.
+        An error of a single joint is included only after a person has accepted it.
         """
         return self.interval.repairable or self.corrects
 
@@ -129,7 +129,7 @@ class Judged:
     def reported(self) -> Interval:
         """The interval as reports list it.
 
-        An error of a single joint has an offset there only once a person has accepted it.
+        In reports, an error of a single joint has an offset only after a person has accepted it.
         """
         if self.counts or not self.interval.kind.info.repairer:
             return self.interval
@@ -162,14 +162,14 @@ class Judged:
 
 @dataclass(frozen=True, eq=False)
 class ReviewState:
-    """The state of a review, with its intervals, sorted by chain and start, and its settings.
+    """The state of a review: its intervals, sorted by chain and start, and its settings.
 
     Parameters
     ----------
     method
         Name of the detector.
     tau
-        τ in radians by name of a chain or limb.
+        τ in radians, keyed by the name of the chain or limb.
     tracking
         The tracking after the twist correction, None for none.
     rig
@@ -192,7 +192,7 @@ class ReviewState:
         return f"<ReviewState by {self.method}: {decided} of {len(self.intervals)} decided>"
 
     def find(self, interval_id: int) -> Judged:
-        """Return the interval with an id; raise KeyError if there is none."""
+        """Return the interval with an id. Raises KeyError if there is none."""
         for judged in self.intervals:
             if judged.id == interval_id:
                 return judged
@@ -207,9 +207,7 @@ class ReviewState:
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
     def same_frames(self, interval: Interval) -> Judged | None:
-        """Return an interval that has the same chain, kind and frames and is not rejected, or
-        None.
-        """
+        """Return a not rejected interval with the same chain, kind and frames, or None."""
         wanted = interval.kind, interval.start, interval.stop
         for judged in self.of_chain(interval.chain):
             own = judged.interval
@@ -218,8 +216,7 @@ class ReviewState:
         return None
 
     def chosen(self, *, undecided: bool = False) -> tuple[Interval, ...]:
-        """Return the accepted intervals or, with `undecided`, all intervals that are not
-        rejected.
+        """Return the accepted intervals or, with `undecided`, all that are not rejected.
 
         Lone jumps are left out: a person has only looked at an accepted lone jump, and it cannot be
         corrected.
@@ -272,7 +269,7 @@ class ReviewState:
     def with_intervals(
         self, intervals: Iterable[Judged], next_id: int | None = None
     ) -> ReviewState:
-        """Return the same review with other intervals, which are sorted."""
+        """Return the same review with other intervals, which this function sorts."""
         order = self.chain_order
         ordered = sorted(
             intervals,
@@ -299,13 +296,12 @@ def start_review(
 
 
 def chain_places(chains: Iterable[str]) -> Mapping[str, int]:
-    """Return the index of each chain, by its name."""
+    """Return the index of each chain, keyed by name."""
     return MappingProxyType({name: k for k, name in enumerate(chains)})
 
 
 def as_written(interval: Interval) -> Interval:
-    """Return the interval with its offset rounded as in a session file, to nine decimals of
-    degrees.
+    """Return the interval with its offset rounded as in a session: nine decimals of degrees.
 
     −0.0 becomes 0.0. The rounding ensures that the program and `twistcore apply` correct by exactly
     the same numbers.
@@ -314,13 +310,15 @@ def as_written(interval: Interval) -> Interval:
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """Return the interval over [start, stop), with the nearest old offset in new frames."""
+    """Return the interval over [start, stop); new frames get the nearest old offset."""
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
 
 
 def same_offsets(one: Interval, other: Interval) -> bool:
-    """True if two intervals of a chain have the same frames and, up to rounding, offsets."""
+    """True if two intervals of a chain have the same frames and, up to rounding, the same
+    offsets.
+    """
     frames = (one.start, one.stop, one.carried) == (other.start, other.stop, other.carried)
     return frames and np.allclose(one.offset, other.offset, atol=1e-12)
 
@@ -337,12 +335,12 @@ def levelled(interval: Interval, delta: float) -> Interval:
 
 
 def flattened(interval: Interval) -> Interval:
-    """Return the interval with its median offset in all frames, which makes it a level shift."""
+    """Return the interval with its median offset in all frames."""
     return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
 
 
 def following(interval: Interval, theta_p: Array) -> Interval:
-    """Return the interval with offsets per frame that turn P's twist into a straight line.
+    """Return the interval with an offset in each frame that makes P's twist a straight line.
 
     `theta_p` is the twist of P in radians, shape (frames,). This is useful for errors that drift or
     jitter.
@@ -369,11 +367,11 @@ def carried_over(
 ) -> ReviewState:
     """Apply the decisions of an earlier review to this one, matching intervals by their overlap.
 
-    An untouched interval takes the verdict, reviewer, note and reason from the earlier interval of
-    its chain that shares most frames with it, and also the frames and offset if they were edited.
-    An interval that a person has changed in this review stays. Intervals made by hand are added. If
-    `same_clip` is True, all other kept intervals that overlap none here are added as well, marked
-    as unsupported by the detector. In another take, the error may not exist.
+    An interval without a person's work takes the verdict, reviewer, note and reason from the
+    earlier interval of its chain with the most common frames, and also the frames and offset if
+    they were edited. An interval that a person has changed in this review stays. Intervals made by
+    hand are added. If `same_clip` is True, all other kept intervals that overlap none here are
+    added as well, marked as unsupported by the detector. In another take, the error may not exist.
     """
     left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
     by_hand = {_frames(j) for j in state.intervals if j.by_hand}
@@ -400,9 +398,9 @@ def carried_over(
 
 
 def _common(one: Interval, other: Interval) -> int:
-    """Return the number of common frames, or a number of at most 0 if there are none.
+    """Return the number of common frames, or a number ≤ 0 if there are none.
 
-    It is also 0 or less for errors that cannot be the same.
+    The result is also ≤ 0 for errors that cannot be the same.
     """
     if not one.may_be_same(other):
         return 0
@@ -414,9 +412,7 @@ def _frames(judged: Judged) -> tuple[str, int, int]:
 
 
 def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
-    """Return the ids of intervals, not rejected, that overlap in a chain and whose offsets add
-    up.
-    """
+    """Return the ids of intervals, not rejected, that overlap in a chain so that offsets add up."""
     out: set[int] = set()
     reach: Judged | None = None  # the previous interval that reaches furthest
     wanted = (j for j in intervals if j.decision != Decision.REJECTED and j.interval.repairable)

@@ -1,4 +1,4 @@
-"""Change the chains of a review, with their τ, and determine where to detect again."""
+"""Change the chains of a review, with their τ, and list the chains to detect again."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def changed_chains(
 
     A chain that stays keeps its τ, unless it was the automatic one, which is then computed again.
     Chains of one line are explained together, so a neighbour of an added or removed chain may have
-    other intervals now; such chains are detected again. `what` is the name of the command.
+    other intervals now. Such chains are detected again. `what` is the name of the command.
     """
     method = before.usable(state.method)
     old, new = before.detector(method), after.detector(method)
@@ -40,7 +40,7 @@ def changed_chains(
 
 
 def _was_automatic(tau: float, before: float, now: float) -> bool:
-    """True if τ was the automatic one and the automatic one is different now."""
+    """True if τ was the automatic one and the automatic τ has changed."""
     return math.isclose(tau, before) and not math.isclose(before, now)
 
 

@@ -1,4 +1,4 @@
-"""Propose an interval that a person makes by hand."""
+"""Propose an interval for a person who makes one by hand."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
     """Return an interval between the strongest counter-rotations before and after a frame.
 
     If there is no counter-rotation of 1° or more, the interval is 0.1 s long. Its offset is the
-    level of θp inside relative to the line between its two neighbours outside.
+    level of θp inside, relative to the line between the frames before and after.
     """
     frames = len(signals.theta_p)
     reach = max(2, round(_REACH * fps))
@@ -38,17 +38,17 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
 
 
 def interval_over(chain: str, signals: TwistSignals, start: int, stop: int) -> Interval:
-    """Return an interval over [start, stop), offset by θp relative to its neighbours' line."""
+    """Return an interval over [start, stop) with the offset of θp from its neighbours' line."""
     level = median(off_line(signals.theta_p, start, stop))
     return constant(chain, start, stop, level)
 
 
 def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
-    """Return a flip of a limb around a frame, from the nearest jump before to the nearest after it.
+    """Return a flip of a limb around a frame, from the nearest jump before to the nearest after.
 
     If there is no jump of 25° or more within half a second, the interval is 0.1 s long. Its offset
-    is the level of φ inside relative to the line between its two neighbours outside; for a straight
-    limb, it is the jump at its start.
+    is the level of φ inside, relative to the line between the frames before and after; for a
+    straight limb, it is the jump at its start.
     """
     jumps = np.flatnonzero(np.abs(limb.departures) >= _FAINT_FLIP)
     near = jumps[np.abs(jumps - frame) <= max(2, round(_REACH * limb.fps))]
@@ -68,10 +68,10 @@ def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
 
 
 def proposed_stretch(motion: Motion, jump: Interval, others: Iterable[Interval]) -> Interval:
-    """Return the stretch that a lone jump begins or ends, as a suggestion that nothing confirms.
+    """Return the stretch that a lone jump begins or ends, as an unconfirmed suggestion.
 
-    It reaches to the nearest other lone jump of the joint, or to the nearest end of the clip.
-    others: the other intervals of the clip. Raises TwistError if the clip has no such joint.
+    The stretch ends at the nearest other lone jump of the joint, or at the nearest end of the clip.
+    `others` are the other intervals of the clip. Raises TwistError if the clip has no such joint.
     """
     joint, frames = joint_of(motion.skeleton, jump), motion.frames
     same = (i.start for i in others if (i.kind, i.joint) == (jump.kind, jump.joint))
@@ -93,7 +93,7 @@ def proposed_stretch(motion: Motion, jump: Interval, others: Iterable[Interval])
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
-    """Return the edges, with an edge of −1 replaced by one 0.1 s away or around the frame."""
+    """Return the edges; a missing edge, −1, is placed 0.1 s away or around the frame."""
     half = max(1, round(_HALF * fps))
     if start < 0:
         start = max(0, (stop if stop >= 0 else frame + half + 1) - 2 * half - 1)

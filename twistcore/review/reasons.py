@@ -1,4 +1,4 @@
-"""Restore the reasons of intervals read from a file, which does not store them."""
+"""Restore the evidence for intervals from a file, which does not store it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[In
     No long computation is started: chains that the detector has not processed yet give no
     intervals.
     """
-    # The review's detector may be missing here or fail on the clip.
+    # The review's detector may be missing or may fail on the clip.
     method = analysis.usable(state.method)
     ready = method == state.method and analysis.kept(method) is not None
     detector = analysis.detector(method, frozenset(Kind) if ready else {Kind.LIMB_FLIP})
@@ -25,9 +25,9 @@ def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[In
 
 
 def with_reasons(found: Iterable[Interval]) -> Callable[[ReviewState], ReviewState]:
-    """Return a function that adds to a review the reasons of equal intervals (chain, kind, frames).
+    """Return a function that adds evidence from equal intervals (chain, kind, frames) to a review.
 
-    An interval keeps the reason that it has, and an interval made by hand gets none. Repeated calls
+    An interval keeps its existing evidence, and an interval made by hand gets none. Repeated calls
     with the same state return the same objects. If there is nothing to add, the state is returned
     unchanged.
     """

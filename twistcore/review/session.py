@@ -1,6 +1,4 @@
-"""The session file, with which a review can be closed, reopened and replayed without the
-program.
-"""
+"""The session file, which stores a review so that it can be continued or replayed."""
 
 from __future__ import annotations
 
@@ -49,7 +47,7 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.session/1"
-# A session with tracking: a program that does not know tracking must not replay the rest.
+# A session with tracking: a program that cannot track must not replay the rest.
 TRACKING_SCHEMA = "twistcore.session/2"
 # A session with limbs, whose flips an older program would take for twists, or with edited chains,
 # whose intervals it would not know.
@@ -69,7 +67,7 @@ _JUDGED: Mapping[str, Callable[[Any, str], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """A review and its clip, with the clip's path as saved and the SHA-256 of its bytes."""
+    """A review and its clip: the clip's path as saved, and the SHA-256 of its bytes."""
 
     clip: str
     sha256: str
@@ -82,8 +80,7 @@ class Session:
 
 
 def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
-    """Return the session as JSON data, with angles in degrees to nine decimals and times in
-    frames.
+    """Return the session as JSON data, in frames and degrees with nine decimals.
 
     The oldest possible schema is used, so that older programs can read sessions that use no newer
     features.
@@ -164,7 +161,7 @@ def write_session(
 
     See Also
     --------
-    read_session : Read it back.
+    read_session : Read a session.
 
     Examples
     --------
@@ -208,7 +205,7 @@ def read_session(path: str | Path) -> Session:
     TwistError
         If there is no such file.
     FormatError
-        If the file is damaged or not a session; a subclass of TwistError.
+        If the file is damaged or not a session. A FormatError is a TwistError.
 
     See Also
     --------
@@ -237,7 +234,7 @@ def read_session_file(path: Path) -> tuple[Session, str]:
 
 
 def session_from_document(document: Any) -> Session:
-    """Return the session in a JSON document; a FormatError names a missing or wrong part."""
+    """Return the session in a JSON document. Raises FormatError with the missing or wrong part."""
     if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
     has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
@@ -278,12 +275,12 @@ def degrees_to_json(radians: float) -> float:
 
 
 def tau_to_json(tau: Mapping[str, float]) -> dict[str, float]:
-    """Return τ in degrees, by name of a chain or limb."""
+    """Return τ in degrees, keyed by the name of the chain or limb."""
     return {name: degrees_to_json(t) for name, t in tau.items()}
 
 
 def tau_from_json(entry: Any) -> dict[str, float]:
-    """Return τ in radians by name; raise FormatError if the data is damaged."""
+    """Return τ in radians, keyed by name. Raises FormatError if the data is damaged."""
     degrees = {name: above_zero(t, "tau_deg") for name, t in has(entry, what="tau_deg").items()}
     return {text(name, "tau_deg"): math.radians(min(t, DEGREES)) for name, t in degrees.items()}
 
@@ -291,7 +288,8 @@ def tau_from_json(entry: Any) -> dict[str, float]:
 def needs_both_ways_schema(tracking: Tracking | None) -> bool:
     """True if the position is tracked, or if tracking runs forward and backward.
 
-    The first programs with tracking ignore the keys for these, so a newer schema is needed.
+    The first programs with tracking ignore the keys for these settings, so a newer schema is
+    needed.
     """
     return tracking is not None and (tracking.place or not tracking.causal)
 
@@ -311,7 +309,7 @@ def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
 
 
 def tracking_from_json(entry: Any) -> Tracking:
-    """Return the tracking in JSON data; raise FormatError if it is damaged."""
+    """Return the tracking in JSON data. Raises FormatError if it is damaged."""
     has(entry, "joints", "gains", "kp", "kd", "ka", "weights", what="tracking")
     joints = texts(entry["joints"], "joints")
     causal = flag(entry.get("causal", True), "causal")  # the first files have neither of these
@@ -325,8 +323,7 @@ def tracking_from_json(entry: Any) -> Tracking:
 
 
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval as JSON data, with its offset in degrees as one number or one per
-    frame.
+    """Return an interval as JSON data; its offset in degrees is one number or one per frame.
 
     Set `kinds` to True to write the kind also for a counter-twist.
     """
@@ -346,10 +343,9 @@ def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, An
 
 
 def interval_from_json(entry: Any) -> Interval:
-    """Return the interval in JSON data; raise FormatError if it is damaged.
+    """Return the interval in JSON data. Raises FormatError if it is damaged.
 
-    An offset that is equal in all frames takes the memory of one number, since damaged frame
-    numbers may be huge.
+    A constant offset needs the memory of only one number, since damaged frame numbers may be huge.
     """
     has(entry, "chain", "start", "stop", "offset_deg", "confidence", "open", "residual_deg")
     start, stop = frames(entry)
@@ -372,7 +368,7 @@ def _kind(entry: Any) -> Kind:
     """Return a kind of error, which may come from a later version."""
     if not text(entry, "kind").strip():
         raise unexpected("a text", "kind", entry)
-    if (kind := Kind(entry)) != entry:  # another spelling counts as damage
+    if (kind := Kind(entry)) != entry:  # another spelling is treated as damage
         raise unexpected(repr(kind.value), "kind", entry)
     return kind
 
@@ -387,8 +383,9 @@ def _offset(entry: Any, frames: int) -> Array:
 
 
 def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval under review as JSON data. `kinds` has the same meaning as in
-    :func:`interval_to_json`.
+    """Return an interval under review as JSON data.
+
+    `kinds` has the same meaning as in :func:`interval_to_json`.
     """
     return {
         "id": judged.id,
@@ -400,7 +397,7 @@ def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
 
 
 def judged_from_json(entry: Any, *, kinds: bool = False) -> Judged:
-    """Return an interval under review from JSON data; raise FormatError if it is damaged.
+    """Return an interval under review from JSON data. Raises FormatError if it is damaged.
 
     If `kinds` is True, the kind is required also for a counter-twist.
     """

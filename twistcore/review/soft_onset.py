@@ -1,4 +1,4 @@
-"""Describe in words an error with a soft onset."""
+"""Describe an error with a soft onset in words."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ BEGUN, THERE = 0.05, 0.9  # shares of the largest offset at which the onset begi
 
 
 def soft_onset(interval: Interval) -> str:
-    """Return text on how an error begins, its size, and the size relative to its scale, or ''."""
+    """Describe a soft onset: its duration, its size, and its size relative to natural motion.
+
+    The result is an empty string for other intervals.
+    """
     evidence = interval.evidence or {}
     if evidence.get("follows") != SOFT:
         return ""

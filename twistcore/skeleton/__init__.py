@@ -1,1 +1,1 @@
-"""Skeletons and their motion, with rotations, joint names, limbs and chains, and their twist."""
+"""Skeletons and their motion: rotations, joint names, limbs and chains, and their twist."""

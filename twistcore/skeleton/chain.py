@@ -1,7 +1,7 @@
 """Parent-child-grandchild chains in which a twist error is visible [Choi26 §3.1, §4.1.1].
 
-The parent P of a chain is always the parent joint of the child C, since an error of P is undone in
-P's own children. In a bone divided into pieces, every piece has its own chain.
+In a chain, P is always the parent joint of C, since P's own children undo an error of P. In a bone
+divided into pieces, every piece has its own chain.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ from twistcore.work.frozen import dataclass
 
 SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
 
-_NEAR = 0.75  # smallest ratio of difflib for a name that may be a typing error
+_NEAR = 0.75  # smallest ratio of difflib for a name with a possible typing error
 _COLLINEAR = np.cos(np.radians(20.0))
-VARYING = np.cos(np.radians(1.0))  # bones that vary more have an axis for each frame
+VARYING = np.cos(np.radians(1.0))  # bones that vary more have an axis in each frame
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """A chain of a parent P, a child C and a grandchild G, with their bone directions.
+    """A parent P, a child C and a grandchild G, with the directions of their bones.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class Chain:
 
     @property
     def label(self) -> str:
-        """Return the label for tables, such as 'Left ForeArm', or 'B · Left ForeArm' with several
+        """Return the label for tables: 'Left ForeArm', or 'B · Left ForeArm' with several
         people.
         """
         return f"{self.person} · {self.part}" if self.person else self.part
@@ -123,9 +123,9 @@ class Chain:
         return replace(self, axis=axis, arm=arm)
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return P and its children, which are the joints that an error or its correction changes.
+        """Return the joints that an error or its correction changes: P and its children.
 
-        `carried` is only for limbs, and is True if the end of the limb turned with it.
+        `carried` is used only for limbs, and is True if the end of the limb turned with it.
         """
         del carried
         return self.parent, *skeleton.children[self.parent]
@@ -171,10 +171,10 @@ def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Cha
 
 
 def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
-    """Yield, in order, the chains of those bones of a limb that have a length."""
+    """Yield, in order, the chains of a limb's bones that have a length."""
     below = [*(bone.child for bone in line.bones[1:]), line.below]
     for bone, grandchild in zip(line.bones, below, strict=True):
-        # Pieces lie in one line: only C's own axis shows its turn about that line.
+        # Pieces are in one line, so only C's own axis shows its turn about that line.
         joints = bone.parent, bone.child, grandchild if bone.ends else -1
         chain = make_chain(motion, *joints, line.side, bone.segment)
         if chain is not None:
@@ -184,7 +184,7 @@ def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
 def make_chain(
     motion: Motion, parent: int, child: int, grandchild: int = -1, side: str = "", segment: str = ""
 ) -> Chain | None:
-    """Return the chain of three joints, or None if P→C has no length and therefore no axis.
+    """Return the chain of three joints, or None if P→C has no length and so no axis.
 
     Without a grandchild, the direction b depends on the joint. For a hand, b is the unit Z of C's
     frame [Choi26 §4.1.3] or, if Z is within 20° of a, the axis of C that is least parallel to a.
@@ -209,9 +209,9 @@ def make_chain(
 
 
 def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
-    """Group the chains that change a common joint, directly or through other chains.
+    """Group the chains that change the same joint, directly or through other chains.
 
-    An error in one group changes nothing in another.
+    An error in one group changes nothing in another group.
     """
     changers: dict[int, list[int]] = {}
     changed = [chain.changed_joints(skeleton) for chain in chains]
@@ -234,12 +234,10 @@ def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...
 
 
 def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False) -> tuple[str, ...]:
-    """Return the joints that prevent a correction, because it would turn them and they lack
-    channels.
+    """Return the joints that prevent a correction because they lack three rotation channels.
 
-    These joints do not have three rotation channels. The result is empty if the chain is
-    correctable. `carried` is True for a limb flip in which the end turned with the limb, so that
-    its own rotation does not change.
+    The result is empty if the chain can be corrected. `carried` is True for a limb flip in which
+    the end turned with the limb, so that its own rotation does not change.
     """
     skeleton = motion.skeleton
     rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)
@@ -255,8 +253,8 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
     """Return the chain or limb with a name or label, as `twistcore info` lists them.
 
     Case and spaces are ignored unless chains differ only in these. `where` is the name of the clip
-    for messages. Raises TwistError that lists similar names if no chain has the name, or all
-    matching chains if there are several.
+    for messages. Raises TwistError if not exactly one chain has the name; the message lists similar
+    names or the matching chains.
     """
     chains = tuple(chains)
     for key, attributes in (
@@ -268,11 +266,11 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
     ):
         alike = [c for c in chains if key(name) in {key(getattr(c, a)) for a in attributes}]
         if len({c.parent for c in alike}) == 1:
-            return alike[0]  # the chain precedes the limb that starts with it
+            return alike[0]  # the chain precedes the limb that begins with it
         if alike:
             listed = " or ".join(c.name for c in alike)
             raise TwistError(f"{where}: chain {name!r} can mean {listed}; expected one of these")
-    # A chain that a limb begins with may have the limb's label, and goes before it.
+    # A chain at the beginning of a limb may have the limb's label, and then comes first.
     known = {_folded(word): c.name for c in reversed(chains) for word in (c.label, c.name)}
     from difflib import get_close_matches  # slow to load, and rarely needed
 
@@ -293,7 +291,7 @@ def _folded(name: str) -> str:
 
 
 def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
-    """Return the chains by person, in the given order."""
+    """Return the chains of each person, in the given order."""
     own: dict[str, list[SomeChain]] = {}
     for chain in chains:
         own.setdefault(chain.person, []).append(chain)
@@ -301,14 +299,14 @@ def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
 
 
 def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
-    """Return the assumptions made about chains, each sentence only once, since chains may share a
+    """Return the assumptions made about chains, without repetitions by chains that share a
     joint.
     """
     return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))
 
 
 def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
-    """Return the unit direction from a joint's parent to the joint; None if its length is 0.
+    """Return the unit direction from a joint's parent to the joint, or None without a length.
 
     The shape is (3,), or (frames, 3) if the direction varies.
     """

@@ -43,11 +43,11 @@ def figure_size(positions: Array, skeleton: Skeleton) -> float:
 
 
 def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
-    """Return the horizontal unit vector in which the figure faces, (3,).
+    """Return the horizontal unit vector of the direction in which the figure faces, (3,).
 
     `positions` has the shape (joints, 3), and `up` is a unit vector, (3,). The heading is derived
-    from the direction from right to left across hips and shoulders. The heading is Z (−Y if Z is
-    up) if the sides are unknown. If there are several people, the first one with chains is used.
+    from the direction from right to left across hips and shoulders. If the sides are unknown, the
+    heading is Z, or −Y if Z is up. If there are several people, the first one with chains is used.
     """
     across = np.zeros(3)
     own = [c for c in chains if c.person == chains[0].person]

@@ -50,7 +50,7 @@ class Helper(Chain):
 
 
 def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
-    """Find the twist bones next to the bones of a body's limbs, in the order of the bones."""
+    """Find the twist bones next to a body's limb bones, in the order of the bones."""
     return tuple(
         helper
         for line in body.lines
@@ -60,7 +60,7 @@ def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
 
 
 def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator[Helper]:
-    """Yield the helpers of one bone: leaf joints on the bone, and children with a helper's name."""
+    """Yield the helpers of a bone: leaf joints on the bone, and children with a helper's name."""
     skeleton, parent, child = motion.skeleton, bone.parent, bone.child
     chain = make_chain(motion, parent, child, side=line.side, segment=bone.segment)
     if chain is None:

@@ -47,22 +47,22 @@ HANDS = ("wrist", "hand")
 FEET = ("ankle", "foot")
 TOES = ("toe", "ball", "foot")
 
-_SHARED = 0.6  # an unknown first or last word of this share of the joints is the rig's name
-_FEWEST = 3  # additional bones that a language must name
-_ENOUGH = 6  # named bones from which no other language is tried
-_SHORTEST = 3  # letters of a word that may be found within a longer one
+_SHARED = 0.6  # share of the joints: an unknown first or last word of so many is the rig's name
+_FEWEST = 3  # number of additional bones that a language must name
+_ENOUGH = 6  # number of named bones from which no other language is tried
+_SHORTEST = 3  # letters of a word that may be found within a longer word
 _SHORTEST_SIDE = 4
 _LONGEST = 60  # letters of a word that may be split
-_LAST = 3  # the rank of a word that counts only if there is no other
+_LAST = 3  # the rank of a word that is used only if there is no other
 
 
 def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
-    """Return the meaning of each joint name of a skeleton; the built-in words are the default."""
+    """Return the meaning of each joint name of a skeleton, by default from the built-in words."""
     return list(_understood(tuple(names), vocabulary or default_vocabulary()))
 
 
 def own_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
-    """Return the joints that a person's vocabulary interprets differently from the built-in one.
+    """Return the joints that a person's vocabulary interprets in another way than the built-in one.
 
     The result maps joint names to words for :func:`joint_as_said`.
     """
@@ -89,7 +89,7 @@ def is_helper(name: str) -> bool:
 @lru_cache(maxsize=16)
 def _understood(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
     readings = [_in_languages([*map(words_of, text)], vocabulary) for text in decodings(names)]
-    found = max(readings, key=_known)  # the first if equal
+    found = max(readings, key=_known)  # the first one if equal
     own = vocabulary.joints
     return tuple(own.get(name, joint) for name, joint in zip(names, found, strict=True))
 
@@ -144,9 +144,7 @@ class _Piece:
 
 
 def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """Return the meaning of each joint's words, first read alone and then compared with other
-    joints.
-    """
+    """Return the meaning of each joint's words, read alone and then compared with other joints."""
     numbers = [_number(w, vocabulary) for w in words]
     letters = [[w for w in joint if not w.isdigit()] for joint in words]
     pieces = [_pieces(joint, vocabulary) for joint in letters]
@@ -199,7 +197,7 @@ def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
-    """Split the word for a side off the beginning or end of a word, if there is one."""
+    """Split a word for a side off the beginning or end of a word, if there is one."""
     meaning = vocabulary.words.get(word)
     if meaning is not None:
         return [_Piece(word, meaning, upper)] if meaning.side else [_Piece(word, None, upper)]
@@ -212,7 +210,7 @@ def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _may_join(word: str, shortest: int) -> bool:
-    """True if a word may be searched for within another, unlike short alphabetic words."""
+    """True if a word may be searched for within another; short alphabetic words may not."""
     return len(word) >= shortest or not _has_case(word)
 
 
@@ -221,7 +219,7 @@ def _has_case(word: str) -> bool:
 
 
 def _taken_apart(word: str, vocabulary: Vocabulary) -> list[_Piece]:
-    """Split a word into as few known words as possible; return [] if a part is unknown."""
+    """Split a word into as few known words as possible, or return [] if a part is unknown."""
     if len(word) > _LONGEST:
         return []
     best: list[list[_Piece] | None] = [None] * (len(word) + 1)
@@ -263,10 +261,7 @@ def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]
 
 
 def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabulary) -> list[str]:
-    """Return sides from words that count only if the mirrored name has the other word, or ''.
-
-    Such words mean a side only in pairs of mirrored names.
-    """
+    """Return sides from words that mean a side only in pairs of mirrored names, or ''."""
     out = [""] * len(pieces)
     for pair in vocabulary.pairs:
         seen: tuple[dict[Any, int], dict[Any, int]] = ({}, {})
@@ -288,9 +283,7 @@ def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabu
 def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
     side = mirrored or _side(pieces)
     rest = [p for p in pieces if not p.side]
-    if not any(
-        p.roles for p in rest if not p.has("noise")
-    ):  # French "main", if there is nothing else
+    if not any(p.roles for p in rest if not p.has("noise")):  # French "main", if there is no other
         stem = [p for p in rest if not p.has("noise") or (p.roles and side)]
     else:
         stem = [p for p in rest if not p.has("noise")]
@@ -320,9 +313,7 @@ def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
 
 
 def _side(pieces: list[_Piece]) -> str:
-    """Return the side, with priority for a word over a letter, and for a capital over a small
-    letter.
-    """
+    """Return the side: a word precedes a letter, and a capital precedes a small letter."""
     sides = [p for p in pieces if p.side]
     if len(sides) == len(pieces):
         return ""  # Xsens' L5 is a vertebra
@@ -334,7 +325,7 @@ def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName
     """Choose roles by comparing joints, and drop a role if another word on that side fits it
     better.
 
-    If a word has several meanings, a meaning that no other word of its side has comes first.
+    If a word has several meanings, a meaning that no other word on its side has comes first.
     """
     ranks = [_rank(p) for p in pieces]
     best: dict[tuple[str, str], int] = {}
@@ -366,7 +357,8 @@ def _without_roles(joint: JointName, pieces: list[_Piece]) -> JointName:
 
 
 def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
-    """Return the joints, likeliest roles first, and the (side, role) pairs that are certain.
+    """Return the joints with their likeliest roles first, and the (side, role) pairs that are
+    certain.
 
     Roles that are certain for another joint come last.
     """
@@ -391,7 +383,7 @@ def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str
 
 
 def _rank(pieces: list[_Piece]) -> int:
-    """Return how far a name is from a plain name made of known words, which has rank 0."""
+    """Return the distance of a name from a plain name of known words, which has rank 0."""
     if any(p.has("third") for p in pieces):
         return _LAST
     bare = [p for p in pieces if p or len(p.word) > 1]

@@ -1,6 +1,4 @@
-"""The words in joint names and their meanings, from `joint_names.toml` and from a person's own
-file.
-"""
+"""Words in joint names and their meanings, from `joint_names.toml` and a person's own file."""
 
 from __future__ import annotations
 
@@ -59,12 +57,11 @@ class JointName:
     number
         The digits of the name.
     roles
-        Those of ROLES that the word can mean, the likeliest first, () for none.
+        The ROLES that the word can mean, the likeliest first, () for none.
     helper
         True if the joint only distributes the twist of its bone.
     other
-        True if the joint belongs to the head or hand, or to something carried, and never to an arm
-        or leg.
+        True if the joint belongs to the head or hand, or to a prop, and so never to an arm or leg.
     trunk
         True if the joint is the pelvis, spine or neck.
     word
@@ -82,20 +79,20 @@ class JointName:
 
     @property
     def no_limb(self) -> bool:
-        """True for a part of the head or hand, or of something carried."""
+        """True for a part of the head or hand, or of a prop."""
         return self.other
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """The meaning of a word; see `joint_names.toml` for the fields."""
+    """The meaning of a word. For the fields, see `joint_names.toml`."""
 
     side: str = ""
     roles: tuple[str, ...] = ()
     marks: frozenset[str] = frozenset()  # 'sided', 'other', …
 
     def joined(self, other: Meaning) -> Meaning:
-        """Return the union of two meanings, for a word that is in two lists."""
+        """Return the union of two meanings of a word that is in two lists."""
         roles = tuple(dict.fromkeys(self.roles + other.roles))
         return Meaning(self.side or other.side, roles, self.marks | other.marks)
 
@@ -109,9 +106,9 @@ class Vocabulary:
     pairs
         Words for left and right that mean a side only in mirrored names.
     languages
-        Vocabularies whose words count only if the whole skeleton is named in that language.
+        Vocabularies whose words are used only if the whole skeleton is named in that language.
     joints
-        A person's meanings of single joints, by their full names.
+        A person's meanings of single joints, keyed by their full names.
     """
 
     words: Mapping[str, Meaning]
@@ -120,9 +117,7 @@ class Vocabulary:
     joints: Mapping[str, JointName] = field(default_factory=dict)
 
     def over(self, other: Vocabulary) -> Vocabulary:
-        """Return a vocabulary with the words of this one, and with words of `other` that it
-        lacks.
-        """
+        """Return a vocabulary with these words, and with words of `other` that are missing here."""
         return Vocabulary(
             {**other.words, **self.words},
             tuple(dict.fromkeys(self.pairs + other.pairs)),
@@ -159,7 +154,9 @@ def _meanings(groups: Iterable[tuple[str, str, str, str]]) -> dict[str, Meaning]
 
 
 def default_words() -> Vocabulary:
-    """Return the words read from `joint_names.toml`, slower than :func:`default_vocabulary`."""
+    """Return the words read from `joint_names.toml`, more slowly than
+    :func:`default_vocabulary`.
+    """
     return _vocabulary(parsed_toml(DEFAULT_WORDS.read_bytes()))
 
 
@@ -172,7 +169,7 @@ def read_vocabulary(path: Path) -> Vocabulary:
 
 
 def read_words(path: Path) -> dict[str, Any]:
-    """Read and check a person's file of words; raises the same errors as
+    """Read and check a person's file of words. Raises the same errors as
     :func:`read_vocabulary`.
     """
     data = bytes_of(path)
@@ -186,14 +183,12 @@ def read_words(path: Path) -> dict[str, Any]:
 
 
 def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
-    """Return a file's words, added to the default words; raises FormatError if damaged."""
+    """Return a file's words, added to the default words. Raises FormatError if damaged."""
     return _vocabulary(words).over(default_vocabulary())
 
 
 class _WordsError(FormatError):
-    """Raised for an error in a file of words; `at` are the words near it, by which its line is
-    found.
-    """
+    """Raised for an error in a file of words. The words `at` are near it and show its line."""
 
     def __init__(self, message: str, *at: str) -> None:
         super().__init__(message)
@@ -213,7 +208,7 @@ def _place(data: bytes, at: tuple[str, ...]) -> str:
 
 
 def folded(word: str) -> str:
-    """Return a word in lower case, without accents, and with full-width letters made half-width."""
+    """Return a word in lower case, without accents and full-width letters."""
     if word.isascii():
         return word.lower()
     plain = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", word).casefold())
@@ -222,7 +217,7 @@ def folded(word: str) -> str:
 
 
 def _vocabulary(document: Mapping[str, Any]) -> Vocabulary:
-    """Return the vocabulary in a parsed document; raise FormatError if it is damaged."""
+    """Return the vocabulary in a parsed document. Raises FormatError if it is damaged."""
     words: dict[str, Meaning] = {}
     pairs: list[tuple[str, str]] = []
     languages: list[Vocabulary] = []
@@ -274,7 +269,7 @@ def _table(
 
 
 def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
-    """Return `check` applied to a table's value; raise a _WordsError with its position if it
+    """Return `check` applied to a table's value. Raises _WordsError with the position if it
     fails.
     """
     try:
@@ -302,16 +297,14 @@ def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
 
 
 def _phrase(words: str) -> str:
-    """Return a phrase in the form in which it is looked up, as one word."""
+    """Return a phrase as one word, the form in which it is looked up."""
     if words.isascii():
         return "".join(filter(str.isalnum, words)).lower()
     return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")
 
 
 def _without_side(phrase: str) -> str:
-    """Return a phrase without 'left' or 'right' at its ends, since a person may give a full
-    name.
-    """
+    """Return a phrase without 'left' or 'right' at its ends, since a full name may be given."""
     for side in _SIDES:
         rest = phrase.removeprefix(side).removesuffix(side)
         if rest:
@@ -320,7 +313,7 @@ def _without_side(phrase: str) -> str:
 
 
 def _own_joints(table: Mapping[str, Any]) -> dict[str, JointName]:
-    """Return a person's meanings of single joints, by joint name."""
+    """Return a person's meanings of single joints, keyed by joint name."""
     return {name: _checked(_as_said, said, "joints", name) for name, said in table.items()}
 
 
@@ -329,8 +322,7 @@ def _as_said(said: Any, name: str) -> JointName:
 
 
 def joint_as_said(name: str, said: str) -> JointName:
-    """Return the meaning of a person's word for a joint, which may be 'left hand', 'helper',
-    'unknown' …
+    """Return the meaning of a person's word for a joint, such as 'left hand', 'helper', 'unknown'.
 
     Raises FormatError for any other word.
     """

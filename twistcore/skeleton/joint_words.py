@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Sequence
 from contextlib import suppress
 
-_WORDS = 12  # read from either end of a name; no rig has longer names
+_WORDS = 12  # number read from either end of a name; no rig has longer names
 # Shift-JIS, Windows' Chinese, Korean and Cyrillic, and latin-1, which accepts every byte.
 _ENCODINGS = ("cp932", "gb18030", "cp949", "cp1251", "latin-1")
 
@@ -48,9 +48,7 @@ def _runs(name: str) -> list[str]:
 
 
 def _is_side_and_letter(capitals: str) -> bool:
-    """True if two capitals before a word are a side and the word's first letter, as in LUArm and
-    RFArm.
-    """
+    """True if two capitals before a word are a side and a first letter, as in LUArm and RFArm."""
     return len(capitals) == 2 and capitals[0] in "LR"
 
 
@@ -67,7 +65,7 @@ def _kind(c: str) -> str:
 
 
 def decodings(names: Sequence[str]) -> list[tuple[str, ...]]:
-    """Return the names decoded in each encoding in which they may have been written.
+    """Return the names, decoded in each encoding that may have been used for them.
 
     A byte outside UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). Names
     without such bytes are returned unchanged.

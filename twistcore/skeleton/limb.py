@@ -1,4 +1,4 @@
-"""Limbs of three joints, which a flip turns about the line from their first joint to their end.
+"""Limbs of three joints, which flips turn about the line from the first joint to the end.
 
 The angle of the middle joint about that line is the *swivel angle* of inverse kinematics.
 """
@@ -24,14 +24,14 @@ _SHORTEST = 0.3  # share of the other bone; a shorter bone is a stump, and the l
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Limb(Chain):
-    """A whole limb as a chain of hip P, knee C and ankle E, or of shoulder, elbow and wrist.
+    """A whole limb as a chain: hip P, knee C and ankle E, or shoulder, elbow and wrist.
 
     The errors of a limb turn about the line from P to E, not about the bone from P to C.
 
     Parameters
     ----------
     name : str
-        Names of P and E, as 'LeftUpLeg-LeftFoot', unlike the chain, which has only P's name.
+        Names of P and E, such as 'LeftUpLeg-LeftFoot'; the chain has only P's name.
     parent, child, grandchild : int
         Joint indices of P, C and E.
     axis, arm, side, segment, warnings, pieces, ends, person
@@ -54,32 +54,31 @@ class Limb(Chain):
         return self.grandchild
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return P and, unless it was carried along, E; a flip does not change C's own rotation."""
+        """Return P and, unless it was carried along, E.
+
+        A flip does not change C's own rotation.
+        """
         del skeleton
         return (self.parent,) if carried else (self.parent, self.end)
 
     @property
     def part(self) -> str:
-        """Return the name of the limb, such as 'Left arm', or the names of its joints if
-        unknown.
-        """
+        """Return the name of the limb, such as 'Left arm', or its joints' names if unknown."""
         return f"{self.side} {_SEGMENTS[self.segment]}" if self.segment else self.name
 
     @property
     def list_label(self) -> str:
-        """Return a label that differs clearly from a chain's ('Right Leg'), such as 'Right leg ·
-        limb'.
-        """
+        """Return a label that differs clearly from a chain's, such as 'Right leg · limb'."""
         return f"{self.label} · limb"
 
     @property
     def middle_word(self) -> str:
-        """Return the usual word for C, which is 'knee', 'elbow', or 'middle joint' if unknown."""
+        """Return the usual word for C: 'knee', 'elbow', or 'middle joint' if unknown."""
         return _MIDDLES.get(self.segment, "middle joint")
 
     @property
     def end_word(self) -> str:
-        """Return the usual word for E and its children, which is 'foot', 'hand' or 'end'."""
+        """Return the usual word for E and its children: 'foot', 'hand' or 'end'."""
         return _ENDS.get(self.segment, "end")
 
 
@@ -87,8 +86,8 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
     """Find the arms and legs of a clip, by names or by the shape of the skeleton.
 
     Without known names, a limb is the two neighbouring bones of a line with the largest total
-    length. A limb ends in a joint, neither of its bones is much shorter than the other, and a bone
-    in pieces counts as one bone.
+    length. A limb ends in a joint, its bones have similar lengths, and a bone in pieces is one
+    bone.
 
     Parameters
     ----------
@@ -130,7 +129,7 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
 
 
 def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
-    """Yield chains from P through C to E, each of two whole successive bones.
+    """Yield chains from P through C to E, each of two successive whole bones.
 
     `line` are the chains of one limb.
     """
@@ -147,7 +146,7 @@ def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
 
 
 def _last_piece(chain: Chain, by_parent: Mapping[int, Chain]) -> Chain:
-    """Return the chain of the last piece of a bone. `chain` is the chain of its first piece."""
+    """Return the chain of the last piece of a bone, given the chain of its first piece."""
     while not chain.ends and chain.child in by_parent:
         chain = by_parent[chain.child]
     return chain

@@ -1,4 +1,4 @@
-"""A skeleton and its motion, and forward kinematics."""
+"""A skeleton, its motion, and forward kinematics."""
 
 from __future__ import annotations
 
@@ -71,7 +71,9 @@ class Skeleton:
 
     @cached_property
     def end_offsets(self) -> dict[int, Array]:
-        """Return the offset of the first End Site of each joint that has one, (3,) by joint."""
+        """Return the offset of the first End Site of each joint that has one, (3,), keyed by
+        joint.
+        """
         return {joint: np.array(offset) for joint, offset in reversed(self.ends)}
 
     @cached_property
@@ -85,9 +87,7 @@ class Skeleton:
 
     @cached_property
     def height(self) -> float:
-        """Return the largest extent of the rest pose along an axis, in the file's unit, which is
-        never 0.
-        """
+        """Return the largest extent of the rest pose along an axis, in the file's unit, never 0."""
         rest = np.zeros((len(self), 3))
         for joint, parent in enumerate(self.parents):
             rest[joint] = self.offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
@@ -97,7 +97,7 @@ class Skeleton:
         return extent if extent > 0.0 else 1.0
 
     def index(self, name: str) -> int:
-        """Return the index of the joint with a name; raise KeyError if there is none."""
+        """Return the index of the joint with a name. Raises KeyError if there is none."""
         try:
             return self.names.index(name)
         except ValueError:
@@ -155,7 +155,7 @@ class Motion:
 
     @property
     def duration(self) -> float:
-        """Return the length in seconds, which is the number of frames times the frame time."""
+        """Return the length in seconds: the number of frames times the frame time."""
         return self.frames * self.frame_time
 
     @property
@@ -193,7 +193,7 @@ class Motion:
 
 
 class HasMotion(Protocol):
-    """A clip, or any other object with a motion."""
+    """A clip, or any other object that has a motion."""
 
     @property
     def motion(self) -> Motion:
@@ -202,7 +202,7 @@ class HasMotion(Protocol):
 
 
 def motion_of(clip: Motion | HasMotion) -> Motion:
-    """Return the motion of a clip, or the motion itself; raise TypeError for anything else."""
+    """Return the motion of a clip, or the motion itself. Raises TypeError for anything else."""
     motion = clip if isinstance(clip, Motion) else getattr(clip, "motion", None)
     if isinstance(motion, Motion):
         return motion
@@ -212,8 +212,8 @@ def motion_of(clip: Motion | HasMotion) -> Motion:
 def once_a_motion(work: Callable[[Motion], Known]) -> Callable[[Motion], Known]:
     """Cache a function's result for each motion, for as long as the motion exists.
 
-    Each call returns the same object, so callers must not change it. The object must not refer
-    to the motion, which would then never be released.
+    Each call returns the same object, so callers must not change it. The object must not refer to
+    the motion, or else the motion would never be released.
     """
     known: WeakKeyDictionary[Motion, Known] = WeakKeyDictionary()
 
@@ -228,7 +228,7 @@ def once_a_motion(work: Callable[[Motion], Known]) -> Callable[[Motion], Known]:
 
 
 def check_motion(thing: object) -> None:
-    """Raise TypeError for anything but a motion; the message for a clip points to its motion."""
+    """Raise TypeError for anything but a motion. For a clip, the message suggests its motion."""
     if not isinstance(thing, Motion):
         inside = isinstance(getattr(thing, "motion", None), Motion)
         its = "; use its .motion" if inside else ""
@@ -241,8 +241,8 @@ def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
     positions = np.empty((motion.frames, joints, 3))
     rotations = np.empty((motion.frames, joints, 4))
     offsets = np.ascontiguousarray(motion.skeleton.offsets.T)[..., None]
-    # Blocks of frames, with components and joints as leading axes: all passes run along
-    # contiguous frames that are still in the cache.
+    # Blocks of frames, with components and joints as leading axes: all passes use contiguous frames
+    # that are still in the cache.
     step = max(64, _ELEMENTS // max(joints, 1))
     for a in range(0, motion.frames, step):
         q = np.ascontiguousarray(motion.rotations[a : a + step].transpose(2, 1, 0))

@@ -1,5 +1,4 @@
-"""Recognise coarse notation in a clip, such as angles in whole degrees, held frames and linear
-keys.
+"""Recognise coarse notation in a clip: angles in whole degrees, held frames and linear keys.
 
 Artefacts of a notation are neither motion nor errors. The notation is recognised from the clip
 itself, and a clip in plain notation is never mistaken for a clip in a coarse one.
@@ -23,33 +22,33 @@ Frames = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 KIND = "notation"  # kind of the notes
-# Steps of written angles, degrees, that count as coarse: finer steps are lost in any motion.
+# Steps of written angles, degrees, that are coarse: finer steps are lost in any motion.
 STEPS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)
-MULTIPLES, FEWEST = 0.9, 60  # share of the changed angles, and their least number
-_ENOUGH = 400  # changed angles that are enough to recognise a plain clip
+MULTIPLES, FEWEST = 0.9, 60  # share of the changed angles, and their minimum number
+_ENOUGH = 400  # number of changed angles that is enough to recognise a plain clip
 _SAME = 1e-7  # degrees
 SAMPLE = 1024  # frames in the middle of a clip from which its notation is recognised
 HELD_SHARE, HELD_ALIKE = 0.4, 0.9  # share of repeated frames; of runs as long as most, ±1 frame
-STILL = 3.0  # ratio to the length of most runs from which the figure is still
-FEWEST_HELD, FEWEST_KEYS = 8, 6  # least number of runs and of keys for a rule
+STILL = 3.0  # ratio to the length of most runs above which the figure is still
+FEWEST_HELD, FEWEST_KEYS = 8, 6  # minimum number of runs and of keys for a rule
 USUAL = 0.35  # quantile of the changes of pace in one frame of n that is compared
 MOVES = 0.05  # share of the usual change of pace below which the figure is still between keys
-# Frames between keys. With fewer, the pace changes in most frames, as in natural motion, and the
-# frames between two keys cannot outvote a jump among them.
+# Minimum number of frames between keys. With fewer, the pace changes in most frames, as in natural
+# motion, and the frames between two keys cannot outvote a jump among them.
 LEAST_BETWEEN, MOST_BETWEEN = 5, 60
-FEWEST_A_SECOND = 7.5  # keys below which intervals are listed but never corrected automatically
-BETWEEN_KEYS = math.radians(60.0)  # per second: natural motion deviates less between keys
-# Excess share of all changes of pace on one frame in n, 0…1. 87 captures have at most 0.05, pieces
-# of them of 30 to 200 frames 0.14; with linear keys they have at least 0.46.
+FEWEST_A_SECOND = 7.5  # keys; with fewer, intervals are never corrected automatically
+BETWEEN_KEYS = math.radians(60.0)  # per second; natural motion deviates less between keys
+# The part of all changes of pace that one frame in n has in excess, 0…1. 87 captures have at most
+# 0.05, pieces of them with 30 to 200 frames have 0.14; with linear keys they have at least 0.46.
 KEYED = 0.3
-UNSEEN = 3.0  # steps of written angles: a smaller error may be rounding
+UNSEEN = 3.0  # steps of written angles; a smaller error may be rounding
 
 
 # -- angles in steps -------------------------------------------------------------------------------
 
 
 def angle_step(angles: Iterable[Array]) -> float:
-    """Return the step size of a clip's written angles, in radians; 0 if it is finer than 0.1°.
+    """Return the step of a clip's written angles in radians, or 0 if it is finer than 0.1°.
 
     `angles` has one array per joint, in degrees, shape (frames, channels). Angles that are equal to
     the previous frame are ignored, since constants such as 0 fit any step.
@@ -81,7 +80,7 @@ def _middle(frames: int) -> slice:
 
 @dataclass(frozen=True, eq=False)
 class DistinctFrames:
-    """The frames that determine a clip, which are either not repeated or linear keys.
+    """The frames that determine a clip, because they are not repeated or are linear keys.
 
     Attributes
     ----------
@@ -114,13 +113,13 @@ class DistinctFrames:
         return BETWEEN_KEYS / self.motion.fps if self.even else 0.0
 
     def begin(self, kept: int) -> int:
-        """Return the first frame of the clip changed by an interval that begins at a kept frame."""
+        """Return the first clip frame that an interval beginning at a kept frame changes."""
         if self.even and kept:
             return int(self.first[kept - 1]) + 1
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def end(self, kept: int) -> int:
-        """Return the first frame of the clip after an interval that ends before a kept frame."""
+        """Return the first clip frame after an interval that ends before a kept frame."""
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def of(self, frame: int) -> int:
@@ -128,10 +127,10 @@ class DistinctFrames:
         return max(0, int(np.searchsorted(self.first, frame, side="right")) - 1)
 
     def spread(self, start: int, offset: Array) -> Array:
-        """Return an offset over kept frames [start, start + n) for all clip frames that it changes.
+        """Return an offset of kept frames [start, start + n) for all clip frames that it changes.
 
-        The offset is in radians. The offset is held with its frame or, between linear keys, rises
-        linearly from 0 at the previous key and falls to 0 at the next key.
+        The offset is in radians. It is held with its frame or, between linear keys, rises linearly
+        from 0 at the previous key and falls to 0 at the next key.
         """
         stop = start + len(offset)
         if not self.even:
@@ -149,8 +148,7 @@ class DistinctFrames:
 
 @once_a_motion
 def without_held(motion: Motion) -> DistinctFrames | None:
-    """Return the motion without repeated frames if most are repeated in a regular pattern, or
-    None.
+    """Return the motion without regularly repeated frames, or None if most are not repeated.
 
     A frame that differs in any way from the previous one is kept, so that an error begins in its
     own frame. While the figure is still, the frames that fit the pattern are kept.
@@ -173,13 +171,13 @@ def without_held(motion: Motion) -> DistinctFrames | None:
 
 
 def _run_starts(rotations: Array) -> Frames:
-    """Return the first frame of every run of equal frames, and the end, (runs + 1,)."""
+    """Return the first frame of each run of equal frames, followed by the end, (runs + 1,)."""
     differs = (rotations[1:] != rotations[:-1]).any(axis=(1, 2))
     return np.concatenate([[0], np.flatnonzero(differs) + 1, [len(rotations)]]).astype(np.intp)
 
 
 def _held_often(starts: Frames) -> float | None:
-    """Return the usual length of the runs of equal frames; None if they follow no pattern."""
+    """Return the usual length of the runs of equal frames, or None without a pattern."""
     lengths = np.diff(starts)
     if len(lengths) < FEWEST_HELD or len(lengths) > (1.0 - HELD_SHARE) * starts[-1]:
         return None
@@ -208,7 +206,7 @@ class Keys:
         return mask
 
     def alone(self, motion: Motion) -> DistinctFrames:
-        """Return the motion reduced to its keys, of which the first frame is always one."""
+        """Return the motion reduced to its keys. The first frame is always a key."""
         first = np.flatnonzero(self.mask(motion.frames))
         if first[0] > 0:
             first = np.concatenate([[0], first])
@@ -218,11 +216,11 @@ class Keys:
 
 @once_a_motion
 def linear_keys(motion: Motion) -> Keys | None:
-    """Return the keys between which all joints turn evenly; None if there are none.
+    """Return the keys between which all joints turn evenly, or None if there are none.
 
-    The speed of the joints changes at keys and hardly between them. If the clip is folded over n
-    frames, one frame has nearly all changes of speed. Since there are many keys, errors, cuts and a
-    rest pose at the start have little influence.
+    The speed of the joints changes at keys and hardly between them. If the frames are numbered
+    modulo n, one number has nearly all changes of speed. Since there are many keys, errors, cuts
+    and a rest pose at the start have little influence.
     """
     middle = _middle(motion.frames)
     q = motion.rotations[middle]

@@ -1,4 +1,4 @@
-"""Notes about an analysed clip, which are sentences that every command shows once."""
+"""Notes about an analysed clip: sentences that every command shows once."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ CONSTANT_OFFSET = "constant offset"  # a bone that is turned against its child i
 NOISE = "noise burst"
 SMOOTHED = "smoothed"  # joints that lost their fine movement for a while
 FROZEN = "frozen"  # limbs that do not move at all for a while
-UNSEARCHED = "unsearched"  # frames in which soft errors were not sought, since there were too many
+UNSEARCHED = "unsearched"  # frames without a search for soft errors, because there were too many
 RESTLESS_CLIP = "restless"  # too many lone jumps for any interval to be certain
 
 
 @dataclass(frozen=True)
 class Note:
-    """A sentence about a clip. `kind` is a short word that notes on the same subject share."""
+    """A sentence about a clip. Notes on the same subject have the same `kind`, a short word."""
 
     kind: str
     text: str
@@ -25,5 +25,5 @@ class Note:
         return self.text
 
     def to_json(self) -> dict[str, str]:
-        """Return the note's fields by their names."""
+        """Return the note's fields, keyed by name."""
         return {"kind": self.kind, "text": self.text}

@@ -1,4 +1,4 @@
-"""A person's own words for joints, as given with `--joint-names`."""
+"""A person's own words for joints, given with `--joint-names`."""
 
 from __future__ import annotations
 

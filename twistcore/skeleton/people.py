@@ -1,4 +1,4 @@
-"""Find several people in one skeleton, with their joints and their names.
+"""Find several people in one skeleton, with their joints and names.
 
 People are siblings in the hierarchy, under their own roots or under one joint, and have the same
 limbs. Their joints differ by a namespace (`A:Hips`), by words before or after the joint's own
@@ -25,19 +25,19 @@ _FEWEST = 8  # joints
 _LINES, _LONG = (
     3,
     3,
-)  # least lines, of joints, that start from two joints or more: a cape starts from one
-_ALIKE = 0.7  # share of words in common with the other person below the same joint
+)  # minimum number of lines of joints that begin at two joints or more; a cape's begin at one
+_ALIKE = 0.7  # share of common words with the other person below the same joint
 _EVERY = 0.9  # share of the skeleton's joints that such people have together
 _ENDS = ("hand", "foot")
 _SHORTEST = 3  # joints of a limb
-_LEVELS = 5  # levels of branching, from the roots down, at which people are sought
-_CROWD = 50  # people in a file; damaged files have more
-_LATEST = 8  # people to whom another limb may belong
+_LEVELS = 5  # levels of branching below the roots in which people are searched for
+_CROWD = 50  # maximum number of people in a file; damaged files have more
+_LATEST = 8  # maximum number of people to whom another limb may belong
 
 
 @dataclass(frozen=True)
 class Person:
-    """One of the people in a skeleton; `name` is '' if there is only one.
+    """One of the people in a skeleton. `name` is '' if there is only one.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Person:
 
 @dataclass(frozen=True)
 class _Mark:
-    """The part of joint names that distinguishes a person from the others; '' for none."""
+    """The part of joint names that distinguishes a person from others, '' if there is none."""
 
     namespace: str = ""
     affix: str = ""
@@ -63,7 +63,7 @@ class _Mark:
 
 @dataclass(frozen=True)
 class _Top:
-    """A joint with all joints below it.
+    """A joint and all joints below it.
 
     Attributes
     ----------
@@ -81,10 +81,10 @@ class _Top:
 
 
 def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
-    """Return the people in a skeleton, in file order; a single person has the name ''.
+    """Return the people in a skeleton, in file order. A single person has the name ''.
 
-    Two sibling joints each begin a person if both carry a limb of the same kind and side. If no
-    hand or foot has a known name, both must be whole figures: roots, or joints with similar names.
+    Two sibling joints each begin a person if both have a limb of the same kind and side. If no hand
+    or foot has a known name, both must be whole figures: roots, or joints with similar names.
     """
     roots = [joint for joint, parent in enumerate(skeleton.parents.tolist()) if parent < 0]
     groups = _split(skeleton, roots, _sizes(skeleton))
@@ -141,10 +141,10 @@ def _split(
 
 
 def _with_equal_limbs(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Group tops into people by their limbs; tops with different limbs and the same mark are one
-    person.
+    """Group tops into people by their limbs.
 
-    A single limb next to a person is not another person, unless it has its own root.
+    Tops with different limbs and the same mark are one person. A single limb next to a person is
+    not another person, unless it has its own root.
     """
     if max(Counter(limb for top in tops for limb in top.limbs).values(), default=0) < 2:
         return []
@@ -169,9 +169,7 @@ def _limbs_of(tops: Sequence[_Top]) -> frozenset[tuple[str, str]]:
 
 
 def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Return the people whose hands and feet have unknown names, which are roots or similar
-    names.
-    """
+    """Return the people whose hands and feet have unknown names: roots or similar names."""
     figures = [top for top in tops if _is_figure(skeleton, top)]
     if len(figures) < 2 or sum(len(t.joints) for t in figures) < _EVERY * len(skeleton):
         return []
@@ -181,9 +179,7 @@ def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]
 
 
 def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
-    """True if long lines start from two of a figure's joints, as legs from hips and arms from a
-    chest.
-    """
+    """True if long lines begin at two of a figure's joints, such as hips and chest."""
     if len(top.joints) < _FEWEST:
         return False
     leave, own = [], set(top.joints)
@@ -199,13 +195,13 @@ def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
 
 
 def _likeness(one: _Top, other: _Top) -> float:
-    """Return the fraction of the words that both names have."""
+    """Return the share of words that both names have."""
     a, b = Counter(one.words), Counter(other.words)
     return (a & b).total() / (a | b).total()
 
 
 def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
-    """Return sibling joints with their subtrees, each with its mark and its limbs."""
+    """Return sibling joints with their subtrees, marks and limbs."""
     below = [_all_below(skeleton, joint) for joint in begin]
     marks = _marks([[skeleton.names[j] for j in joints] for joints in below])
     return [
@@ -217,8 +213,8 @@ def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
 def _limbs(
     skeleton: Skeleton, joints: Sequence[int], names: Sequence[JointName]
 ) -> frozenset[tuple[str, str]]:
-    """Return the hands and feet that have two joints of their side above them, as (side, kind)."""
-    above: dict[int, Counter[str]] = {-1: Counter()}  # joints from the top down, by side
+    """Return hands and feet with two joints of their side above them, as (side, kind)."""
+    above: dict[int, Counter[str]] = {-1: Counter()}  # joints from the top down, keyed by side
     found = set()
     for joint, name in zip(joints, names, strict=True):
         sides = above.get(int(skeleton.parents[joint]), above[-1])
@@ -230,7 +226,7 @@ def _limbs(
 
 
 def _sizes(skeleton: Skeleton) -> list[int]:
-    """Return the number of joints in each joint's subtree, including itself."""
+    """Return the number of joints in each joint's subtree, including the joint."""
     sizes = [1] * len(skeleton)
     for joint in reversed(range(len(sizes))):
         if (parent := int(skeleton.parents[joint])) >= 0:
@@ -250,9 +246,7 @@ def _all_below(skeleton: Skeleton, joint: int) -> tuple[int, ...]:
 
 
 def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
-    """Return a name for each person, which is the mark, the name of the first joint, or a
-    number.
-    """
+    """Return each person's name: the mark, the first joint's name, or a number."""
     own = [min(group, key=lambda top: top.joint).words[0] for group in groups]
     names = [group[0].mark.namespace or group[0].mark.affix for group in groups]
     if known := next(filter(None, names), ""):
@@ -270,8 +264,7 @@ def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
 
 
 def _before(name: str, names: Sequence[str]) -> str:
-    """Return the name that precedes another, such as 'A' for 'B', '1' for '2', and 'P1' for
-    'P2'.
+    """Return the name before another: 'A' for 'B', '1' for '2', 'P1' for 'P2'.
 
     The result is '' if there is no such name or if it is taken.
     """
@@ -316,13 +309,13 @@ def _marks(names: Sequence[Sequence[str]]) -> list[tuple[_Mark, tuple[str, ...]]
 
 
 def _of_most(values: Sequence[str]) -> str:
-    """Return the value that most entries share, or ''."""
+    """Return the value that most entries have, or ''."""
     value, count = Counter(values).most_common(1)[0]
     return value if count >= _MOST * len(values) else ""
 
 
 def _shared_words(names: Sequence[str], step: int) -> list[str]:
-    """Return the words that most names begin with (step 1) or end with (step −1).
+    """Return the words with which most names begin (step 1) or end (step −1).
 
     The outermost word comes first.
     """
@@ -338,7 +331,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """Return the number of first words that all runs have in common, or 0 for a single run."""
+    """Return the number of first words that all runs share, or 0 for a single run."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1
@@ -346,18 +339,14 @@ def _in_common(runs: Sequence[Sequence[str]]) -> int:
 
 
 def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
-    """Return a person's name with its words in reading order, such as 'B', or 'Person1' instead of
-    '1'.
-    """
+    """Return a person's name in reading order, such as 'B', or 'Person1' instead of '1'."""
     if words and shared and all(word.isdigit() for word in words):
         words = [shared[-1], *words]
     return "".join(words)
 
 
 def _without(name: str, words: Sequence[str], keep: int, step: int) -> str:
-    """Remove words from the beginning (step 1) or end (−1) of a name, except the outermost
-    `keep`.
-    """
+    """Remove words from the beginning (step 1) or end (−1), except the outermost `keep` words."""
     spans = [found.span() for found in _WORD.finditer(name)][::step]
     own = [name[a:b] for a, b in spans]
     if len(words) == keep or own[: len(words)] != list(words) or len(own) == len(words):

@@ -1,4 +1,4 @@
-"""A person's changes to the chains of a skeleton, by which chains are added or removed."""
+"""A person's changes to the chains of a skeleton, which add or remove chains."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ _EXPECTED = "expected [[chain]] tables with two or three joints, and 'remove' wi
 
 @dataclass(frozen=True)
 class OwnChain:
-    """A chain added by a person, by the names of its joints.
+    """A chain that a person added, given by the names of its joints.
 
     Parameters
     ----------
     joints : tuple of str
-        Parent, child and perhaps a joint below the child.
+        Parent, child and optionally a joint below the child.
     limb : bool
-        True to treat the three joints as a whole, as a :class:`Limb`.
+        True to treat the three joints as a :class:`Limb`.
 
     Examples
     --------
@@ -63,11 +63,11 @@ class OwnChain:
 
     @property
     def name(self) -> str:
-        """Return the name of the first joint, or for a limb the names of both its ends."""
+        """Return the name of the first joint or, for a limb, the names of both ends."""
         return f"{self.joints[0]}-{self.joints[-1]}" if self.limb else self.joints[0]
 
     def made(self, motion: Motion) -> Chain:
-        """Return the chain or limb in a motion; raise TwistError with the reason if that is
+        """Return the chain or limb in a motion. Raises TwistError with the reason if that is
         impossible.
         """
         if len(self.joints) not in ((3,) if self.limb else (2, 3)):
@@ -99,8 +99,7 @@ class OwnChain:
 
 @dataclass(frozen=True)
 class Rig:
-    """The chains of a skeleton, with a person's additions and without the chains that were
-    removed.
+    """The chains of a skeleton, with a person's additions and without the removed chains.
 
     A limb and its first chain are added and removed separately.
 
@@ -111,7 +110,7 @@ class Rig:
     remove : tuple of str
         Names of found chains to leave out.
     names : mapping of str to str
-        Meanings of joints by joint name, such as ``{"Bone07": "left forearm"}``.
+        Meanings of joints, keyed by joint name, such as ``{"Bone07": "left forearm"}``.
 
     Examples
     --------
@@ -135,15 +134,13 @@ class Rig:
         return find_body(motion, said=self.names)
 
     def with_names(self, names: Mapping[str, str]) -> Rig:
-        """Return the rig with the joint meanings in `names`; raise FormatError if one is
-        unknown.
-        """
+        """Return the rig with these meanings of joints. Raises FormatError if one is unknown."""
         for joint, said in names.items():
             joint_as_said(joint, said)
         return replace(self, names=dict(names))
 
     def chains(self, motion: Motion) -> tuple[Chain, ...]:
-        """Return the chains of a motion, followed by its limbs; found ones precede added ones.
+        """Return the chains of a motion, then its limbs; found ones precede added ones.
 
         Raises TwistError if the skeleton lacks a named joint or chain, or if a name would be
         repeated.
@@ -167,7 +164,7 @@ class Rig:
         return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
 
     def with_chain(self, motion: Motion, own: OwnChain) -> Rig:
-        """Return the rig with one more chain; a found chain that was removed is restored.
+        """Return the rig with one more chain. A chain that was found and removed is restored.
 
         Raises TwistError if the joints do not form a chain or the name is taken.
         """
@@ -180,14 +177,14 @@ class Rig:
         return rig
 
     def without(self, name: str) -> Rig:
-        """Return the rig without an existing chain or limb, given by its name."""
+        """Return the rig without the chain or limb of this name."""
         left = tuple(own for own in self.add if own.name != name)
         if len(left) < len(self.add):
             return replace(self, add=left)
         return replace(self, remove=(*self.remove, name))
 
     def own(self, name: str) -> OwnChain | None:
-        """Return the chain that was added with a name; None for a found chain."""
+        """Return the chain that was added with a name, or None for a found chain."""
         return next((own for own in self.add if own.name == name), None)
 
     def _found(self, motion: Motion) -> tuple[Chain, ...]:
@@ -217,14 +214,14 @@ def skeleton_mark(skeleton: Skeleton) -> str:
 
 
 def rig_to_json(rig: Rig) -> dict[str, Any]:
-    """Return the added and removed chains in the form used in a session."""
+    """Return the added and removed chains as JSON data for a session."""
     entries = [{"joints": list(o.joints)} | ({"kind": "limb"} if o.limb else {}) for o in rig.add]
     document: dict[str, Any] = {"add": entries, "remove": list(rig.remove)}
     return document | ({"names": dict(rig.names)} if rig.names else {})
 
 
 def rig_from_json(entry: Any) -> Rig:
-    """Return the rig stored in a session; raise FormatError if it is damaged."""
+    """Return the rig stored in a session. Raises FormatError if it is damaged."""
     rig = has(entry, what="rig")
     add, remove = read_each(rig.get("add", []), "add", _own_from_json), rig.get("remove", [])
     names = {k: text(v, k) for k, v in has(rig.get("names", {}), what="names").items()}
@@ -232,7 +229,7 @@ def rig_from_json(entry: Any) -> Rig:
 
 
 def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
-    """Write a TOML file for :func:`read_rig` atomically; raises OSError."""
+    """Write a TOML file for :func:`read_rig` atomically. Raises OSError."""
     lines = [
         f"# Chains of a rig, for twistcore --rig, made on {legible(source)}.",
         f'skeleton = "{skeleton_mark(skeleton)}"',
@@ -248,7 +245,7 @@ def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
 
 
 def read_rig(path: Path) -> Rig:
-    """Read a rig from a TOML file; raise TwistError or FormatError if it is damaged."""
+    """Read a rig from a TOML file. Raises TwistError or FormatError if it is damaged."""
     with saying(path):
         document = parsed_toml(bytes_of(path))
         if unknown := sorted(document.keys() - {"skeleton", "remove", "chain", "names"}):
@@ -305,8 +302,8 @@ def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
 def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
     """Return the chain with b pointing to a joint that is below C but not a child of C.
 
-    b varies from frame to frame if the joints between them bend. If b has no length, the chain has
-    no grandchild.
+    b varies over the frames if the joints in between bend. If b has no length, the chain has no
+    grandchild.
     """
     bone = along(motion, joint_path(motion.skeleton, chain.child, grandchild))
     if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:

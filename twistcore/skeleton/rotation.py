@@ -18,19 +18,19 @@ _AXIS_INDEX = {"X": 0, "Y": 1, "Z": 2}
 
 
 def wrap(angle: ArrayLike) -> Array:
-    """Add full turns to an angle to bring it into (−π, π], keeping the shape."""
+    """Add full turns to angles to bring them into (−π, π], and keep the shape."""
     a = np.asarray(angle, dtype=np.float64)
     if a.size < 64:
         return _wrap(a)
     wrapped = a.copy()
-    outside = np.abs(a) >= np.pi  # usually few, and rounding all is slow: 8 times as long
+    outside = np.abs(a) >= np.pi  # usually few, and rounding all takes 8 times as long
     if outside.any():
         wrapped[outside] = _wrap(a[outside])
     return wrapped
 
 
 def largest_and_rms(angles: ArrayLike) -> tuple[float, float]:
-    """Return the largest and the RMS of wrapped angles (n,) in degrees; 0 if there are none.
+    """Return the largest and the RMS of wrapped angles (n,) in degrees, or 0 if there are none.
 
     `angles` are in radians.
     """
@@ -95,7 +95,7 @@ def continuous(q: ArrayLike) -> Array:
 
 
 def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
-    """Return R_axis(angle): unit axis (…, 3), angle in radians (…) -> quaternion (…, 4)."""
+    """Return R_axis(angle) as quaternions (…, 4) from unit axes (…, 3) and radians (…)."""
     axis, half = np.asarray(axis, dtype=np.float64), 0.5 * np.asarray(angle, dtype=np.float64)
     shape = np.broadcast_shapes(axis.shape[:-1], half.shape)
     out = np.empty((*shape, 4))
@@ -116,8 +116,9 @@ def exponential(rotation_vector: ArrayLike) -> Array:
 
 
 def logarithm(q: ArrayLike) -> Array:
-    """Return the rotation vector of length [0, π], (…, 4) -> (…, 3); inverts
-    :func:`exponential`.
+    """Return the rotation vector of length [0, π], the inverse of :func:`exponential`.
+
+    The shapes are (…, 4) → (…, 3).
     """
     q = np.asarray(q, dtype=np.float64)
     q = np.where(q[..., :1] < 0.0, -q, q)
@@ -129,9 +130,7 @@ def logarithm(q: ArrayLike) -> Array:
 
 
 def slerp(p: ArrayLike, q: ArrayLike, share: ArrayLike) -> Array:
-    """Return the point on the shorter arc from p to q, (…, 4) each, at a fraction in [0, 1],
-    (…).
-    """
+    """Return the rotation on the shorter arc from p to q, (…, 4), at a fraction in [0, 1], (…)."""
     step = logarithm(multiply(q, conjugate(p)))
     return multiply(exponential(np.asarray(share)[..., None] * step), p)
 
@@ -156,8 +155,8 @@ def matrix_from_quaternion(q: ArrayLike) -> Array:
 def quaternion_from_euler(order: str, angles: ArrayLike) -> Array:
     """Return quaternions of intrinsic rotations about the axes in `order` ('ZYX', 1-3 letters).
 
-    Angles in radians, shape (…, len(order)), in the order of the letters: R = R_1 · R_2 · R_3.
-    Returns (…, 4).
+    The angles are in radians, shape (…, len(order)), in the order of the axes: R = R_1 · R_2 · R_3.
+    Returns the shape (…, 4).
     """
     angles = np.asarray(angles, dtype=np.float64)
     out = np.zeros((*angles.shape[:-1], 4))
@@ -195,8 +194,9 @@ def euler_from_quaternion(order: str, q: ArrayLike) -> Array:
 
 
 def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
-    """Return angles (…, 3) with a given third angle; exact in gimbal lock, where any third angle
-    fits.
+    """Return angles (…, 3) with a given third angle.
+
+    The result is exact in gimbal lock, where any third angle is possible.
     """
     third = np.asarray(third, dtype=np.float64)
     unwound = multiply(q, conjugate(quaternion_from_euler(order[2], third[..., None])))
@@ -234,9 +234,9 @@ def twist_reliability(q: ArrayLike, axis: ArrayLike) -> Array:
 def swing_twist(q: ArrayLike, axis: ArrayLike) -> tuple[Array, Array]:
     """Split rotations into swing and twist: q = swing ⊗ twist [Choi26 Eq. 2-7].
 
-    The twist turns about the axis; the swing, q ⊗ twist⁻¹, turns the axis to where q turns it, by
-    the smallest angle. (Eq. 7 as printed, q ⊗ swing⁻¹, is the twist about the turned axis: the
-    same angle, another quaternion.)
+    The twist turns about the axis. The swing, q ⊗ twist⁻¹, turns the axis to the same direction as
+    q, by the smallest angle. (Eq. 7 as printed, q ⊗ swing⁻¹, is the twist about the turned axis:
+    the same angle, another quaternion.)
 
     Parameters
     ----------

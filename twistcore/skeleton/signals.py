@@ -1,4 +1,4 @@
-"""The signals of [Choi26] in a chain, which are θp, θc, their increments and m(t)."""
+"""The signals of [Choi26] in a chain: θp, θc, their increments and m(t)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.work.progress import Tell, nobody
 
 @dataclass(frozen=True, eq=False)
 class TwistSignals:
-    """Signals of one chain in every frame; increments are 0 in frame 0.
+    """Signals of one chain in every frame. The increments in frame 0 are 0.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class TwistSignals:
     dtheta_p, dtheta_c : ndarray, shape (frames,)
         Increments, radians in (−π, π] [Choi26 Eq. 9, 12].
     strength : ndarray, shape (frames,)
-        m(t), how far P and C turn against each other, radians ≥ 0 [Choi26 Eq. 1, 13].
+        m(t), the angle by which P and C turn against each other, radians ≥ 0 [Choi26 Eq. 1, 13].
     swing_reliability : ndarray, shape (frames,)
         √(w² + (v·a)²) in 0…1; 0 where θp is undefined.
     azimuth_reliability : ndarray, shape (frames,)
@@ -113,7 +113,7 @@ def twist_signals(clip: Motion | HasMotion, chain: Chain | str) -> TwistSignals:
 def signals_of_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
 ) -> dict[str, TwistSignals]:
-    """Return the signals of the chains by name. `tell` is called before each chain."""
+    """Return the signals of the chains, keyed by name. `tell` is called before each chain."""
     tell = tell or nobody
     found = {}
     for k, chain in enumerate(chains):
@@ -134,7 +134,7 @@ def azimuth_increments(across: Array, axis: Array) -> Array:
 
 
 def counter_rotation(dtheta_p: Array, dtheta_c: Array) -> Array:
-    """Return m = min(|Δθp|, |Δθc|) where Δθp·Δθc < 0, else 0 [Choi26 Eq. 1, 13]."""
+    """Return m = min(|Δθp|, |Δθc|) where Δθp·Δθc < 0, and 0 elsewhere [Choi26 Eq. 1, 13]."""
     opposite = dtheta_p * dtheta_c < 0.0
     return np.where(opposite, np.minimum(np.abs(dtheta_p), np.abs(dtheta_c)), 0.0)
 

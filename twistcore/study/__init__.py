@@ -1,1 +1,1 @@
-"""Benchmarks, exercises and training to evaluate the methods; a review does not need them."""
+"""Benchmarks, exercises and training to evaluate the methods. A review does not need them."""

@@ -1,5 +1,4 @@
-"""The files of a class exercise, which are the exercise, the students' answers and the result
-table.
+"""The files of a class exercise: the exercise, the students' answers, and the results.
 
 The teacher keeps the truth in a truth file (:mod:`twistcore.synthesis`). The exercise lists which
 intervals of which clip a student must judge, but not which of them are errors.
@@ -39,10 +38,10 @@ from twistcore.synthesis import InjectedError
 EXERCISE = "twistcore.exercise/1"
 SCORE = "twistcore.exercise-score/1"
 KINDS = ("judge", "find")
-_MOST_BYTES = 10_000_000  # size of a file, since a student may hand in any file
-_MOST_FRAMES = 10_000_000  # length of a clip, a day at 120 fps
+_MOST_BYTES = 10_000_000  # maximum size of a file, since a student may hand in any file
+_MOST_FRAMES = 10_000_000  # maximum length of a clip, a day at 120 fps
 _MOST_INTERVALS = 1000
-_LONGEST_NAME = 100  # letters, in the table
+_LONGEST_NAME = 100  # maximum number of letters in the table
 _Thing = TypeVar("_Thing")
 COLUMNS = (
     "name", "hits", "misses", "false_accepted", "false_rejected", "without_verdict", "seconds",
@@ -51,7 +50,7 @@ COLUMNS = (
 
 @dataclass(frozen=True, eq=False)
 class ClassExercise:
-    """An exercise, in which the intervals of a clip must be judged.
+    """An exercise in which the student must judge intervals of a clip.
 
     Attributes
     ----------
@@ -69,7 +68,7 @@ class ClassExercise:
 
 @dataclass(frozen=True, eq=False)
 class HandedIn:
-    """One student's answer, with the student's verdict on each interval and the time taken."""
+    """A student's answer: a verdict on each interval, and the time taken."""
 
     name: str
     seconds: float
@@ -86,7 +85,7 @@ def write_exercise(path: Path, exercise: ClassExercise) -> None:
 
 
 def read_exercise(path: Path) -> ClassExercise:
-    """Return the exercise in a file; raise TwistError if it is damaged."""
+    """Return the exercise in a file. Raises TwistError if it is damaged."""
     with saying(path):
         document = has(_document(path, EXERCISE), "kind", "clip", "sha256", "intervals")
         name = path_text(document["clip"], "clip")
@@ -116,7 +115,7 @@ def write_handed_in(path: Path, handed: HandedIn) -> None:
 
 
 def read_handed_in(path: Path) -> HandedIn:
-    """Return the student's answer in a file; raise TwistError if it is damaged."""
+    """Return the student's answer in a file. Raises TwistError if it is damaged."""
     with saying(path):
         document = has(_document(path, SCORE), "verdicts", "exercise", "name", "seconds")
         verdicts = _few(read_each(document["verdicts"], "verdicts", _verdict))
@@ -131,9 +130,7 @@ def read_handed_in(path: Path) -> HandedIn:
 
 
 def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> str:
-    """Return a CSV with one row per student, sorted by name, that compares the verdicts with the
-    truth.
-    """
+    """Compare the verdicts with the truth: a CSV with one row per student, sorted by name."""
     rows = []
     for student in sorted(handed, key=lambda h: h.name):
         result = score_exercise(errors, student.verdicts)
@@ -152,7 +149,9 @@ def _in_cell(name: str) -> str:
 
 
 def schema_of(path: Path) -> str:
-    """Return the schema of a JSON file; raise TwistError if this program did not write the file."""
+    """Return the schema of a JSON file. Raises TwistError if this program did not write the
+    file.
+    """
     with saying(path):
         return str(_document(path)["schema"])
 
@@ -172,7 +171,7 @@ def _interval_to_json(interval: Interval) -> dict[str, Any]:
 
 
 def _few(things: tuple[_Thing, ...]) -> tuple[_Thing, ...]:
-    """Return the intervals; raise FormatError if they are too many to compare with the truth."""
+    """Return the intervals. Raises FormatError if they are too many to compare with the truth."""
     if len(things) > _MOST_INTERVALS:
         raise FormatError(f"expected at most {_MOST_INTERVALS} intervals, found {len(things)}")
     return things
@@ -185,7 +184,7 @@ def _verdict(entry: Any) -> Judged:
 
 
 def _interval(entry: Any) -> Interval:
-    """Return an interval whose constant offset takes no more memory than a single number."""
+    """Return an interval whose constant offset needs the memory of a single number."""
     has(entry, "chain", "start", "stop", "delta_deg", what="an interval")
     start, stop = frames(entry, _MOST_FRAMES)
     delta = np.radians([number(entry["delta_deg"], "delta_deg", -DEGREES, DEGREES)])

@@ -1,4 +1,4 @@
-"""Measure how well injected errors were corrected and what else changed [Choi26 §4.2]."""
+"""Measure how well injected errors were corrected, and what changed elsewhere [Choi26 §4.2]."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from twistcore.skeleton.rotation import Array, geodesic_angle
 from twistcore.synthesis import SUCCESS, Truth, inject
 
 DAMAGE = float(np.radians(1.0))
-# Frames with a smaller offset, where a filtered or drifting error begins or crosses 0, count
-# neither as error frames nor as clean ones. Protocols with level shifts have no such frames.
+# Frames with a smaller offset, where a filtered or drifting error begins or crosses 0, are neither
+# error frames nor clean frames. Protocols with level shifts have no such frames.
 COUNTED = float(np.radians(0.5))
 _ORDER = (*SEGMENTS, "whole arm", "whole leg")
 
@@ -36,7 +36,7 @@ class ErrorFrames:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """One clip's result, with its error frames by chain and the changes of all clean pairs."""
+    """The result of one clip: error frames of each chain, and the changes of all clean pairs."""
 
     errors: tuple[ErrorFrames, ...]
     clean_change: Array
@@ -46,7 +46,7 @@ class Sample:
 class EvaluationRow:
     """One row of the table, with fields named as in JSON.
 
-    `rer` is the fraction of the error that is left [Choi26 §4.2.2].
+    `rer` is the fraction of the error that remains [Choi26 §4.2.2].
     """
 
     side: str
@@ -62,9 +62,7 @@ class EvaluationRow:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The table, with rows by segment, the overall row, and the damage to clean (joint, frame)
-    pairs.
-    """
+    """The table: rows by segment, the overall row, and the damage to clean (joint, frame) pairs."""
 
     rows: tuple[EvaluationRow, ...]
     overall: EvaluationRow
@@ -73,7 +71,7 @@ class Evaluation:
 
 
 def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
-    """Compare one refined clip with its clean source.
+    """Compare a refined clip with its clean source.
 
     The clip with errors is rebuilt from the clean clip and the truth, so damage is a change by the
     refinement, not by the injection. Limbs are derived from the chains. Raises ClipMismatchError if
@@ -128,7 +126,7 @@ def error_angle(clean: Array, other: Array, chain: Chain) -> Array:
 
 
 def summarise(samples: Iterable[Sample]) -> Evaluation:
-    """Return the table over any number of clips, in which every error frame has the same weight."""
+    """Return the table over any number of clips. All error frames have the same weight."""
     samples = tuple(samples)
     every = [e for sample in samples for e in sample.errors]
     places = sorted({(e.side, e.segment) for e in every}, key=lambda p: (p[0], segment_order(p[1])))
@@ -158,9 +156,7 @@ def segment_of(chain: Chain) -> str:
 
 
 def segment_order(segment: str) -> tuple[int, str]:
-    """Return a sort key for segments in the order of SEGMENTS, then whole limbs, then others by
-    name.
-    """
+    """Return a sort key for segments: first SEGMENTS, then whole limbs, then others by name."""
     return _ORDER.index(segment) if segment in _ORDER else len(_ORDER), segment
 
 
@@ -195,7 +191,7 @@ def evaluation_to_json(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def evaluation_to_text(evaluation: Evaluation) -> str:
-    """Return the table in columns like the paper's Table 2, with the overall row below."""
+    """Return the table in columns like the paper's Table 2, with the overall row at the end."""
     head = f"{'Side':<6} {'Segment':<12} {'Frames':>7} {'MAE before':>11} {'MAE after':>10} "
     head += f"{'RMSE after':>11} {'RER %':>7} {'FSR %':>7}"
     lines = [head, "-" * len(head)]
@@ -215,8 +211,7 @@ def evaluation_to_text(evaluation: Evaluation) -> str:
 def match_intervals(
     found: Sequence[tuple[int, int]], true: Sequence[tuple[int, int]]
 ) -> dict[int, int]:
-    """Match intervals one to one, best overlap first; return indices in `true` by index in
-    `found`.
+    """Match intervals one to one, best overlap first, as {index in `found`: index in `true`}.
 
     Intervals are [start, stop); two match if their intersection over union is at least 0.5.
     """

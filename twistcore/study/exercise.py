@@ -1,4 +1,4 @@
-"""An exercise, in which seeded errors are hidden in a clip and a review of the clip is scored."""
+"""An exercise: seeded errors are hidden in a clip, and a review of the clip is scored."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from twistcore.synthesis import PROTOCOLS, InjectedError, draw_errors, generator
 
 _LONGEST = 20  # frames of a decoy, the same as for an error of P0
 _APART = 4  # frames between two decoys of a chain
-_CHOICE = 10  # choose among this many of the liveliest moments
+_CHOICE = 10  # number of the liveliest moments from which one is drawn
 
 
 @dataclass(frozen=True)
 class ExerciseScore:
-    """The result of a review compared with the hidden errors.
+    """The score of a review compared with the hidden errors.
 
     Attributes
     ----------
@@ -74,10 +74,11 @@ def decoys(
 ) -> tuple[Interval, ...]:
     """Return 2 to 5 intervals without an error per chain, as many as there can be errors.
 
-    `motion` is the clean motion. Decoys lie in the same chains as the errors but do not overlap
-    them, so neither the chain nor the number of intervals reveals which is which. Each decoy begins
-    where the chain's parent really twists fast, so θp alone does not show the difference. Lengths
-    and offsets are drawn as for errors. A clip that is too short has fewer decoys.
+    `motion` is the clean motion. Decoys are in the same chains as the errors but do not overlap
+    them, so that neither the chain nor the number of intervals reveals the errors. Each decoy
+    begins where the chain's parent really twists fast, so that θp alone does not show the
+    difference. Lengths and offsets are drawn as for errors. A clip that is too short has fewer
+    decoys.
     """
     rng = generator(seed, "decoys")
     out: list[Interval] = []
@@ -96,7 +97,7 @@ def decoys(
 def _lively(
     motion: Motion, chain: Chain, taken: Sequence[tuple[int, int]], rng: np.random.Generator
 ) -> int | None:
-    """Return a frame where the parent twists fast and the longest decoy would overlap nothing.
+    """Return a frame in which the parent twists fast and a decoy would overlap nothing.
 
     `taken` are the spans that are in use. The result is None if there is no such frame.
     """
@@ -110,7 +111,7 @@ def _lively(
 
 
 def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) -> ExerciseScore:
-    """Return the score of a review; each interval counts for at most one error of its chain."""
+    """Return the score of a review. Each interval can match at most one error of its chain."""
     judged = tuple(review)
     accepted = [j.interval for j in judged if j.decision == Decision.ACCEPTED]
     rejected = [j.interval for j in judged if j.decision == Decision.REJECTED]
@@ -126,9 +127,7 @@ def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) ->
 
 
 def _matched(errors: Sequence[InjectedError], intervals: Sequence[Interval]) -> dict[int, int]:
-    """Match errors with intervals, chain by chain, and return the interval's index by the
-    error's.
-    """
+    """Match errors with intervals chain by chain, as {index of error: index of interval}."""
     out: dict[int, int] = {}
     for chain in {e.chain for e in errors}:
         mine = [k for k, e in enumerate(errors) if e.chain == chain]

@@ -1,4 +1,4 @@
-"""Write the clip of an exercise so that its numbers do not reveal which of them were changed."""
+"""Write the clip of an exercise so that its numbers do not reveal the changes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
 
 
 def decimals_of(degrees: Array) -> int:
-    """Return how many decimals the numbers were written with, judging by how many end in zeros."""
+    """Return the number of decimals of written numbers, estimated from their trailing zeros."""
     written = np.unique(degrees[degrees != 0.0])
     for decimals in range(_MOST, 0, -1):
         shorter = np.round(written, decimals - 1) == written

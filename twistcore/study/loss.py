@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-_SOFT = 1e-3  # radians: below it the loss is quadratic, so that its gradient is smooth at rest
+_SOFT = 1e-3  # radians; below it, the loss is quadratic, so that its gradient is smooth at rest
 
 
 def consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
-    """Return how much a parent and its child turn against each other, as a mean over frames.
+    """Return the mean angle per frame by which a parent and its child turn against each other.
 
     `q_p` and `q_c` are the local unit quaternions (w, x, y, z) of parent and child, (frames, 4),
     and `axis` is the unit bone axis in the parent's coordinates, (3,). With x and y the twist
@@ -40,5 +40,5 @@ def _twist_increment(before: Any, after: Any, axis: Any, xp: Any, *, inverse_fir
     vy = bw * ay - by * aw - sign * (bz * ax - bx * az)
     vz = bw * az - bz * aw - sign * (bx * ay - by * ax)
     along = vx * axis[0] + vy * axis[1] + vz * axis[2]
-    # The short way round for any sign of the quaternions: atan(v·a / w) instead of atan2.
+    # The shorter direction for any sign of the quaternions: atan(v·a / w) instead of atan2.
     return 2.0 * xp.arctan2(along * xp.sign(w), xp.abs(w))

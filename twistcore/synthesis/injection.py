@@ -27,7 +27,7 @@ from twistcore.work.frozen import dataclass
 
 _APART = 2  # frames between two intervals of a chain
 _TRIES = 50
-LEAST = float(np.radians(0.1))  # where the tail of a filtered offset is cut
+LEAST = float(np.radians(0.1))  # the share at which the tail of a filtered offset is cut off
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +47,8 @@ class InjectedError:
     kind : Kind
         A counter-twist, a limb flip or a carried roll.
     carried : bool
-        For a flip, True if the limb's end turns along. True for a carried roll, in which C rolls
-        along.
+        True for a flip in which the limb's end turns with the limb, and for a carried roll, in
+        which C rolls with P.
 
     Examples
     --------
@@ -69,8 +69,8 @@ class InjectedError:
     carried: bool = False
 
     def changed_joints(self, chain: Chain, skeleton: Skeleton) -> tuple[int, ...]:
-        """Return the joints whose own rotation the error changes, without a limb's end that is
-        carried.
+        """Return the joints whose own rotation the error changes; a limb's carried end is not
+        one.
         """
         joints = chain.changed_joints(skeleton)
         end_stays = self.kind == Kind.LIMB_FLIP and self.carried and self.leak is None
@@ -87,7 +87,7 @@ def draw_targets(
 ) -> tuple[Chain, ...]:
     """Draw two chains that share no joint [Choi26 §4.1.1], or neighbouring ones with `both`.
 
-    With `together`, draw that many chains in order, starting from a random one.
+    With `together`, draw that many chains in order, from a random one on.
     """
     if protocol.clean or not chains:
         return ()
@@ -105,7 +105,7 @@ def draw_targets(
 
 
 def independent_chains(chains: Sequence[Chain], first: int, most: int) -> tuple[Chain, ...]:
-    """Return up to `most` chains from `first` on, cyclically, that share no changed joint."""
+    """Return up to `most` chains from `first` on, cyclically, that change no joint in common."""
     chosen: list[Chain] = []
     for k in range(len(chains)):
         chain = chains[(first + k) % len(chains)]
@@ -129,7 +129,7 @@ def draw_errors(
 ) -> tuple[InjectedError, ...]:
     """Draw 2 to 5 errors per chain according to the protocol, at least 2 frames apart.
 
-    Except in the border protocols, every edge lies inside the capture. A clip too short for 2
+    Except in the border protocols, every edge is inside the capture. A clip that is too short for 2
     intervals gets fewer.
 
     Parameters
@@ -150,7 +150,7 @@ def draw_errors(
             places = iter(shared)
         else:
             places = _places(motion, chain, first, rng, protocol)
-        # Positions and kinds are drawn alternately, so that a seed gives the same errors as ever.
+        # Positions and kinds are drawn alternately, so that a seed always gives the same errors.
         for start, stop in places:
             if protocol.together > 1 and chain is chains[0]:
                 shared.append((start, stop))
@@ -165,7 +165,7 @@ def _places(
     """Yield the frames of a chain's intervals, before any low-pass widens them."""
     margin = filter_reach(protocol, motion.fps)
     taken = np.zeros(motion.frames, dtype=bool)
-    if protocol.carried:  # a straight limb rolls as a whole, and nothing shows it
+    if protocol.carried:  # a straight limb rolls as a whole, which no signal shows
         taken |= ~bent_frames(motion, chain)
     for k in range(2 if protocol.persists else int(rng.integers(2, 6))):
         place = _place(taken, first, rng, protocol, motion.fps, k)
@@ -207,9 +207,7 @@ def _drawn(
     rng: np.random.Generator,
     protocol: Protocol,
 ) -> InjectedError | None:
-    """Draw one error, or return None if it is empty, for example for a gap in which nothing
-    turns.
-    """
+    """Draw one error, or return None if it is empty, such as for a gap without a turn."""
     start, stop = place
     onset, end = start > first, stop < motion.frames
     if protocol.fill:
@@ -255,18 +253,18 @@ def inject(
     """Put known errors into a motion, to measure how well they are found [Choi26 §4.1.3].
 
     The rotation of P becomes q_P ⊗ R_a(δ), and the rotation of every child X of P becomes R_a(−δ +
-    leak) ⊗ q_X. In a limb flip, a is the limb's line and X its end, unless that is carried along.
-    In a carried roll, C turns by R_b(δ) about its own bone as well. The function is called as
-    ``inject(clip, errors)`` or as ``inject(clip, chains, errors)``.
+    leak) ⊗ q_X. In a limb flip, a is the limb's line and X is its end, unless the end is carried
+    along. In a carried roll, C turns by R_b(δ) about its own bone as well. The function is called
+    as ``inject(clip, errors)`` or as ``inject(clip, chains, errors)``.
 
     Parameters
     ----------
     clip : Clip or Motion
-        What to put the errors into. It is not changed.
+        The clip into which the errors are put. It is not changed.
     chains : sequence of Chain, optional
         The chains and limbs that the errors name; those found in the clip if not given.
     errors : sequence of InjectedError
-        What to put in.
+        The errors to put in.
 
     Returns
     -------
@@ -278,7 +276,7 @@ def inject(
     TypeError
         If `clip` is neither a clip nor a motion.
     TwistError
-        If an error ends behind the last frame or names an unknown chain.
+        If an error ends after the last frame or names an unknown chain.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The shape of an injected error over its frames, and the choice of frames by the pose."""
+"""The shape of an injected error over time, and the choice of its frames by the pose."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Place: TypeAlias = tuple[int, int]
 
 STRAIGHT = float(
     np.radians(18.0)
-)  # least bend; in a straighter limb the split of a twist is invisible
+)  # smallest bend; in a straighter limb the split of a twist is invisible
 SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1  # the shortest spell, and the shortest time between two
 _REACH = 2.5  # periods of the cut-off frequency after which a filtered step has settled
 
@@ -31,7 +31,7 @@ def shaped(
     protocol: Protocol,
     fps: float,
 ) -> Array:
-    """Return the offset in each frame, in radians, (length,), longer at both ends if low-passed.
+    """Return the offset in each frame, radians, (length,), or longer at both ends if low-passed.
 
     `onset` and `end` are True if the error begins, or ends, inside the clip.
     """
@@ -74,16 +74,12 @@ def _drift(length: int, protocol: Protocol) -> Array:
 
 
 def filter_reach(protocol: Protocol, fps: float) -> int:
-    """Return by how many frames a low-passed offset extends beyond its level, or 0 for other
-    offsets.
-    """
+    """Return the frames by which a low-passed offset extends beyond its level, 0 for others."""
     return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
 
 
 def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
-    """Return the twist that P loses if its twist is 'held' or 'interpolated' over a gap, in
-    radians.
-    """
+    """Return the twist that P loses in a gap that is 'held' or 'interpolated', in radians."""
     start, stop = place
     twist = np.cumsum(chain_increments(motion, chain)[0])[start - 1 : stop + 1]
     given = np.full(len(twist), twist[0])
@@ -93,8 +89,9 @@ def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
 
 
 def aligned_spells(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
-    """Yield the spells [start, stop) in which C's bone is in line with P's, but none if it always
-    is.
+    """Yield the spells [start, stop) in which C's bone is in line with P's.
+
+    A chain that is always straight has none.
     """
     if chain.grandchild < 0:
         return

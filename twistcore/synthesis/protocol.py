@@ -1,4 +1,4 @@
-"""Protocols for seeded errors, each of which differs from the paper's in one parameter."""
+"""Protocols for seeded errors. Each differs from the paper's in one parameter."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-_RICH_DELAY = 37  # frames: long enough to keep the two sides of a gait from coinciding
+_RICH_DELAY = 37  # frames, enough to keep the two sides of a gait from coinciding
 _RICH_SHARE = 0.5
 _RICH_LIMIT = 0.2  # radians per frame
 
@@ -37,7 +37,7 @@ class Protocol:
     step
         Keep only every step-th frame before injecting.
     rich
-        True to first give the quiet joint of each chain a motion of its own.
+        True to give the quiet joint of each chain a motion of its own before the injection.
     length
         Length of an interval in frames.
     delta
@@ -59,7 +59,7 @@ class Protocol:
     eased
         True for half a cosine instead of a ramp.
     both
-        True for errors in two chains that share a joint.
+        True for errors in two chains with a common joint.
     together
         Number of chains with errors in the same frames.
     border
@@ -72,13 +72,12 @@ class Protocol:
         True if P turns about its limb's line instead of its bone, with the limb's end kept or
         carried at even odds.
     carried
-        True if C rolls along with P, while the limb is bent.
+        True if C rolls with P while the limb is bent.
     fill
-        How P's twist over a gap is filled, 'held' or 'interpolated', where δ is the twist that is
-        then missing.
+        How P's twist in a gap is filled, 'held' or 'interpolated'. δ is the twist that is missing.
     straight
-        Range of seconds over which δ sets in and ends, with δ in every spell in which the limb is
-        straight.
+        Range of seconds over which δ begins and ends. There is a δ in every spell with a straight
+        limb.
     """
 
     name: str
@@ -181,9 +180,7 @@ PROTOCOLS = {
 
 
 def parse_protocol(name: str) -> Protocol:
-    """Return the protocol with a name, or a combination of several joined by '+', such as
-    'H12+H3-4'.
-    """
+    """Return the protocol with a name, or several protocols joined by '+', such as 'H12+H3-4'."""
     knobs: dict[str, Any] = {}
     texts = []
     for part in name.split("+"):
@@ -210,7 +207,7 @@ def parse_protocol(name: str) -> Protocol:
 
 
 def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Motion:
-    """Return the clean motion for a protocol, enriched and then thinned out; unchanged for P0."""
+    """Return the clean motion for a protocol, enriched and then thinned out. P0 changes nothing."""
     if protocol.rich:
         motion = enrich(motion, chains)
     if protocol.step > 1:
@@ -251,7 +248,7 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
 
 
 def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
-    """Return the twist increments of a chain's parent and child, in radians, (frames,) each.
+    """Return the twist increments of a chain's parent and child, radians, (frames,) each.
 
     The increments are those of relative rotations about the bone, for the parent in its own frame
     and for the child in its parent's frame. All increments are 0 in frame 0.

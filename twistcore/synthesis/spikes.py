@@ -12,15 +12,15 @@ from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, exponential, multiply, normalise
 
-_APART = 30  # frames from one to the next, so that each is compared with sound motion
-_BORDER = 16  # frames at the ends without one
+_APART = 30  # frames between two spikes, so that each is compared with sound motion
+_BORDER = 16  # frames without a spike at each end
 _LARGEST = 120.0  # degrees
-_ABOVE = 1.5  # ratio to the smallest spike of a joint that counts
+_ABOVE = 1.5  # ratio to the smallest spike that the detector reports for the joint
 
 
 @dataclass(frozen=True, eq=False)
 class InjectedSpike:
-    """A joint that is turned by a rotation vector, in radians, (3,), in frames [start, stop)."""
+    """A joint turned by a rotation vector, in radians, (3,), in frames [start, stop)."""
 
     joint: int
     start: int
@@ -31,10 +31,11 @@ class InjectedSpike:
 def draw_spikes(
     motion: Motion, rng: np.random.Generator, most: int = 20
 ) -> tuple[InjectedSpike, ...]:
-    """Return spikes of random joints about random axes, sorted by start, from one frame to 0.03 s.
+    """Draw spikes of random joints about random axes, sorted by start.
 
-    `motion` is the clean motion. The angle of a spike is at most 120°, and at least 1.5 times the
-    smallest spike of its joint that counts. Joints without three rotation channels have none.
+    `motion` is the clean motion. A spike lasts from one frame to 0.03 s. Its angle is at most 120°,
+    and at least 1.5 times the smallest spike that the detector reports for the joint. Joints
+    without three rotation channels have no spikes.
     """
     limits = limits_of(motion, find_chains(motion))
     joints = np.flatnonzero(limits.spike < _LARGEST)
@@ -53,7 +54,7 @@ def draw_spikes(
 
 
 def inject_spikes(motion: Motion, spikes: Iterable[InjectedSpike]) -> Motion:
-    """Return the motion with the spikes, which also move everything below their joints."""
+    """Return the motion with the spikes, which also move all joints below."""
     rotations = motion.rotations.copy()
     for spike in spikes:
         at = slice(spike.start, spike.stop)

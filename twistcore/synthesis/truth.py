@@ -38,9 +38,9 @@ from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.truth/1"
 _KINDS = Kind.COUNTER_TWIST.value, Kind.LIMB_FLIP.value, Kind.CARRIED_ROLL.value
-_LONGEST_NAME = 200  # letters, of several protocols joined
-_MOST_ERRORS = 20_000  # each is compared with each of a review's
-SUCCESS = 0.2  # a frame is repaired if at most this share of its error is left [Choi26 §4.2.1]
+_LONGEST_NAME = 200  # maximum number of letters, for several joined protocols
+_MOST_ERRORS = 20_000  # each is compared with a review's intervals
+SUCCESS = 0.2  # a frame is repaired if at most this share of its error remains [Choi26 §4.2.1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ def write_truth(path: Path, truth: Truth) -> None:
 
 
 def read_truth(path: Path) -> Truth:
-    """Return the truth in a file; raise FormatError or TwistError if it is damaged."""
+    """Return the truth in a file. Raises FormatError or TwistError if it is damaged."""
     data = bytes_of(path)
     with saying(path):
         document = parsed_json(data)
@@ -136,9 +136,7 @@ def _error(entry: Any, frames: int) -> InjectedError:
 
 
 def _angles(entry: Any, what: str, frames: int) -> Array:
-    """Return one angle per frame, in radians; raise FormatError if the number of angles is
-    wrong.
-    """
+    """Return one angle per frame, in radians. Raises FormatError for a wrong number of angles."""
     if len(items(entry, what)) != frames:
         raise FormatError(f"expected {frames} numbers for {what}, found {len(entry)}")
     return np.radians([number(one, what, -DEGREES, DEGREES) for one in entry])

@@ -1,4 +1,4 @@
-"""Choose τ per joint, from the clips' own noise and from errors injected into these clips.
+"""Choose τ for each joint, from the clips' own noise and from errors injected into these clips.
 
 [Choi26] uses a threshold τ but gives no value. This package chooses τ by its cost. At every τ of a
 grid, the cost consists of the share of injected error frames that is corrected (FSR), and of the

@@ -13,8 +13,8 @@ from twistcore.detection import DEFAULT_METHOD, Interval, Kind
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
-SURE = 0.9  # confidence from which an interval counts as an error without a person's verdict
-AUDITOR = DEFAULT_METHOD  # for any tuned detector: the paper's has no confidence
+SURE = 0.9  # confidence from which an interval is an error without a person's verdict
+AUDITOR = DEFAULT_METHOD  # for any detector that is tuned, since the paper's has no confidence
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +26,8 @@ class Verdicts:
     errors
         Intervals that are wrong.
     natural
-        Half-open spans (chain, start, stop) that are correct motion, so a detector that finds them
-        raises a false alarm.
+        Spans (chain, start, stop), with `stop` exclusive, that are correct motion. A detector that
+        finds them raises a false alarm.
     """
 
     errors: tuple[Interval, ...] = ()
@@ -35,7 +35,7 @@ class Verdicts:
 
 
 def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
-    """Return the motion without the errors that a person named or that the detector is sure of.
+    """Return the motion without the errors that a person named or the detector is certain of.
 
     Detections that overlap one of the person's verdicts are ignored.
     """

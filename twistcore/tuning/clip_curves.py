@@ -37,7 +37,7 @@ class ClipTuning:
     first
         The frame of the given clip with which `clean` begins.
     left_out
-        Half-open spans of the given clip that do not count, including blends at its ends.
+        Spans [start, stop) of the given clip that are left out, including blends at its ends.
     """
 
     name: str
@@ -49,7 +49,7 @@ class ClipTuning:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the chains that have a curve, that is, of all correctable chains."""
+        """Return the names of the chains that have a curve: all correctable chains."""
         clean = self.clean
         return tuple(c.name for c in clean.chains if not uncorrectable_joints(clean.motion, c))
 
@@ -79,7 +79,7 @@ def clip_tuning(
 ) -> ClipTuning:
     """Remove a clip's own errors and the blends at its ends, and analyse the rest.
 
-    `left_out` are further half-open spans in which no alarm counts and no error is injected.
+    `left_out` are further spans [start, stop) in which alarms are ignored and no error is injected.
     """
     given = analyse(motion, analyse(motion, rig=rig).chains)
     without = cleaned(given, verdicts)
@@ -112,7 +112,7 @@ def clip_curves(
     session: Path | None = None,
     words: Mapping[str, Any] | None = None,
 ) -> dict[str, TauCurve]:
-    """Return the τ curves of all correctable chains of a clip, by name.
+    """Return the τ curves of all correctable chains of a clip, keyed by chain name.
 
     The result is empty if all frames are left out, since every τ would then cost the same.
     `session` is a session of this clip whose chains, verdicts and left-out frames are used, as in

@@ -1,4 +1,4 @@
-"""Decide whether all chains can share one τ, tested on verdicts not used to choose it."""
+"""Decide whether all chains can share one τ, tested on verdicts that were not used to choose it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ class ChainTau:
     own
         The τ suggested for this chain alone, None if it has too few verdicts.
     apart
-        True if this τ also costs less than the common one on verdicts not used to choose it.
+        True if this τ costs less than the common one, also on verdicts that were not used to choose
+        it.
     gain
         The reduction of the cost, as a fraction of the chain's errors.
     """
@@ -39,24 +40,22 @@ class ChainTau:
 
 @dataclass(frozen=True, eq=False)
 class CommonTau:
-    """The τ suggested by all chains together, and every chain compared with it."""
+    """The τ suggested by all chains together, and a comparison of every chain with it."""
 
     common: Suggestion | None
     chains: tuple[ChainTau, ...]
 
     def tau(self, chain: str) -> float | None:
-        """Return the τ to use for a chain, in radians: the chain's own τ if it needs one, or the
-        common τ.
-        """
+        """Return the τ for a chain in radians: its own τ if it needs one, or the common τ."""
         for c in self.chains:
             if c.chain == chain and c.apart and c.own is not None:
                 return c.own.tau
         return self.common.tau if self.common else None
 
     def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
-        """Yield sentences that say whether one τ is enough, and why a chain needs its own.
+        """Yield sentences that say whether one τ is enough, and why a chain needs its own τ.
 
-        `label` returns the displayed name of a chain.
+        `label` is a function that returns the displayed name of a chain.
         """
         if self.common is None:
             return
@@ -111,7 +110,8 @@ class CommonTau:
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
-    """Return how many more errors are found and fewer rejected intervals listed at a chain's own τ.
+    """Return how many more errors are found, and fewer rejected intervals listed, at a chain's own
+    τ.
 
     `own` and `common` are the chain's own τ and the common τ.
     """
@@ -166,7 +166,7 @@ def common_tau(
 def _gain(
     curve: VerdictCurve, common: float, price: float, smallest: float, seed: int
 ) -> tuple[float, float]:
-    """Return how much cheaper a chain's own τ is than the common one, and in what share of draws.
+    """Return how much cheaper a chain's own τ is than the common τ, and in what share of draws.
 
     Every draw chooses a τ. The saving is measured on the rows that were not drawn, since the τ that
     they chose is always the cheapest on the drawn rows. Errors of other chains help to choose τ,
@@ -181,6 +181,6 @@ def _gain(
     own = curve.best(curve.cost(price, drawn), smallest)
     cost = replace(curve, others=(np.zeros(0), 0)).cost(price, left)
     saved = cost[:, curve.at(common)] - cost[np.arange(len(own)), own]
-    # A tie, if no remaining row lies between the two τ, speaks for neither.
+    # A tie, with no remaining row between the two τ, is no evidence for either.
     sure = (saved > 0).mean() + 0.5 * (saved == 0).mean()
     return float(saved.mean()), float(sure)

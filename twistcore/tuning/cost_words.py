@@ -34,7 +34,7 @@ def band_words(cost: Cost) -> str:
 
 
 def alarm_words(cost: Cost) -> str:
-    """Return a sentence about what the number of alarms in one clip implies for other clips."""
+    """Return a sentence about the alarms to expect in other clips, given those in one clip."""
     if not cost.minutes:
         return "No frame was examined."
     low, high = cost.rate_band

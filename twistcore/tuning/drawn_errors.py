@@ -1,4 +1,4 @@
-"""The injected errors, one by one, and the uncertainty of the FSR estimated from them."""
+"""The injected errors, one by one, and the uncertainty of the FSR that they imply."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-_Z = 1.96  # for a band that holds in 95 of 100 draws
+_Z = 1.96  # for a band that is right in 95 of 100 draws
 _TAIL = 0.025
 _SAME_SIZE = 1e-9  # radians
 
@@ -63,14 +63,15 @@ class DrawnErrors:
 
     @property
     def fsr(self) -> Array:
-        """Return the fraction of error frames that are repaired, 0…1, (n,); NaN without errors."""
+        """Return the fraction of error frames that are repaired, 0…1, (n,), or NaN without
+        errors.
+        """
         frames = float(self.frames.sum())
         return self.repaired.sum(axis=0) / frames if frames else self._nothing
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the 95 % confidence band of the FSR over all errors of this kind, two arrays
-        (n,).
+        """Return the 95 % confidence band of the FSR over all errors of this kind, two arrays (n,).
 
         The bounds of `_wilson` are computed for each protocol and combined as in [Zou &
         Donner 2008], since the number of frames of each protocol is not random.
@@ -90,7 +91,7 @@ class DrawnErrors:
         """Return Wilson's bounds, which also hold for few errors or if all were repaired.
 
         Errors are weighted by their frames. If the errors of a draw tend to succeed or fail
-        together, they count as correspondingly fewer errors.
+        together, they are treated as correspondingly fewer errors.
         """
         p = self.fsr
         n = np.full(len(p), self.frames.sum() ** 2 / np.square(self.frames).sum())
@@ -102,7 +103,7 @@ class DrawnErrors:
         return np.clip(middle - half, 0.0, p), np.clip(middle + half, p, 1.0)
 
     def _spread(self, p: Array) -> Array:
-        """Return the variance of the FSR between draws, (n,); 0 for fewer than two draws."""
+        """Return the variance of the FSR between draws, (n,), or 0 for fewer than two draws."""
         _, which = np.unique(self.draw, return_inverse=True)
         draws = int(which.max()) + 1
         if draws < 2:

@@ -16,7 +16,7 @@ from twistcore.review import Session, read_session
 from twistcore.work.frozen import dataclass
 
 _SESSION = ".twist.json"  # the program's default; a person may choose another name
-_REPLAY = ".replay.json"  # the record of an export: its review is in the clip's own session
+_REPLAY = ".replay.json"  # the record of an export, whose review is in the clip's own session
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class FolderSessions:
 def sessions_in(folder: Path) -> FolderSessions:
     """Return the clips of a folder with their sessions.
 
-    If a clip has several sessions, the latest one made for the clip's present content is chosen or,
-    if there is none, the latest of all.
+    If a clip has several sessions, the latest one for the clip's current content is chosen or, if
+    there is none, the latest of all.
     """
     found: dict[Path, list[tuple[Path, str]]] = {}
     damaged: list[Damaged] = []
@@ -67,7 +67,7 @@ def sessions_in(folder: Path) -> FolderSessions:
 def read_sessions(
     folder: Path, *, below: bool = False
 ) -> Iterator[tuple[Path, Session | TwistError]]:
-    """Yield every session of a folder in the order of names, or the error from reading it.
+    """Yield each session of a folder, sorted by name, or the error from reading it.
 
     Set `below` to True to include subfolders. Other documents are skipped, as are records of
     exports, whose review is in the clip's own session.

@@ -1,4 +1,4 @@
-"""Measure the cost of every τ for a chain by injecting errors into a clip and detecting them."""
+"""Measure the cost of every τ for a chain, by injecting errors into a clip and detecting them."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from twistcore.tuning.cleaning import AUDITOR
 from twistcore.tuning.drawn_errors import DrawnErrors
 from twistcore.tuning.tau_curve import TauCurve
 
-Span = tuple[int, int]  # frames, half-open
+Span = tuple[int, int]  # frames [start, stop)
 
-# Fine where a τ is usually found; wider, so that the cost of an unusual τ is shown as well.
+# Fine where a τ is usually found; coarser elsewhere, to show the cost of an unusual τ too.
 _BELOW, _ABOVE = (0.1, 0.2, 0.35), (37.0, 45.0, 56.0, 69.0, 85.0, 104.0, 127.0, 152.0, 180.0)
 GRID = np.radians([*_BELOW, *np.geomspace(0.5, 30.0, 42), *_ABOVE])
-PROTOCOLS = ("P0", "H6")  # the paper's sizes and small ones: large errors alone do not constrain τ
+PROTOCOLS = ("P0", "H6")  # the paper's sizes, and small ones, since large errors do not limit τ
 
 
 def tau_curve(
@@ -48,10 +48,10 @@ def tau_curve(
 ) -> TauCurve:
     """Return the curve of one chain in one clip that has no errors of its own.
 
-    Only automatic corrections count. `name` is the clip's name, which seeds the errors together
-    with the chain's name. `left_out` are half-open spans of frames that do not count. The clip's
-    noise is always measured by the default detector, even if another one is tuned, since the
-    automatic τ of the paper's detector is the same in every clip.
+    Only automatic corrections are counted. `name` is the clip's name, which seeds the errors
+    together with the chain's name. `left_out` are spans [start, stop) of frames that are left out.
+    The clip's noise is always measured by the default detector, even if another one is tuned, since
+    the automatic τ of the paper's detector is the same in every clip.
     """
     motion, chains, clean = clip.motion, clip.chains, clip.by(method)
 

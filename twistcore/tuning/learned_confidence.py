@@ -1,5 +1,4 @@
-"""Learn a confidence from verdicts by adjusting the detector's confidence to a person's
-decisions.
+"""Learn a confidence from verdicts: adjust the detector's confidence to a person's decisions.
 
 The detector's confidence estimates whether an injected error was found and corrected. A person may
 call fewer or more intervals errors, depending on rig, performer and taste. The map
@@ -8,9 +7,9 @@ call fewer or more intervals errors, depending on rig, performer and taste. The 
 
 of the detector's confidence c has two parameters and keeps the order of intervals (scale is above
 0). The parameters are the likeliest given the verdicts and a prior at the built-in map (shift 0,
-scale 1), so a few verdicts change the map only a little. The form of the map and the prior were
-chosen on the first four passes of `benchmarks/learned_confidence.py`, which reports the results for
-others.
+scale 1), so that a few verdicts change the map only a little. The form of the map and the prior
+were chosen on the first four passes of `benchmarks/learned_confidence.py`, which reports the
+results for others.
 """
 
 from __future__ import annotations
@@ -26,16 +25,16 @@ from twistcore.tuning.verdict_curve import wilson
 from twistcore.tuning.verdicts_of import JudgedClip
 from twistcore.work.frozen import dataclass
 
-LEAST = 0.01  # closer to 0 or 1, the detector's confidence carries no information
+LEAST = 0.01  # closer to 0 or 1, the detector's confidence has no information
 SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # standard deviations of the prior
 FOLDS = 5
 BINS = 10
-ENOUGH = 20  # fewest verdicts to learn from
+ENOUGH = 20  # minimum number of verdicts to learn from
 
 
 @dataclass(frozen=True)
 class LearnedConfidence:
-    """The fitted map, with the numbers of accepted and rejected intervals it was learned from."""
+    """The fitted map, with the numbers of accepted and rejected intervals used for the fit."""
 
     shift: float = 0.0
     scale: float = 1.0
@@ -47,16 +46,15 @@ class LearnedConfidence:
         return _logistic(self.shift + self.scale * _logit(confidence))
 
     def __call__(self, confidence: float | None) -> float | None:
-        """Return the learned confidence of one interval; None if the detector gives no
-        confidence.
-        """
+        """Return the learned confidence of one interval, or None if the detector gives none."""
         return None if confidence is None else float(self.of(np.array([confidence]))[0])
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """Intervals that a detector listed, with confidence, True if accepted, and number of the clip,
-    (n,).
+    """Intervals that a detector listed.
+
+    The three arrays, (n,), have the confidence, True if accepted, and the number of the clip.
     """
 
     confidence: Array
@@ -73,7 +71,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Bin:
-    """Intervals of similar confidence, with their number, mean confidence and accepted fraction.
+    """Intervals of similar confidence: their number, mean confidence and accepted fraction.
 
     `low` and `high` are the limits of the 90 % confidence interval of the accepted fraction.
     """
@@ -126,8 +124,8 @@ def learned(given: Seen) -> LearnedConfidence:
 def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
     """Return the learned confidence of every interval, from a map fitted without its clip, (n,).
 
-    With fewer clips than folds, each clip is held out in turn; with a single clip, parts of its
-    verdicts are held out.
+    With fewer clips than folds, each clip is left out in turn; with a single clip, parts of its
+    verdicts are left out.
     """
     rng = np.random.default_rng(seed)
     group = given.clip
@@ -142,7 +140,7 @@ def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
 
 
 def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliability:
-    """Return how often intervals of similar confidence were accepted, in bins."""
+    """Return the accepted fraction of intervals of similar confidence, in bins."""
     of = np.minimum((confidence * bins).astype(int), bins - 1)
     rows: list[Bin] = []
     for b in np.unique(of):
@@ -154,9 +152,7 @@ def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliabil
 
 
 def expected_error(bins: Sequence[Bin]) -> float:
-    """Return the expected calibration error, which is the mean of |confidence − accepted
-    fraction|.
-    """
+    """Return the expected calibration error, the mean of |confidence − accepted fraction|."""
     total = sum(b.count for b in bins)
     return sum(b.count * abs(b.said - b.was) for b in bins) / max(total, 1)
 

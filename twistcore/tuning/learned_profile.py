@@ -1,6 +1,4 @@
-"""Make a profile from people's verdicts, with each τ and its evidence, and the learned
-confidence.
-"""
+"""Make a profile from people's verdicts: each τ with its evidence, and the learned confidence."""
 
 from __future__ import annotations
 
@@ -51,7 +49,7 @@ class LearnedProfile:
     held_out: str = "clips"
 
     def write(self, path: Path, source: str) -> None:
-        """Write the profile with the evidence; raises OSError."""
+        """Write the profile with the evidence. Raises OSError."""
         nan = math.nan
         tau = {n: Tuned(math.degrees(t), nan, nan, nan) for n, t in self.profile.tau.items()}
         sessions = f"{source}'s sessions"

@@ -1,6 +1,4 @@
-"""Profiles, which are TOML files with a τ per joint to use for other clips (`--profile`, or a
-folder).
-"""
+"""Profiles: TOML files with a τ for each joint, to use for other clips (`--profile`)."""
 
 from __future__ import annotations
 
@@ -30,7 +28,7 @@ from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.tau_curve import Tuned
 from twistcore.work.frozen import dataclass
 
-# Limits of a learned confidence: beyond them the file is damaged.
+# Limits of a learned confidence; beyond them the file is damaged.
 _MOST_SHIFT, _LEAST_SCALE, _MOST_SCALE = 30.0, 1e-6, 100.0
 _Value = TypeVar("_Value")
 
@@ -42,7 +40,7 @@ class Profile:
     Parameters
     ----------
     tau
-        τ in radians by the name of a chain or limb.
+        τ in radians, keyed by the name of the chain or limb.
     method
         The detector it was tuned for, '' if unknown.
     rig
@@ -50,7 +48,7 @@ class Profile:
     performer
         Name of the performer, '' for any.
     confidence
-        The confidence learned from verdicts, used only if a person asks for it.
+        The confidence learned from verdicts, used only on request.
     """
 
     tau: Mapping[str, float]
@@ -60,17 +58,15 @@ class Profile:
     confidence: LearnedConfidence | None = None
 
     def of(self, chains: Iterable[Chain]) -> dict[str, float]:
-        """Return the τ of those given chains that the profile contains, by name."""
+        """Return the τ that the profile has for the given chains, keyed by name."""
         return {c.name: self.tau[c.name] for c in chains if c.name in self.tau}
 
 
 @dataclass(frozen=True)
 class TauReasons:
-    """The evidence for a chain's τ, with its uncertainty and the accepted and rejected
-    intervals.
+    """The evidence for a chain's τ: its uncertainty, and the accepted and rejected intervals.
 
-    `low` and `high` are in degrees; 90 % of the suggestions from resampled verdicts lie between
-    them.
+    Of the suggestions from resampled verdicts, 90 % are between `low` and `high`, in degrees.
     """
 
     accepted: int
@@ -88,11 +84,11 @@ def write_profile(
     whose: Profile | None = None,
     verdicts: Mapping[str, TauReasons] | None = None,
 ) -> None:
-    """Write one TOML table per joint, with evidence, for :func:`read_profile`; raises OSError.
+    """Write one TOML table per joint, with evidence, for :func:`read_profile`. Raises OSError.
 
     `whose` is a profile whose rig, performer and confidence are written into every table, since
-    earlier versions ignore unknown keys only inside a table. `verdicts` holds the evidence by
-    chain. The file is written atomically.
+    earlier versions ignore unknown keys only inside a table. `verdicts` has the evidence, keyed by
+    chain name. The file is written atomically.
     """
     clip, by = legible(source), legible(method)  # without line breaks
     lines = [f"# τ per joint for twistcore --profile, tuned on {clip} with detector {by}."]
@@ -130,7 +126,7 @@ def _whose_lines(whose: Profile | None) -> list[str]:
 
 
 def read_profile(path: Path) -> Profile:
-    """Read a TOML file that has a table with tau_deg for every joint; raises TwistError."""
+    """Read a TOML file that has a table with tau_deg for each joint. Raises TwistError."""
     data = bytes_of(path)
     with saying(path):
         return _profile(parsed_toml(data))
@@ -161,7 +157,7 @@ def _profile(document: Mapping[str, Any]) -> Profile:
 
 
 def _tau(degrees: Any, name: str) -> float:
-    """Return τ in radians; raise FormatError if it is not above 0."""
+    """Return τ in radians. Raises FormatError if it is not above 0."""
     place = f"tau_deg of {shown_value(name)}"
     if not number(degrees, place, 0.0, 180.0):
         raise unexpected("a number above 0", place, degrees)
@@ -169,7 +165,7 @@ def _tau(degrees: Any, name: str) -> float:
 
 
 def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
-    """Return the value of a key, which must be equal in all tables that have the key."""
+    """Return the value of a key, which must be the same in all tables that have the key."""
     values = [table[key] for table in tables if key in table]
     if others := sum(value != values[0] for value in values):
         raise FormatError(

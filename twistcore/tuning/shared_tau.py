@@ -1,4 +1,4 @@
-"""Report whether one τ is enough for all chains, and why some chains need their own."""
+"""Report whether one τ is enough for all chains, and why some chains need their own τ."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SLIGHT = 0.01  # a chain that loses less than a point with the others' τ does n
 
 @dataclass(frozen=True)
 class SharedTau:
-    """The τ, in radians, that suits most chains, and a comparison of each chain with it.
+    """The τ in radians that suits most chains, and a comparison of each chain with it.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class SharedTau:
     served
         Chains for which the shared τ is almost as good as their own.
     apart
-        For each other chain, by name, its own τ in radians and a short reason.
+        For each other chain, keyed by name: its own τ in radians and a short reason.
     """
 
     tau: float
@@ -37,8 +37,9 @@ class SharedTau:
         return len(self.best) + len(self.served) + len(self.apart)
 
     def words(self, labels: Mapping[str, str]) -> str:
-        """Return a summary in one or two sentences. `labels` are the displayed names, by name of
-        the chain.
+        """Return a summary in one or two sentences.
+
+        `labels` are the displayed names, keyed by chain name.
         """
         degrees = np.degrees(self.tau)
         of, few = self.chains, len(self.served)
@@ -68,7 +69,7 @@ def shared_tau(
     price: float = ALARM_PRICE,
     smallest: float = SMALLEST_ERROR,
 ) -> SharedTau | None:
-    """Return how well the chains' :meth:`TauCurve.suggested` agree; None if there is no curve."""
+    """Compare the chains' :meth:`TauCurve.suggested`. The result is None if there is no curve."""
     if not curves:
         return None
     own = {name: curve.suggested(price, smallest) for name, curve in curves.items()}

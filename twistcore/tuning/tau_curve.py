@@ -1,4 +1,4 @@
-"""The cost of every τ for a chain, and the τ that it suggests."""
+"""The cost of every τ for a chain, and the τ with the lowest cost."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from twistcore.skeleton.rotation import Array
 from twistcore.tuning.drawn_errors import DrawnErrors, rate_band
 from twistcore.work.frozen import dataclass
 
-# Smallest error of H6; a larger τ would miss errors that should be found.
+# Smallest error of H6; with a larger τ, errors would be missed that should be found.
 SMALLEST_ERROR = float(np.radians(2.0))
-ALARM_PRICE = 0.05  # share of the error frames that one false alarm a clip or minute may cost
+ALARM_PRICE = 0.05  # share of the error frames that one false alarm per clip or minute may cost
 LOSS_ALLOWED = 0.001  # additional cost allowed for a larger τ, which is safer against noise
 
 
 @dataclass(frozen=True, eq=False)
 class TauCurve:
-    """The cost of every τ of a grid for a chain, as counts, so that the curves of clips can be
-    added.
+    """Counts from which the cost of each τ in a grid is computed for one chain.
+
+    The counts of several clips can be added.
 
     Parameters
     ----------
@@ -40,7 +41,8 @@ class TauCurve:
     noise
         The noise of each clip, in radians.
     drawn
-        The errors one by one, None if unknown (the FSR then has no band) or if there are none.
+        The result for each injected error, None if unknown (the FSR then has no band) or if there
+        are none.
     own
         The detector's automatic τ, radians, one per clip, if it differs from the noise.
     """
@@ -56,7 +58,9 @@ class TauCurve:
 
     @property
     def fsr(self) -> Array:
-        """Return the fraction of error frames that are repaired, 0…1, (n,); NaN without errors."""
+        """Return the fraction of error frames that are repaired, 0…1, (n,), or NaN without
+        errors.
+        """
         share: Array = (
             self.repaired / self.errors if self.errors else np.full(len(self.tau), np.nan)
         )
@@ -64,14 +68,12 @@ class TauCurve:
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the lower and the upper limit of the FSR's confidence band, 0…1, (n,); NaN if
-        unknown.
-        """
+        """Return the limits of the FSR's confidence band, 0…1, (n,) each, or NaN if unknown."""
         return self._drawn.band
 
     @property
     def alarms_per_minute(self) -> Array:
-        """Return false alarms per minute of clip, (n,); NaN without clips."""
+        """Return the false alarms per minute of clip, (n,), or NaN without clips."""
         rate: Array = self.alarms / (self.minutes or nan)
         return rate
 
@@ -100,8 +102,7 @@ class TauCurve:
         )
 
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
-        """Return the loss of every τ, (n,), which is the fraction of missed error frames plus
-        priced alarms.
+        """Return the loss of every τ, (n,): the fraction of missed error frames plus priced alarms.
 
         `price` is the fraction of the error frames that avoiding one false alarm may cost, counted
         per clip, or per minute of a longer clip. Errors below `smallest` radians need not be found.
@@ -117,10 +118,10 @@ class TauCurve:
         """Return the τ, in radians, with the lowest :meth:`loss`.
 
         An alarm costs a person one key press, but nobody sees a missed error. By default, an alarm
-        therefore costs as much as 5 percentage points of FSR, and no τ misses half of the errors to
-        avoid one alarm. If several τ cost the same, the largest one up to the size of the smallest
-        errors to find is chosen, since the injected errors say little about sizes in between. The
-        result is never below the clips' own noise.
+        therefore costs as much as 5 percentage points of FSR, so that τ never misses half of the
+        errors to avoid one alarm. If several τ cost the same, the largest one up to the size of the
+        smallest errors to find is chosen, since the injected errors say little about sizes in
+        between. The result is never below the clips' own noise.
         """
         usable = np.flatnonzero(self.tau >= self.floor)
         if not len(usable):
@@ -148,7 +149,7 @@ class TauCurve:
         return self.drawn or nothing
 
     def _place(self, tau: float) -> tuple[int, float]:
-        """Return the grid index below τ, and the fraction of the way to the next, in log τ."""
+        """Return the grid index below τ, and the fraction of the distance to the next, in log τ."""
         at = float(np.interp(math.log(max(tau, 1e-9)), np.log(self.tau), range(len(self.tau))))
         below = min(int(at), max(len(self.tau) - 2, 0))
         return below, at - below
@@ -156,7 +157,7 @@ class TauCurve:
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of a τ; values are NaN if not measured.
+    """The cost of a τ, with NaN for values that were not measured.
 
     Parameters
     ----------
@@ -176,7 +177,7 @@ class Cost:
 
     @property
     def rate(self) -> float:
-        """Return the number of alarms per minute; NaN for 0 minutes."""
+        """Return the number of alarms per minute, or NaN for 0 minutes."""
         return self.alarms / (self.minutes or nan)
 
     @property
@@ -213,7 +214,7 @@ def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None 
 
 @dataclass(frozen=True)
 class Tuned:
-    """A chain's τ with the evidence for it, in degrees and per cent, or NaN where not measured."""
+    """A chain's τ with its evidence, in degrees and per cent, or NaN where not measured."""
 
     tau: float
     noise: float
@@ -222,7 +223,7 @@ class Tuned:
 
 
 def tuned(curve: TauCurve, tau: float | None = None) -> Tuned:
-    """Return the τ that a curve suggests, or a given τ in radians, with its cost."""
+    """Return the suggested τ of a curve, or a given τ in radians, with its cost."""
     tau = curve.suggested() if tau is None else tau
     cost = curve.cost(tau)
     return Tuned(

@@ -1,4 +1,4 @@
-"""Precision and recall of every τ according to people's verdicts, and the τ they suggest."""
+"""Precision and recall at each τ according to people's verdicts, and the τ they suggest."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from twistcore.work.frozen import dataclass
 
 LEVEL = 0.9  # level of confidence intervals
 _Z = 1.6449  # quantile of the normal distribution for LEVEL
-ENOUGH_ERRORS = 10  # fewest accepted intervals for a suggestion: recall in steps of 10 %
-ENOUGH_OWN = 5  # fewest verdicts of a chain, which borrows the errors of the others
-BORROWED = 10.0  # number of own errors that the errors of all other chains are worth to a chain
-FEW_CLIPS = 5  # with fewer, verdicts are resampled instead of clips: few clips have too few samples
+ENOUGH_ERRORS = 10  # minimum of accepted intervals for a suggestion: recall in steps of 10 %
+ENOUGH_OWN = 5  # minimum of verdicts on a chain, which uses the errors of the others as well
+BORROWED = 10.0  # number of its own errors that equals the errors of all other chains
+FEW_CLIPS = 5  # with fewer clips, verdicts are resampled instead
 DRAWS = 400
 
 
 def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
-    """Return the bounds of the confidence interval of part / whole; 0 and 1 if whole is 0."""
+    """Return the bounds of the confidence interval of part / whole, 0 and 1 if whole is 0."""
     part, n = np.asarray(part, float), np.asarray(whole, float)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = part / n
@@ -36,7 +36,7 @@ def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """A suggested τ in radians. 90 % of the resampled suggestions lie between `low` and `high`."""
+    """A suggested τ in radians; 90 % of the resampled suggestions are from `low` to `high`."""
 
     tau: float
     low: float
@@ -45,8 +45,7 @@ class Suggestion:
 
 @dataclass(frozen=True, eq=False)
 class VerdictCurve:
-    """Counts over a grid of τ, with a row for each clip, or for each verdict if there are few
-    clips.
+    """Counts over a grid of τ, with a row for each clip or, if there are few, each verdict.
 
     Curves can be added.
 
@@ -61,10 +60,10 @@ class VerdictCurve:
     clips
         Number of clips, or of minutes if larger, times the reviewed chains.
     reviewed
-        The τ in radians from which intervals were listed, median of chains and clips.
+        The τ in radians from which intervals were listed, as the median of chains and clips.
     others
-        Recall of the errors of other chains, shape (n,), and their number, which is 0 for a curve
-        of all chains.
+        Recall of other chains' errors, shape (n,), and the number of these errors, which is 0 for a
+        curve of all chains.
     """
 
     tau: Array
@@ -97,12 +96,12 @@ class VerdictCurve:
 
     @property
     def recall(self) -> Array:
-        """Return the fraction of errors that are found, (n,); NaN without errors."""
+        """Return the fraction of errors that are found, (n,), or NaN without errors."""
         return _share(self.found.sum(axis=0), self.errors.sum())
 
     @property
     def precision(self) -> Array:
-        """Return the fraction of detections that are errors, (n,); NaN without detections."""
+        """Return the fraction of detections that are errors, (n,), or NaN without detections."""
         found = self.found.sum(axis=0)
         return _share(found, found + self.alarms.sum(axis=0))
 
@@ -121,12 +120,12 @@ class VerdictCurve:
         return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
-        """Return the cost of every τ, the fraction of missed errors plus the priced alarms per
+        """Return the cost of every τ: the fraction of missed errors plus the priced alarms per
         clip.
 
         If a chain has few errors, the errors of other chains show how large errors are in these
-        clips. `weight` is how often each row counts, shape (draws, rows); the result then has the
-        shape (draws, n).
+        clips. `weight` is the number of times that each row is counted, shape (draws, rows); the
+        result then has the shape (draws, n).
         """
         weight = np.ones((1, len(self.errors))) if weight is None else weight
         errors, rows = weight @ self.errors, max(len(self.errors), 1)
@@ -162,7 +161,7 @@ class VerdictCurve:
         draws: int = DRAWS,
         seed: int = 0,
     ) -> Suggestion | None:
-        """Return the τ that the verdicts suggest, with its uncertainty; None if they are too
+        """Return the τ that the verdicts suggest, with its uncertainty, or None if they are too
         few.
         """
         if not self.enough:
@@ -174,7 +173,9 @@ class VerdictCurve:
         return Suggestion(tau, min(float(low), tau), max(float(high), tau))
 
     def draw(self, draws: int, seed: int) -> Array:
-        """Return how often each row occurs in samples with replacement, (draws, rows)."""
+        """Return the number of times that each row occurs in samples with replacement, (draws,
+        rows).
+        """
         rows = len(self.errors)
         rng = np.random.default_rng(seed)
         drawn = rng.multinomial(rows, np.full(rows, 1.0 / rows), size=draws).astype(float)
@@ -193,7 +194,7 @@ def _share(part: Array, whole: Array) -> Array:
 def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> VerdictCurve:
     """Return the curve over all clips with verdicts, for all their chains or for one chain.
 
-    A reviewed clip in which no interval of the chain was listed counts as a clip without alarms.
+    A reviewed clip in which no interval of the chain was listed is a clip without alarms.
     """
     clips = [clip for clip in clips if clip.verdicts]
     others = _errors_found(clips, chain) if chain is not None else (np.zeros(0), 0)
@@ -218,7 +219,7 @@ def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> Verd
 
 
 def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
-    """Return the fraction of other chains' errors found at each τ, and the number of errors."""
+    """Return the recall of other chains' errors at each τ, and the number of these errors."""
     found = [v.found for clip in clips for v in clip.verdicts if v.error and v.chain != chain]
     return (np.mean(found, axis=0) if found else np.zeros(0)), len(found)
 
@@ -235,7 +236,7 @@ class VerdictScore:
     @property
     def precision(self) -> tuple[float, float, float]:
         """Return the fraction of detections that are errors, with bounds; NaN, 0 and 1 without
-        detections.
+        any.
         """
         return _between(self.found, self.found + self.alarms)
 
@@ -250,9 +251,7 @@ class VerdictScore:
 def verdict_score(
     clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | None = None
 ) -> VerdictScore:
-    """Return the score at the given τ, in radians by chain, for one chain or all chains in
-    `tau`.
-    """
+    """Return the score of one chain or of all chains in `tau`, at τ in radians for each chain."""
     place = {name: int(np.abs(np.log(GRID / t)).argmin()) for name, t in tau.items()}
     told = [
         (v.error, bool(v.found[place[v.chain]]))

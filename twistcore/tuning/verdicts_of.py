@@ -2,8 +2,8 @@
 
 An accepted interval is an error and a rejected one is natural motion. An undecided interval gives
 no evidence, and neither does an interval that was applied automatically or accepted together with
-all confident ones, since nobody examined it. Running the detector at every τ of the grid shows at
-which τ it finds the interval of a verdict.
+all confident ones, since nobody examined it. The detector is run at every τ of the grid to
+determine the τ at which it finds the interval of a verdict.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ class Verdict:
     error
         True if the interval was accepted.
     found
-        Mask of the grid's τ at which the detector finds it, shape (n,).
+        Mask of the grid's τ at which the detector finds the interval, shape (n,).
     confidence
         The detector's confidence, None for an interval made by hand or if the detector gives none.
     size
         The largest offset, radians.
     by_hand
-        True if the detector had not listed it.
+        True if the detector had not listed the interval.
     """
 
     chain: str
@@ -82,7 +82,7 @@ class JudgedClip:
     reviewed
         For each reviewed chain, the τ in radians from which intervals were listed.
     shares
-        By chain, the fraction of these intervals that were decided, 1 if not given.
+        The fraction of these intervals that were decided, keyed by chain name, 1 if not given.
     """
 
     name: str
@@ -96,7 +96,7 @@ class JudgedClip:
 
     @property
     def reviewed_chains(self) -> float:
-        """Return the number of reviewed chains, in which a partly decided chain counts by its
+        """Return the number of reviewed chains; a partly decided chain adds its decided
         fraction.
         """
         return sum(self.shares.get(chain, 1.0) for chain in self.reviewed)
@@ -113,9 +113,7 @@ class JudgedClip:
 
 
 def performer_of(name: str) -> str:
-    """Return the performer from a clip's file name, such as '05' for 05_03.bvh, or '' if
-    unknown.
-    """
+    """Return the performer from a clip's file name, such as '05' for 05_03.bvh, or ''."""
     said = _PERFORMER.match(PurePath(name).stem)
     return (said["number"] or said["word"]) if said else ""
 
@@ -125,8 +123,8 @@ def judged_clip(
 ) -> JudgedClip:
     """Return the verdicts of a review as evidence for the τ of its detector.
 
-    `performer` is taken from the file's name by default. Frames left out of tuning do not count
-    here either.
+    `performer` is taken from the file's name by default. Frames left out of tuning are ignored
+    here, too.
     """
     decided = _decided(state)
     detector = analysis.by(state.method)
@@ -197,8 +195,9 @@ def _reviewed(
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return the τ down to which each chain was reviewed, and the fraction of decided intervals.
 
-    A chain with undecided intervals was reviewed down to the weakest decided one, since lowering τ
-    alone is no review. A chain without intervals counts as reviewed when all others are finished.
+    A chain with undecided intervals was reviewed down to its weakest decided interval, since
+    lowering τ alone is no review. A chain without intervals is reviewed when all others are
+    finished.
     """
     asked = [j for j in state.intervals if _counts(state, j.interval) and not is_verdict(j)]
     reviewed: dict[str, float] = {}
@@ -249,7 +248,7 @@ def _accepted(decided: Sequence[Judged]) -> list[bool]:
 def found_by_tau(
     judged: Sequence[Interval], errors: Sequence[bool], detector: Analysis, chain: str
 ) -> Mask:
-    """Return at which τ the detector finds each judged interval of a chain, (judged, n).
+    """Return a mask of the τ at which the detector finds each judged interval, (judged, n).
 
     A detection belongs to the interval with which it shares most frames. An error is found if the
     two share half of their frames. Natural motion raises an alarm if any part of it is detected.
@@ -274,7 +273,7 @@ def found_by_tau(
 def judged_in(
     clip: Path | Clip, session: Path | Session, performer: str | None = None
 ) -> JudgedClip:
-    """Return the verdicts on a clip in a session; raises TwistError.
+    """Return the verdicts on a clip in a session. Raises TwistError.
 
     A session made for another version of the clip is refused, since its frames may differ.
     """
@@ -285,15 +284,13 @@ def judged_in(
 
 
 def check_version(clip: Clip, session: Session) -> None:
-    """Raise TwistError unless a session belongs to the clip's present content."""
+    """Raise TwistError unless a session belongs to the clip's current content."""
     if session.sha256 != clip.sha256:
         raise TwistError(f"{clip.name}: its session belongs to another version of the clip")
 
 
 def check_method_and_chains(clip: Clip, session: Session) -> None:
-    """Raise TwistError unless the session's detector and the chains of the session's intervals
-    exist.
-    """
+    """Raise TwistError if the session's detector or a chain of its intervals does not exist."""
     state = session.state
     if state.method not in DETECTORS:
         known = " or ".join(sorted(DETECTORS))

@@ -2,8 +2,8 @@
 
 The standard library writes and compiles five functions for every frozen dataclass, which takes half
 a millisecond. With a hundred classes, a cold start spent 40 ms on this. Here, only `__init__` is
-compiled, and all classes share the functions that show an object and refuse changes. The class
-looks the same to a program, with fields, `replace`, `asdict`, signature, annotations and patterns.
+compiled, and all classes share the functions that display an object and prevent changes. The class
+has the same fields, `replace`, `asdict`, signature, annotations and patterns as a normal one.
 Subclasses must use this decorator, too.
 """
 
@@ -33,7 +33,7 @@ else:
 
 
 class _Factory:
-    """The default of a field that has a factory, as it is shown in signatures."""
+    """The default of a field with a factory, as signatures show it."""
 
     def __repr__(self) -> str:
         return "<factory>"
@@ -45,7 +45,7 @@ _FACTORY = _Factory()
 def _made(cls: type, *, eq: bool, shown: bool, kw_only: bool) -> type:
     if hasattr(cls, "__post_init__"):
         raise TypeError(f"{cls.__name__}: expected no __post_init__; use dataclasses.dataclass")
-    own = frozenset(vars(cls))  # names that the class itself defines stay
+    own = frozenset(vars(cls))  # names that the class itself defines are kept
     dataclasses.dataclass(init=False, repr=False, eq=False, kw_only=kw_only)(cls)
     added: dict[str, Any] = {"__setattr__": _refuse_to_set, "__delattr__": _refuse_to_delete}
     added["__init__"] = _init(cls)
@@ -131,7 +131,5 @@ def _refuse_to_delete(self: Any, name: str) -> None:
 
 
 def _is_frozen(self: Any, name: str) -> bool:
-    """True if a name cannot be set, which is any name or, in a subclass that is no dataclass, a
-    field.
-    """
+    """True if a name cannot be set: any name, or a field in a subclass that is no dataclass."""
     return "__dataclass_fields__" in vars(type(self)) or name in self.__dataclass_fields__

@@ -17,8 +17,8 @@ _OWN = Path("/proc/self")
 def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
     """Limit this process to its current memory plus `spare` and a multiple of a file's bytes.
 
-    Beyond the limit, a MemoryError is raised instead of the machine swapping. The limit applies to
-    the address space, so it does not measure the memory really used. The earlier limit is restored
+    Beyond the limit, a MemoryError is raised before the machine begins to swap. The limit applies
+    to the address space, which is larger than the memory really used. The earlier limit is restored
     afterwards, since other code may share the process. On systems other than Linux there is no
     limit.
     """
@@ -44,7 +44,7 @@ def forget_peak() -> None:
 
 
 def peak_memory() -> int:
-    """Return the largest memory used, in bytes, since the start or the last reset; 0 if unknown."""
+    """Return the most memory used since the start or the last reset, in bytes, or 0 if unknown."""
     with contextlib.suppress(OSError, ValueError):
         for line in (_OWN / "status").read_text(encoding="utf-8").splitlines():
             if line.startswith("VmHWM:"):

@@ -1,4 +1,4 @@
-"""Apply one function to many files in many processes; a bad file does not stop the others.
+"""Apply one function to many files in many processes. A bad file does not stop the others.
 
 Each process has its own pipe for orders and answers. If a process dies, hangs or takes too much
 memory, it is known which file it was working on, and only that file is lost.
@@ -28,9 +28,9 @@ Result = TypeVar("Result")
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _SERVE = "from twistcore.work.processes import serve; serve({parent})"
-_GRACE_S = 5.0  # a process without a parent ends itself this long after its limit
+_GRACE_S = 5.0  # time after its limit at which a process without a parent ends itself
 # Limits are in processor time, since a clip is not to blame for other load on the machine. A
-# process that only waits, as for a dead disk, is ended after this multiple of the limit.
+# process that only waits, such as for a dead disk, is ended after this multiple of the limit.
 _WAITING = 10.0
 _OUT_OF_TIME = getattr(signal, "SIGPROF", None)  # ends a process that has used up its time
 _ENDED_FOR_TIME = 111 if _OUT_OF_TIME is None else -_OUT_OF_TIME  # exit code of such a process
@@ -45,12 +45,12 @@ class ProcessEndedError(Exception):
 class ProcessTimeError(Exception):
     """Raised if a process exceeded its time limit and was ended.
 
-    `args` are the seconds of processor time, or the seconds waited and True.
+    `args` has the seconds of processor time, or the seconds of waiting and True.
     """
 
 
 class Apart:
-    """A separate process that carries out one call after another, and is replaced after a crash.
+    """A separate process that executes one call after another, and is replaced after a crash.
 
     The process has one BLAS thread, since the cores are busy with other files. The process ignores
     Ctrl+C, which reaches every process of a terminal, because only the parent decides. The process
@@ -63,10 +63,10 @@ class Apart:
         self._closed = False
 
     def call(self, work: Callable[[Name], Result], name: Name, seconds: float | None) -> Result:
-        """Return `work(name)`, with both pickled; raises the exception that `work` raised.
+        """Return `work(name)` from the process. Raises the exception that `work` raised.
 
-        `seconds` is the limit of processor time, after which the process is ended, or None for no
-        limit. Raises ProcessEndedError and ProcessTimeError.
+        `work` and `name` are pickled. `seconds` is the limit of processor time, after which the
+        process is ended, or None for no limit. Raises ProcessEndedError and ProcessTimeError.
         """
         order = _packed((work, name, seconds))
         process = self._running()
@@ -122,7 +122,7 @@ class Apart:
         raise AssertionError
 
     def close(self) -> None:
-        """End the process at once, whatever it is doing. Thread-safe."""
+        """End the process immediately, even during a call. Thread-safe."""
         with self._guard:
             self._closed = True
             process, self._process = self._process, None
@@ -156,7 +156,7 @@ def each(
     own, with `work`, its arguments and its results pickled. `seconds` is the processor time allowed
     for a name in another process. A name whose process died is tried once more
     (:meth:`Apart.tried`). Names are taken as needed, and the workers are ahead of the reader by at
-    most two names each. The processes end with the iterator, at once if it is closed early.
+    most two names each. The processes end with the iterator, immediately if it is closed early.
     """
     if isinstance(names, Sequence):
         workers = min(workers, len(names))
@@ -168,7 +168,7 @@ def each(
 
 
 def reason(name: object, error: Exception) -> str:
-    """Return one sentence that says why a file could not be processed."""
+    """Return a sentence with the reason why a file could not be processed."""
     if isinstance(error, TwistError):
         return str(error)
     if isinstance(error, OSError):
@@ -201,7 +201,7 @@ class _Crew(Generic[Name, Result]):
         self.outbox: queue.Queue[tuple[Name, Result | Exception] | BaseException | None]
 
     def results(self, workers: int) -> Iterator[tuple[Name, Result | Exception]]:
-        self.outbox = queue.Queue(workers)  # a slow reader holds the processes up
+        self.outbox = queue.Queue(workers)  # a slow reader makes the processes wait
         crew = [Apart() for _ in range(workers)]
         threads = [threading.Thread(target=self._drive, args=(a,), daemon=True) for a in crew]
         for thread in threads:
@@ -249,8 +249,9 @@ def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
 
 
 def _started() -> subprocess.Popen[bytes]:
-    """Spawn a process that serves orders, without a fork, which may hang in a program with
-    threads.
+    """Spawn a process that serves orders.
+
+    A fork is avoided, because it may hang in a program with threads.
     """
     path = os.pathsep.join(dict.fromkeys(str(Path(entry).absolute()) for entry in sys.path))
     own: dict[str, Any] = {"process_group": 0}
@@ -287,7 +288,7 @@ def serve(parent: int) -> None:
         signal.signal(_OUT_OF_TIME, signal.SIG_DFL)
     orders = sys.stdin.buffer
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # printed text must not get between the answers
+    os.dup2(2, 1)  # printed text must not mix with the answers
     while True:
         try:
             order = _received(orders)
@@ -324,7 +325,7 @@ def _carried_out(order: bytes) -> object:
 
 @contextlib.contextmanager
 def _watched(seconds: float) -> Iterator[None]:
-    """End this process after this much processor time, on systems that have no signal for it."""
+    """End this process after this much processor time, on systems without a signal for this."""
     end, done = time.process_time() + seconds, threading.Event()
 
     def watch() -> None:
@@ -354,7 +355,7 @@ def _packed(thing: object) -> bytes:
 
 
 def _received(pipe: IO[bytes]) -> bytes:
-    """Return the next message; raise EOFError if the other side has closed the pipe."""
+    """Return the next message. Raises EOFError if the other side has closed the pipe."""
     head = pipe.read(_LENGTH.size)
     if len(head) < _LENGTH.size:
         raise EOFError

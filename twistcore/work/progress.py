@@ -1,6 +1,4 @@
-"""Progress of long work, which is reported from time to time to a function that may cancel the
-work.
-"""
+"""Report the progress of long work to a function, which may cancel the work."""
 
 from __future__ import annotations
 
@@ -26,19 +24,16 @@ def nobody(_share: float) -> None:
 
 
 def part(tell: Tell, start: float, stop: float) -> Tell:
-    """Return a :data:`Tell` for a stage, which maps its shares 0…1 to `start`…`stop` of the
-    whole.
-    """
+    """Return a :data:`Tell` for a stage, which maps 0…1 to `start`…`stop` of the whole work."""
     return lambda share: tell(start + share * (stop - start))
 
 
 @contextmanager
 def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
-    """Yield a function to call with the name of each finished clip, shown as a bar on standard
-    error.
+    """Yield a function to call with the name of each finished clip, which draws a bar.
 
-    If standard error is not a terminal, a line is printed at every twentieth of the clips. `done`
-    is the number of clips that were finished before.
+    The bar is on standard error. If that is not a terminal, a line is printed at every twentieth of
+    the clips. `done` is the number of clips that were finished before.
     """
     if sys.stderr.isatty():
         from tqdm import tqdm  # takes 20 ms to load, which most commands can save

@@ -13,11 +13,11 @@ _LOOK_S = 0.5  # seconds between checks whether the parent still runs
 
 
 def end_with_parent(parent: int) -> None:
-    """End this process, even in the middle of its work, once `parent` is no longer its parent.
+    """End this process as soon as `parent` is no longer its parent, even during its work.
 
     This happens within a second, unless a single call outside Python takes longer. On Windows
     nothing is done, since Windows never gives a process a new parent. There, the process ends when
-    it next looks for work.
+    it asks for work again.
     """
     if os.name == "posix":
         threading.Thread(target=_watch, args=(parent,), name="parent", daemon=True).start()
@@ -36,16 +36,16 @@ def become(module: str, parent: int) -> None:
 
 
 def bound(command: Sequence[str]) -> list[str]:
-    """Return a command for another program that ends with the thread that starts it (Linux).
+    """Return a command that runs another command and ends with the calling thread (Linux).
 
-    On other systems, the command itself is returned.
+    On other systems, the same command is returned.
     """
     if sys.platform != "linux":
         return list(command)
     return [sys.executable, "-I", "-c", _BOUND, str(os.getpid()), *command]
 
 
-# PR_SET_PDEATHSIG survives the exec; the program is not started if the parent has already gone.
+# PR_SET_PDEATHSIG survives the exec; the program is not started if the parent has already ended.
 _BOUND = (
     "import ctypes, os, sys; ctypes.CDLL(None).prctl(1, 9); "
     "os.getppid() == int(sys.argv[1]) and os.execv(sys.argv[2], sys.argv[2:])"

@@ -1,4 +1,4 @@
-"""The pane of Δθp and Δθc, the changes of a chain per frame."""
+"""The pane of Δθp and Δθc, a chain's changes per frame."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from inspector.timeline.curves import SAME, Curves, Title, widened
 from inspector.timeline.pane import BEFORE_AND_AFTER, Pane
 from inspector.timeline.plot import Plot
 
-_LEAST = 10.0  # least range in degrees
+_LEAST = 10.0  # smallest range in degrees
 
 
 def _axis(curves: Curves) -> str:

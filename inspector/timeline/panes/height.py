@@ -1,4 +1,4 @@
-"""The pane of the distance of a limb's middle joint from the line between root and end."""
+"""The pane with a limb's height, its middle joint's distance from the line between the ends."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from inspector.timeline.curves import NOTHING, Curves, Title, number
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.plot import Plot
 
-_LEAST = 10.0  # least range in degrees
+_LEAST = 10.0  # smallest range in degrees
 
 
 def _draw(curves: Curves, pane: Pane) -> None:

@@ -1,4 +1,4 @@
-"""The pane of the strength that is compared with τ; for a limb, the jump of its swivel."""
+"""The pane of the strength that is compared with τ or, for a limb, the jump of its swivel."""
 
 from __future__ import annotations
 

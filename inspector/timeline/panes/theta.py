@@ -1,4 +1,4 @@
-"""The pane of the twist θp and the azimuth θc; for a limb, its swivel."""
+"""The pane of the twist θp and the azimuth θc or, for a limb, its swivel."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from inspector.timeline.pane import BEFORE_AND_AFTER, Pane
 from inspector.timeline.plot import Plot
 from twistcore.skeleton.rotation import wrap
 
-_LEAST = 20.0  # least range in degrees
+_LEAST = 20.0  # smallest range in degrees
 
 
 def _axis(curves: Curves) -> str:

@@ -32,8 +32,7 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    # Loaded on first use: the analysis of a clip needs the removal of twists, and what shows the
-    # corrected clip needs the analysis.
+    # Loaded on first use: clip_analysis imports twist_removal, and corrected imports clip_analysis.
     _HOMES = {
         "corrected": "Angles Corrected",
         "joint_repairs": "JointRepairs",

@@ -1,4 +1,6 @@
-"""A clip with some intervals corrected: offsets, poses, paths and angles, computed on request."""
+"""The corrected clip for a set of intervals: offsets, poses, paths and angles, computed on
+request.
+"""
 
 from __future__ import annotations
 
@@ -48,13 +50,13 @@ class Angles:
 class Corrected:
     """A clip without the errors of the intervals that :meth:`take` sets.
 
-    Sums and closed forms are reused from one change to the next, because τ may be dragged.
+    Unchanged sums and closed forms are reused, because they are needed quickly while τ is dragged.
     """
 
     def __init__(self, analysis: ClipAnalysis) -> None:
         self._analysis = analysis
         self._motion, self._chains = analysis.motion, (*analysis.chains, *analysis.limbs)
-        # Do not show what an export cannot write.
+        # Do not show corrections that an export cannot write.
         self._free = {c.name for c in self._chains if not uncorrectable_joints(self._motion, c)}
         self._free_carried = {
             c.name for c in self._chains if not uncorrectable_joints(self._motion, c, carried=True)
@@ -96,11 +98,11 @@ class Corrected:
         return changed
 
     def offset(self, chain: str) -> Array:
-        """Return the angle that is removed from the twist of a chain's P, radians, (frames,)."""
+        """Return the angle removed from the twist of a chain's parent, radians, (frames,)."""
         return self._offsets.get(chain, self._none)
 
     def carried(self, limb: str) -> Array:
-        """Return the part of a limb's offset with which its end turned, radians, (frames,)."""
+        """Return the part of a limb's offset that its end followed, radians, (frames,)."""
         return self._carried.get(limb, self._none)
 
     def repairs(self, frame: int) -> tuple[Interval, ...]:
@@ -115,7 +117,7 @@ class Corrected:
     def ways(self, joints: NDArray[np.int64], start: int, stop: int) -> Array:
         """Return the positions of joints in frames [start, stop), (frames, joints, 3).
 
-        They are computed from the corrected rotations, not assumed to be unchanged.
+        The positions are computed from the corrected rotations, not assumed to be unchanged.
         """
         return self._poses(start, stop)[1][:, joints]
 
@@ -132,7 +134,7 @@ class Corrected:
         return made(start, stop)
 
     def angles(self, chain: Chain) -> Angles:
-        """Return the angles of a chain, in closed form if possible, else from quaternions."""
+        """Return the angles of a chain, in closed form if possible and from quaternions if not."""
         if chain.name not in self._forms:
             exact = not isinstance(chain, Helper) and _has_closed_form(
                 self._analysis, chain, self._free
@@ -145,10 +147,10 @@ class Corrected:
         return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
 
     def swivel(self, limb: Limb) -> Array:
-        """Return the angle φ of a limb minus its offset, radians, (frames,); the height stays.
+        """Return the angle φ of a limb minus its offset, radians, (frames,).
 
-        A correction of a chain above whose child is P turns the frame in which φ is measured; then
-        φ is recomputed.
+        A correction of a chain whose child is P turns the frame in which φ is measured, so that φ
+        is computed again. The height does not change.
         """
         swivel = self._analysis.flips.limbs[limb.name].swivel
         angle, children = swivel.angle, self._motion.skeleton.children
@@ -168,9 +170,9 @@ class Corrected:
         return angle
 
     def _turned_otherwise(self, chain: Chain) -> bool:
-        """True if another correction than a twist's turns a joint of the chain.
+        """True if a correction other than a twist's turns a joint of the chain.
 
-        That is a limb that begins or ends there, or a joint that is corrected alone.
+        Such a correction belongs to a limb that begins or ends there, or to a single joint.
         """
         ends = {chain.parent, chain.child}
         flipped = any(
@@ -192,9 +194,9 @@ class _ClosedForm:
     """The angles of one chain after a correction, computed from the offsets alone.
 
     A correction turns P back by the offset about its own axis and C forward by the same angle, so
-    θp loses the offset and the child's azimuth gains it: no quaternion of P or C is needed. A chain
-    above whose child is P turns P from the left. Only in that case, and only in the frames that it
-    corrects, θp is computed from quaternions.
+    θp decreases by the offset and the child's azimuth increases by it. No quaternion of P or C is
+    needed. The correction of a chain whose child is P multiplies P's rotation from the left. Only
+    in this case, and only in the corrected frames, θp is computed from quaternions.
     """
 
     def __init__(self, analysis: ClipAnalysis, chain: Chain, free: set[str]) -> None:

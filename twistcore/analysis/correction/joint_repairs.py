@@ -27,15 +27,16 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-_ASIDE = 1e-4  # of the height: a child so far from the bone's axis moves
+_ASIDE = 1e-4  # of the height: a correction moves a child this far from the axis
 
 
 @dataclass(frozen=True)
 class JointRepair:
     """The repair of one kind of error.
 
-    repaired: function that takes a motion and intervals of the kind, and returns the motion without
-    these errors; neighbours: number of frames that it needs on either side of an interval.
+    - repaired: function that takes a motion and intervals of the kind, and returns the motion
+      without these errors
+    - neighbours: number of frames that it needs on either side of an interval
     """
 
     repaired: Callable[[Motion, Sequence[Interval]], Motion]
@@ -61,7 +62,7 @@ def repair_of(kind: Kind) -> JointRepair | None:
 
 
 class JointRepairs:
-    """The repairs among some intervals; all other intervals are left out."""
+    """The repairs of the given intervals that are errors of single joints."""
 
     def __init__(self, intervals: Iterable[Interval]) -> None:
         own = (i for i in intervals if i.kind.info.repairer)
@@ -72,9 +73,9 @@ class JointRepairs:
         return tuple(i for i in self.intervals if i.start < stop and start < i.stop)
 
     def needed(self, start: int, stop: int, frames: int) -> tuple[int, int]:
-        """Return the frames from which frames [start, stop) are made, as [low, high).
+        """Return the frames [low, high) that are needed to make frames [start, stop).
 
-        frames: the number of frames of the clip.
+        `frames` is the number of frames of the clip.
         """
         low, high = start, stop
         known: tuple[Interval, ...] = ()
@@ -88,7 +89,7 @@ class JointRepairs:
         return low, high
 
     def applied(self, motion: Motion, low: int = 0) -> Motion:
-        """Return the motion, frames from `low` of the clip, with all repairs in it."""
+        """Return the motion with all its repairs. Its first frame is frame `low` of the clip."""
         here = self.at(low, low + motion.frames)
         for kind in dict.fromkeys(i.kind for i in here):
             if (repair := repair_of(kind)) is not None:
@@ -100,15 +101,15 @@ class JointRepairs:
 def repaired_joints(skeleton: Skeleton, interval: Interval) -> tuple[int, ...]:
     """Return the joints whose own rotation a repair changes.
 
-    These are the joint, and its children if they did not turn along. Raises TwistError if there is
-    no such joint.
+    These are the joint, and its children if they did not turn with it. Raises TwistError if there
+    is no such joint.
     """
     joint = joint_of(skeleton, interval)
     return (joint,) if interval.carried else (joint, *skeleton.children[joint])
 
 
 def moves_joints(motion: Motion, interval: Interval) -> bool:
-    """True if a repair moves other joints; a turn about a bone does not move its end."""
+    """True if a repair moves other joints, unlike a turn about a bone."""
     skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
     children = skeleton.children[joint]
     axis = own_axis(skeleton, joint)
@@ -121,7 +122,7 @@ def moves_joints(motion: Motion, interval: Interval) -> bool:
 
 
 def joint_of(skeleton: Skeleton, interval: Interval) -> int:
-    """Return the index of an interval's joint; raise TwistError if there is no such joint."""
+    """Return the index of an interval's joint. Raises TwistError if there is no such joint."""
     try:
         return skeleton.index(interval.joint)
     except KeyError:
@@ -133,8 +134,8 @@ def joint_of(skeleton: Skeleton, interval: Interval) -> int:
 def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
     """Turn joints back about their own bones: q' = q ⊗ R_b(−offset).
 
-    Children that did not turn along keep their orientation: q'_X = R_b(offset) ⊗ q_X. The joint at
-    the end of the bone keeps its place.
+    Children that did not turn with the joint keep their orientation: q'_X = R_b(offset) ⊗ q_X. The
+    joint at the end of the bone keeps its position.
     """
     skeleton, rotations = motion.skeleton, motion.rotations.copy()
     for joint, own in _by_joint(skeleton, intervals):

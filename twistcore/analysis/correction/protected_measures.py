@@ -1,4 +1,4 @@
-"""Measures that a correction must not make worse, on the limb and its neighbours.
+"""Measures of the limb and its neighbours that a correction must not make worse.
 
 There are five, and none of them needs a visual check. Each is measured only in the frames around
 the interval, except the hinge, which is determined from the rest of the clip.
@@ -31,21 +31,24 @@ from twistcore.work.frozen import dataclass
 HINGE, TURNS, ROLL, PATH, ENDS = "hinge", "impossible turns", "next joint's roll", "path", "ends"
 NAMES = HINGE, TURNS, ROLL, PATH, ENDS
 UNITS = {HINGE: "°", TURNS: "frames", ROLL: "° a frame", PATH: "%", ENDS: "%"}
-EXACT = 3.0  # degrees within which 95 % of a clip is on a joint's hinge
+EXACT = 3.0  # degrees; a joint has a hinge if 95 % of a clip is this close to it
 TOLERANCE = {HINGE: 1.0, TURNS: 0.0, ROLL: 5.0, PATH: 0.1, ENDS: 0.1}
-SHARE = {ROLL: 0.5}  # share of the value before, if that is more than the tolerance
-_LAST = {"Arm": "ForeArm", "UpLeg": "Leg"}  # the last bone of a limb by its first
+SHARE = {ROLL: 0.5}  # share of the value before the correction, if larger than the tolerance
+_LAST = {"Arm": "ForeArm", "UpLeg": "Leg"}  # the last bone of a limb, keyed by the first
 _BESIDE = 3  # frames on either side of an interval
-_BENT = 30.0  # degrees: below it a straight limb is judged by its course, not by its hinge
+_BENT = 30.0  # degrees: a straighter limb is judged by its path, not by its hinge
 
 
 @dataclass(frozen=True)
 class ProtectedMeasure:
     """One measure of one correction.
 
-    name: one of NAMES; unit: one of UNITS; before, after: the values as captured and corrected;
-    worse: True if it grew by more than its tolerance; joint: the skeleton's name of the joint where
-    it was measured; word: the everyday name of that joint.
+    - name: one of NAMES
+    - unit: one of UNITS
+    - before, after: the values as captured and corrected
+    - worse: True if the value grew by more than its tolerance
+    - joint: the skeleton's name of the joint where it was measured
+    - word: the everyday name of that joint
     """
 
     name: str
@@ -58,7 +61,7 @@ class ProtectedMeasure:
 
     @property
     def growth(self) -> float:
-        """The change for the worse; negative if the measure improved."""
+        """The increase of the measure, which is negative if the correction improved it."""
         return self.after - self.before
 
     @property
@@ -82,10 +85,11 @@ class ProtectedMeasure:
 
 @dataclass(frozen=True, eq=False)
 class Hinges:
-    """The exact hinges among the joints of a clip, each determined on first use.
+    """The joints of a clip that move like exact hinges, each determined on first use.
 
-    motion: the clip; finds: all its intervals, whose frames are not used to determine a hinge;
-    known: the signals of chains that were already computed, by name.
+    - motion: the clip
+    - finds: all its intervals, whose frames are not used to determine a hinge
+    - known: signals that were already computed, keyed by chain name
     """
 
     motion: Motion
@@ -94,9 +98,10 @@ class Hinges:
     _exact: dict[str, Array | None] = field(default_factory=dict)
 
     def off(self, chain: Chain) -> Array | None:
-        """Return how far a joint is from its exact hinge in degrees, (frames,); None without one.
+        """Return how far a joint is from its exact hinge in degrees, (frames,), or None without a
+        hinge.
 
-        The value is NaN where the limb is too straight to show it.
+        The value is NaN in frames in which the limb is too straight to measure it.
         """
         if chain.name not in self._exact:
             self._exact[chain.name] = self._made(chain)
@@ -145,13 +150,13 @@ def protected_measures(
       frame: of C after a counter-twist, of the limb's end after a flip. Tolerance: 5°, or half of
       the value before.
     - *path*: for a flip, the length of the middle joint's path, % of the limb. Tolerance: 0.1 %.
-    - *ends*: how far a joint moves that should stay in place, % of the skeleton's height.
-      Tolerance: 0.1 %. Leaves off the bone, such as helpers, turn with it.
+    - *ends*: the movement of a joint that should stay in place, % of the skeleton's height.
+      Tolerance: 0.1 %. Leaf joints off the bone, such as helpers, turn with it.
 
-    chains: the chains of the motion, including limbs; hinges: the clip's hinges, which all its
-    corrections can share; if not given, they are determined from the motion alone; others: other
-    intervals, which are corrected both before and after. Nothing is measured for an interval that
-    cannot be corrected.
+    `chains` are the chains of the motion, including limbs. `hinges` are the clip's hinges, which
+    all its corrections can share; if not given, they are determined from the motion alone. `others`
+    are other intervals, which are corrected both before and after. Nothing is measured for an
+    interval that cannot be corrected.
     """
     every = tuple(chains)
     chain = next((c for c in every if c.name == interval.chain), None)
@@ -177,9 +182,9 @@ def protected_measures(
 def _bone_of(
     motion: Motion, chains: Sequence[Chain], owner: Chain, interval: Interval
 ) -> Chain | None:
-    """Return the chain that begins at the joint of an error of a single joint, or its bone.
+    """Return the chain that begins at the joint of a single-joint error, or else the joint's bone.
 
-    None if the joint has no bone. owner: the chain with which the error is listed.
+    None if the joint has no bone. `owner` is the chain with which the error is listed.
     """
     skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
     for chain in chains:
@@ -228,7 +233,7 @@ class _Around:
 
     @cached_property
     def from_above(self) -> Array:
-        """The rotations of the limb's joints in the frame of P's parent, (frames, 2, joints, 4)."""
+        """The rotations of the limb's joints relative to P's parent, (frames, 2, joints, 4)."""
         out = self.own.copy()
         for k in range(1, len(self.joints)):
             out[:, :, k] = multiply(out[:, :, k - 1], out[:, :, k])
@@ -246,13 +251,15 @@ class _Around:
 
     @cached_property
     def axes(self) -> Array:
-        """The axis of each joint, (joints, 3); 0 for a joint without an axis."""
+        """The axis of each joint, (joints, 3), which is 0 for a joint without an axis."""
         axes = (own_axis(self.skeleton, joint) for joint in self.joints)
         return np.array([np.zeros(3) if a is None else a for a in axes])
 
     @cached_property
     def turns(self) -> Array:
-        """The turns of each joint about its own axis in its parent's frame, (frames, 2, joints)."""
+        """The rotation of each joint about its own axis in its parent's frame, (frames, 2,
+        joints).
+        """
         return turns_about(self.own, self.axes)
 
     @cached_property
@@ -280,7 +287,7 @@ class _Around:
 
 
 def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> ProtectedMeasure | None:
-    """Measure how far the joint that is turned is from its exact hinge while the limb is bent."""
+    """Measure how far the rotated joint is from its exact hinge while the limb is bent."""
     interval = around.interval
     chain = next((c for c in chains if _turns_in(c, around.next_joint)), None)
     if chain is None or (off := hinges.off(chain)) is None:
@@ -302,7 +309,7 @@ def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Prot
 
 
 def _turns_in(chain: Chain, joint: int) -> bool:
-    """True if a chain shows in which direction a joint bends."""
+    """True if the chain's signals show the direction in which a joint bends."""
     return not isinstance(chain, Limb | Helper) and chain.child == joint and chain.grandchild >= 0
 
 
@@ -338,7 +345,7 @@ def _path(around: _Around) -> ProtectedMeasure | None:
 
 
 def _ends(around: _Around) -> ProtectedMeasure | None:
-    """Measure how far a joint moves that should stay in place, as % of the skeleton's height."""
+    """Measure the movement of joints that should stay in place, as % of the skeleton's height."""
     chain, skeleton, kind = around.chain, around.skeleton, around.interval.kind
     largest: dict[int, float] = {}
     turning: Sequence[int] = around.joints
@@ -347,7 +354,7 @@ def _ends(around: _Around) -> ProtectedMeasure | None:
         largest[chain.end] = float(np.linalg.norm(after - before, axis=1).max())
         turning = () if around.interval.carried else (chain.end,)
     elif kind.info.repairer and not kind.by_angle:
-        return None  # everything below the joint moves, as intended
+        return None  # everything below the joint is meant to move
     elif kind.info.repairer and around.interval.carried:
         turning = (chain.parent,)
     for joint in turning:
@@ -364,5 +371,5 @@ def _ends(around: _Around) -> ProtectedMeasure | None:
 
 
 def _carries(skeleton: Skeleton, joint: int, chain: Chain) -> bool:
-    """False for a child of P that is only a helper, that is, a leaf off the bone."""
+    """False for a child of P that is only a helper: a leaf joint off the bone."""
     return joint == chain.child or bool(skeleton.children[joint])

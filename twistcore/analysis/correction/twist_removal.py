@@ -1,4 +1,4 @@
-"""Remove errors from a motion, including limb flips, and change nothing else [Choi26 Eq. 14-15].
+"""Remove errors from a motion and change nothing else [Choi26 Eq. 14-15].
 
 The errors of single joints that a person accepts come last: see `joint_repairs.py`.
 """
@@ -45,11 +45,11 @@ def automatic_corrections(
 ) -> tuple[Interval, ...]:
     """Return the intervals that are corrected automatically; no other rule decides this.
 
-    Lone jumps are left out, because nothing can be removed, and so are helper rolls, stretches and
-    spikes, because their confidence is not measured. An interval needs a confidence of at least
-    `at_least`, 0…1, or of :data:`SURE_ENOUGH` if `at_least` is not given. Intervals of a detector
-    without confidence, such as the paper's, are corrected only if `at_least` is not given. Open
-    intervals are corrected only on request. confidence: replaces the detector's own values.
+    Lone jumps are left out because they have no offset to remove. Helper rolls, stretches and
+    spikes are left out because their confidence is not measured. An interval needs a confidence of
+    at least `at_least`, 0…1, or of :data:`SURE_ENOUGH` if `at_least` is not given. Intervals of a
+    detector without confidence, such as the paper's, are corrected only if `at_least` is not given.
+    Open intervals are corrected only on request. `confidence` replaces the detector's own values.
     """
     return tuple(
         i
@@ -65,9 +65,9 @@ def _sure(confidence: float | None, at_least: float | None) -> bool:
 
 
 def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return the sums of the intervals' offsets by chain name, radians in (−π, π], (frames,).
+    """Return the sum of the intervals' offsets for each chain, radians in (−π, π], (frames,).
 
-    Errors of single joints are left out, since they are not errors of a chain.
+    The dict is keyed by chain name. Errors of single joints are left out.
     """
     total: dict[str, Array] = {}
     for interval in intervals:
@@ -80,7 +80,7 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
 
 
 def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return the same sums for intervals in which the limb's end, or C, turned with the error."""
+    """Return the sum of the offsets that the limb's end, or C, followed, in the same form."""
     return offsets_by_chain((i for i in intervals if i.carried), frames)
 
 
@@ -117,9 +117,9 @@ def refine(
     clip : Clip or Motion
         The clip to correct. It is not changed.
     found : Detection, Review or iterable of Interval
-        The intervals to remove: from a detection, those confident enough for an automatic
-        correction; from a review, the accepted ones; from an iterable, all. Their chains are
-        looked up in the clip. Stretches and spikes are corrected only from a review.
+        The intervals to remove: from a detection, the automatic corrections; from a review, the
+        accepted ones; from an iterable, all. Their chains are looked up in the clip. Stretches and
+        spikes are corrected only from a review.
     chains : sequence of Chain
         The chains and limbs that the intervals name.
     intervals : iterable of Interval
@@ -191,7 +191,8 @@ def removal(
 ) -> Callable[[int, int], Motion]:
     """Return a function that makes frames [start, stop) without some errors.
 
-    offsets, carried: as for :func:`remove_twist`; repairs: the errors of single joints.
+    `offsets` and `carried` are the same as for :func:`remove_twist`. `repairs` are the errors of
+    single joints.
     """
 
     def refined(start: int, stop: int) -> Motion:
@@ -220,7 +221,7 @@ def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[I
 
 
 def stuck_joints(motion: Motion, chain: Chain, intervals: Iterable[Interval]) -> tuple[str, ...]:
-    """Return the joints that prevent corrections because they lack three rotation channels."""
+    """Return the joints that cannot be corrected because they lack three rotation channels."""
     own = [i for i in intervals if i.chain == chain.name]
     carried = {i.carried for i in own if not i.kind.info.repairer}
     stuck = uncorrectable_joints(motion, chain, carried=all(carried)) if carried else ()
@@ -241,8 +242,8 @@ def remove_twist(
 ) -> Motion:
     """Remove offsets from chains and limbs; frames with an offset of 0 are returned bit by bit.
 
-    offsets: the angles to remove, radians, (frames,), by name; carried: the part of a limb's offset
-    with which its end turned, and of a chain's offset with which C rolled.
+    `offsets` are the angles to remove, radians, (frames,), keyed by name. `carried` is the part of
+    the offset that a limb's end, or a chain's C, followed.
 
     Chains: q'_P = q_P ⊗ R_a(−offset) and, for every child X of P, q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X. All
     global rotations below P stay the same, and so do all joint positions except those of children
@@ -284,7 +285,7 @@ def remove_twist(
 
 
 def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Array) -> None:
-    """Turn C back about its own bone by the angle it rolled with P; G's joint does not move."""
+    """Turn C back about its own bone by the angle by which it rolled with P. G does not move."""
     arm = chain.arm if chain.arm.ndim == 1 else chain.arm[at]
     back = quaternion_from_axis_angle(arm, -rolled[at])
     rotations[at, chain.child] = normalise(multiply(rotations[at, chain.child], back))
@@ -311,7 +312,7 @@ def _turn_limb(
     offset: Array,
     kept: Array,
 ) -> None:
-    """Turn a limb back about its line in the frames `at`, and its end forward by `kept`.
+    """Turn a limb back about its line in the frames `at`, and turn its end forward by `kept`.
 
     The line is in the current frame of P's parent: the correction of a twist moves no joint, but a
     correction of the chain above turns that frame. A folded limb, whose end coincides with its
@@ -327,7 +328,7 @@ def _turn_limb(
         above = multiply(above, rotations[at, joint])
     back = quaternion_from_axis_angle(line, -offset)
     ahead = quaternion_from_axis_angle(rotate(conjugate(above), line), kept)
-    # An end that turned along keeps its bits, and so its text.
+    # An end that turned with the limb keeps its bits, and so its text.
     for joint, turn, by in ((limb.parent, back, offset), (limb.end, ahead, kept)):
         turned = np.flatnonzero(by)
         frames = at[turned]
@@ -335,7 +336,7 @@ def _turn_limb(
 
 
 def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
-    """Return the unit axis to turn about in the frames `at`, (3,) or (n, 3).
+    """Return the unit axis of the turn in the frames `at`, (3,) or (n, 3).
 
     With position channels it points to the child's exact position in each frame, even if its
     direction varies by less than the 1° that detection ignores, because a turn about a mean axis
@@ -349,13 +350,13 @@ def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
 
 
 def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
-    """Return the children of P off the bone axis, whose positions a correction changes.
+    """Return the children of P off the bone axis, which a correction moves.
 
-    The result is their distance from the axis by joint name, in the file's unit; empty for an
-    ordinary limb.
+    The result maps joint names to distances from the axis, in the file's unit. The result is empty
+    for an ordinary limb.
     """
     out: dict[str, float] = {}
-    if isinstance(chain, Limb):  # a limb's children move with it, as intended
+    if isinstance(chain, Limb):  # a limb's children are meant to move with it
         return out
     skeleton = motion.skeleton
     axis = np.atleast_2d(chain.axis)

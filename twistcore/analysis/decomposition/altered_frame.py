@@ -1,4 +1,4 @@
-"""An altered frame, with a person's changes to it and the resulting motion of one frame."""
+"""A frame with a person's changes, as a motion of one frame."""
 
 from __future__ import annotations
 
@@ -63,13 +63,13 @@ def altered(
     offset: float = 0.0,
     stage: float | None = None,
 ) -> Motion:
-    """Return one frame of the motion with the alterations, as a Motion of length 1.
+    """Return one frame of the motion with the changes, as a Motion of length 1.
 
     Bend, swing and nudge are applied before the twist, because they do not change the twist's own
     quaternion. With `counter`, every child of P turns back, as in a twist error (Eq. 14). Finally,
     the fraction `applied` of `offset`, in radians, is removed. `stage` is the part of P's rotation
-    that is included, with the children carried along: 0 for none, 1 for the whole swing, 2 for the
-    whole twist as well.
+    that is included, which the children follow: 0 for none, 1 for the whole swing, 2 for the whole
+    twist as well.
     """
     one = motion.sliced(frame, frame + 1)
     here = replace(chain, axis=at_frame(chain.axis, frame), arm=at_frame(chain.arm, frame))

@@ -1,4 +1,4 @@
-"""Vectors of one frame, (3,): their angles and directions."""
+"""Angles and directions of vectors (3,) in one frame."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ _NO_TURN = 1e-9  # length of a vector too short to have a direction
 
 
 def at_frame(vector: Array, frame: int) -> Array:
-    """Return the vector at a frame, (3,), whether it is constant or varies over the frames."""
+    """Return the vector (3,) at a frame of a constant or varying vector."""
     return vector if vector.ndim == 1 else vector[frame]
 
 
 def angle_between(u: Array, v: Array) -> float:
-    """Return the angle between two unit vectors, which is exact near 0 and π, unlike the arc
-    cosine.
+    """Return the angle between two unit vectors; unlike the arc cosine, it is exact near 0 and
+    π.
     """
     return float(np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v))
 
@@ -27,7 +27,7 @@ def direction(v: Array) -> Array:
 
 
 def perpendicular(axis: Array) -> Array:
-    """Return a unit vector perpendicular to the given one, always the same for the same vector."""
+    """Return a unit vector perpendicular to the given one, always the same for the same input."""
     return normalise(cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
 
 

@@ -1,4 +1,4 @@
-"""The correction of one frame of one chain, by err(t), offset(t) and Eq. 14-15 of [Choi26 §3.3]."""
+"""Correct one frame of one chain by err(t), offset(t) and Eq. 14-15 of [Choi26 §3.3]."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class FrameCorrection:
 
     @property
     def difference(self) -> float:
-        """The angle between q_P q_C and q'_P q'_C, which must be equal [Choi26 Eq. 14]."""
+        """The angle between q_P q_C and q'_P q'_C, which must be 0 [Choi26 Eq. 14]."""
         before = multiply(self.q_parent, self.q_child)
         return float(geodesic_angle(before, multiply(self.parent_after, self.child_after)))
 
@@ -65,7 +65,7 @@ def correct_frame(
     offset_before: float,
     own: float | None = None,
 ) -> FrameCorrection:
-    """Detect an error with τ in a captured or altered frame, and correct it as the what-if does.
+    """Detect an error with τ in a captured or altered frame, and correct it as the what-if asks.
 
     `offset_before` is offset(t−1) in radians. `own` is the offset of a known interval to remove, or
     None to remove offset(t).
@@ -82,7 +82,7 @@ def correct_frame(
     after = pair
     if what_if.applied:
         after = altered(motion, chain, frame, what_if, offset=whole).rotations[0, joints]
-    # Of q and −q the one whose swing has cos(α/2) ≥ 0, as in Eq. 6.
+    # Choose q or −q so that the swing has cos(α/2) ≥ 0, as in Eq. 6.
     sign = 1.0 if float(np.dot(before.q, pair[0])) >= 0.0 else -1.0
     return FrameCorrection(
         before, tau, err, offset_before, whole, what_if.applied,

@@ -25,12 +25,12 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.skeleton.signals import azimuth_increments, counter_rotation
 
-UNDEFINED = 1e-6  # reliability up to which an angle is nothing but rounding
+UNDEFINED = 1e-6  # reliability up to which an angle is only rounding noise
 
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """The quantities of Eq. 1-13 at one frame, with vectors (3,), quaternions (4,) and angles in
+    """The quantities of Eq. 1-13 at one frame: vectors (3,), quaternions (4,) and angles in
     radians.
 
     - a: the bone in P's coordinates
@@ -81,12 +81,12 @@ class Decomposition:
 
     @property
     def swing_is_one(self) -> bool:
-        """True if q has exactly one swing; if w points against a, there are many pairs (n, θp)."""
+        """True if q has exactly one swing. If w is opposite to a, there are many pairs (n, θp)."""
         return self.swing_reliability > UNDEFINED
 
     @property
     def n_is_defined(self) -> bool:
-        """True if a × w has a direction [Choi26 Eq. 4]: not without a swing, and not at 180°."""
+        """True if a × w has a direction [Choi26 Eq. 4], which it lacks at 0° and 180°."""
         return self.swing_is_one and bool(self.n.any())
 
     @property
@@ -96,7 +96,7 @@ class Decomposition:
 
     @property
     def dtheta_c_is_defined(self) -> bool:
-        """True if v⊥ has a direction in this and the previous frame, that is, if the limb is not
+        """True if v⊥ has a direction in this frame and the previous one, so the limb is not
         straight.
         """
         before = float(np.linalg.norm(self.across_before))
@@ -117,7 +117,8 @@ def decompose(
     offset: float = 0.0,
     stage: float | None = None,
 ) -> Decomposition:
-    """Return the quantities of a chain at a frame, altered or as captured, and the previous frame.
+    """Return the quantities of a chain at a frame, altered or as captured, and of the previous
+    frame.
 
     For `offset` and `stage`, see :func:`altered`. Frame 0 is compared with itself as captured, so
     that its increments are 0.
@@ -131,7 +132,7 @@ def decompose(
     q, q_child = now.rotations[at, chain.parent], now.rotations[at, chain.child]
     a, a_before = at_frame(chain.axis, frame), at_frame(chain.axis, before)
     swing, twist = swing_twist(q, a)
-    if swing[0] < 0.0:  # q and −q are one rotation; Eq. 6 has cos(α/2) ≥ 0
+    if swing[0] < 0.0:  # q and −q are the same rotation; Eq. 6 has cos(α/2) ≥ 0
         q, swing = -q, -swing
     n = direction(swing[1:])
     w = rotate(q, a)

@@ -1,4 +1,4 @@
-"""Other forms of the same rotation, such as factors in reverse order, −q, and Euler angles."""
+"""The same rotation in other forms: factors in reverse order, −q, and Euler angles."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from twistcore.formats.bvh.euler_branch import continuous_angles
 from twistcore.skeleton.rotation import Array, conjugate, multiply, swing_twist
 
-LOCK = float(np.radians(5.0))  # between first and last axis: the two channels do nearly the same
+LOCK = float(np.radians(5.0))  # between the outer axes: their channels do nearly the same
 
 
 def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
-    """Return both factors, (4,), of q = twist ⊗ swing', with the same twist but another swing.
+    """Return both factors of q = twist ⊗ swing', (4,) each, with the same twist but another swing.
 
     The angle of the swing is the same; its normal is the normal of the first swing turned back by
     the twist.
@@ -24,7 +24,7 @@ def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
 
 
 def unwrapped_twist(q: ArrayLike, axis: Array) -> float:
-    """Return 2·atan2(v·a, w), radians in (−2π, 2π], so that q and −q differ by a full turn."""
+    """Return 2·atan2(v·a, w), radians in (−2π, 2π], which differs by a full turn for q and −q."""
     q = np.asarray(q, dtype=np.float64)
     return float(2.0 * np.arctan2(q[1:] @ axis, q[0]))
 
@@ -55,7 +55,7 @@ class EulerChannels:
 
 
 def euler_channels(order: str, q: Array, near: Array) -> EulerChannels:
-    """Return the Euler angles of q, (4,), for the solution nearest to `near`, (3,)."""
+    """Return the Euler angles of q, (4,), by choosing the solution nearest to `near`, (3,)."""
     angles = continuous_angles(order, q[None], near[None], near, None)[0]
     between = float(np.arctan2(abs(np.cos(angles[1])), abs(np.sin(angles[1]))))
     return EulerChannels(order, angles, between)

@@ -1,4 +1,4 @@
-"""Jitter, foot slide and deviation, the quality measures of a whole figure without ground truth.
+"""Jitter, foot slide and deviation of a whole figure, measured without ground truth.
 
 Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26 §4.3].
 """
@@ -55,7 +55,9 @@ def quality(places: Array, given: Array | None = None) -> FigureQuality:
 def quality_before_and_after(
     before: Motion, after: Motion, unit: float | None = None
 ) -> tuple[FigureQuality, FigureQuality] | None:
-    """Return jitter, foot slide and deviation at 25 Hz in mm; None without the 24 joints."""
+    """Return jitter, foot slide and deviation at 25 Hz in mm, or None if the 24 joints are
+    missing.
+    """
     try:
         topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)
     except TwistError:
@@ -66,7 +68,9 @@ def quality_before_and_after(
 
 
 def figure_quality(motion: Motion) -> FigureQuality | None:
-    """Return the quality of a motion by itself, at 25 Hz in mm; None without the 24 joints."""
+    """Return the quality of a motion alone, at 25 Hz in mm, or None if the 24 joints are
+    missing.
+    """
     try:
         topology, scale = find_topology(motion.skeleton), metres_per_unit(motion.skeleton, None)
     except TwistError:
@@ -90,7 +94,8 @@ def in_contact(places: Array) -> NDArray[np.bool_]:
 
 
 def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
-    """Return the percentage of frame pairs in which a grounded foot moves ≥ 20 mm horizontally.
+    """Return the percentage of frame pairs in which a foot on the ground moves ≥ 20 mm
+    horizontally.
 
     The percentages of both feet are added.
     """
@@ -103,7 +108,7 @@ def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
 
 
 def root_aligned(places: Array) -> Array:
-    """Return the positions moved so that the root is at the origin."""
+    """Return the positions shifted so that the root is at the origin."""
     return places - places[:, :1]
 
 

@@ -1,7 +1,7 @@
-"""Jitter, speed, jumps of numbers and foot slide, the quality measures of every joint.
+"""Jitter, speed, number jumps and foot slide of every joint.
 
-The measures need no ground truth, and a high value is not in itself an error. The measures of the
-whole figure are in `figure`.
+The measures need no ground truth, and a high value is not in itself an error. The module `figure`
+has the measures of the whole figure.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 
 SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s: 20 mm between two frames of 25 Hz
 _SHORTEST = 4  # frames needed for a third difference
-_TALL = 1.75  # metres: a person, if a clip does not give the length of its unit
-_JUMP = 90.0  # degrees by which a written angle moves more than the joint turns
+_TALL = 1.75  # metres: a person's height, if a clip does not give the length of its unit
+_JUMP = 90.0  # degrees between the change of a written angle and the turn of the joint
 
 
 @dataclass(frozen=True, eq=False)
 class JointQuality:
-    """Quality measures of every joint over time; NaN without a value, as in a T-pose at the start.
+    """Quality measures of every joint over time, NaN where undefined, as in a T-pose at the start.
 
     - jitter: size of the third difference of the local rotation, degrees per frame³, (frames,
       joints), at the second of the four frames
@@ -54,7 +54,7 @@ class JointQuality:
     def usual_jitter(self) -> Array:
         """The median jitter of each joint, degrees per frame³, (joints,).
 
-        The edges of a twist error have no effect on a median.
+        The edges of a twist error do not affect a median.
         """
         known = self.jitter[np.isfinite(self.jitter).all(axis=1)]
         if not len(known):
@@ -69,14 +69,18 @@ class JointQuality:
 
     @property
     def jumps(self) -> NDArray[np.int64]:
-        """The number of frames with number jumps > 90° or flips but the same pose, (joints,)."""
+        """The number of frames, (joints,), with number jumps > 90° or flips although the pose is
+        the same.
+        """
         far = np.nan_to_num(self.excess) > _JUMP
         count: NDArray[np.int64] = (far | self.flipped).sum(axis=0)
         return count
 
     @property
     def slides(self) -> Array:
-        """The percentage of frames in which a foot's joint slides, (joints,); NaN elsewhere."""
+        """The percentage of frames in which a foot's joint slides, (joints,), NaN for other
+        joints.
+        """
         share = 100.0 * (np.nan_to_num(self.slide) >= SLIDE_SPEED).mean(axis=0)
         out = np.full(share.shape, np.nan)
         out[list(self.feet)] = share[list(self.feet)]
@@ -117,7 +121,7 @@ def joint_quality(clip: Clip, positions: Array, up: int = 1) -> JointQuality:
 
 
 def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
-    """Return the joints of ankles and toes, found by their names."""
+    """Return the joints of ankles and toes, recognised by their names."""
     stems = {*FEET, *TOES}
     return tuple(
         k

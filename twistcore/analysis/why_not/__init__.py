@@ -1,7 +1,7 @@
 """Explain why there is no interval at a frame, in one sentence with the detectors' own numbers.
 
-A peak of the strength above τ that is in no interval always has a reason, and no reason contradicts
-the curve: 'below τ' is given only below τ.
+Every peak above τ outside all intervals has a reason. No reason contradicts the curve: 'below τ' is
+given only below τ.
 """
 
 from twistcore.analysis.why_not.frames import peaks_without_interval, unexplained_peaks, why_not

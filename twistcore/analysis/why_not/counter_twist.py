@@ -22,16 +22,14 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import wrap
 
 ONE_JOINT = 0.25  # share of the larger turn below which the other joint does not respond
-UNDONE = 4.0  # σ by which an increment differs from its residual if an image was removed
+UNDONE = 4.0  # σ between increment and residual if an effect was removed
 _NEAR = 4  # frames on either side that show how a joint turns anyway
-_EACH = 0.5 * PRIOR  # nats that each of two edges must bring
+_EACH = 0.5 * PRIOR  # nats that the evidence of each of two edges must reach
 
 
 @dataclass(frozen=True)
 class _Edge:
-    """An edge of a chain's table, with its frames [start, stop) and the turns of both joints in
-    radians.
-    """
+    """An edge of a chain: its frames [start, stop) and the turns of both joints in radians."""
 
     table: PairTable
     index: int
@@ -82,7 +80,7 @@ def no_counter_twist(
 
 
 def _motion(place: AskedFrame, interval: Interval) -> Reason:
-    """Return the reason for opposite turns of both joints that the evidence shows to be motion."""
+    """Return the reason why opposite turns of both joints are motion according to the evidence."""
     told = interval.evidence or {}
     why = "; ".join(told.get("doubts", ()))
     frames = place.span(interval.start, interval.stop)
@@ -154,7 +152,7 @@ def _error_nearby(
     near: Sequence[tuple[Interval, Chain]],
     chains: Sequence[Chain],
 ) -> str:
-    """Describe the error of another chain that turns a joint at the frame; '' if there is none."""
+    """Describe the error of another chain that turns a joint at the frame, or return ''."""
     if near:
         interval, other = near[0]
         return place.error(interval, other)
@@ -173,9 +171,9 @@ def _error_nearby(
 
 
 def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
-    """Return the joint whose turn was removed as the effect of another chain's error, or 0.
+    """Return the joint whose turn was removed because another chain's error causes it.
 
-    1 is the parent and 2 is the child.
+    1 is the parent, 2 is the child, and 0 is neither.
     """
     c, row = own.limb, own.row
     around = slice(max(t - _NEAR, 1), t + _NEAR + 1)
@@ -193,9 +191,7 @@ def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
 
 
 def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge | None:
-    """Return the edge above τ that the curve shows at the frame or, if there is none, the clearest
-    edge.
-    """
+    """Return the edge above τ at the frame or, if there is none, the clearest edge."""
     e, t = table.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop) & (np.abs(e.jump) >= place.tau))
     if not len(at):
@@ -217,7 +213,7 @@ def _image(place: AskedFrame, near: Sequence[tuple[Interval, Chain]], edge: _Edg
 
 
 def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
-    """Return the reason for a frame above τ in a run of frames that is below τ as a whole."""
+    """Return the reason for a frame above τ within a run of frames that is below τ as a whole."""
     e, t = own.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop))
     if not len(at):
@@ -229,7 +225,9 @@ def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
 
 
 def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
-    """Return the reason if only one joint turns, if the turns do not cancel, or if it is motion."""
+    """Return the reason if only one joint turns, if the turns do not cancel, or if they are
+    motion.
+    """
     turns = _turns(place, edge.x, edge.y)
     span = place.span(edge.start, edge.stop) if edge.stop - edge.start > 1 else ""
     sizes = abs(edge.x), abs(edge.y)

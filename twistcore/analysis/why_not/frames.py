@@ -23,7 +23,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.signals import TwistSignals
 
-_ENOUGH = 0.5  # share of a strength by which a soft error must change to account for it
+_ENOUGH = 0.5  # share of the strength that a soft error's change must reach to explain it
 
 
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
@@ -63,7 +63,9 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
 
 
 def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
-    """Return why m(t) of the paper's detector is not an event; all events open intervals."""
+    """Return why m(t) of the paper's detector is not an event, since every event opens an
+    interval.
+    """
     p, c = float(signals.dtheta_p[place.frame]), float(signals.dtheta_c[place.frame])
     parent, child = place.joints
     numbers = {"dtheta_p_deg": math.degrees(p), "dtheta_c_deg": math.degrees(c)}
@@ -82,8 +84,9 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
 
 
 def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
-    """Return why a helper has no edge at a frame. `own` is the angle by which the helper alone
-    turns in each frame, in radians.
+    """Return why a helper has no edge at a frame.
+
+    `own` is the angle by which the helper alone turns in each frame, in radians.
     """
     helper, driver = place.joints
     if place.strength < place.tau:
@@ -96,7 +99,7 @@ def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
 def _in_notation(
     place: AskedFrame, analysis: NotatedAnalysis, near: EdgesIn, chains: Sequence[Chain]
 ) -> Reason:
-    """Return the reason from the kept frames, or from all frames if linear keys do not show it."""
+    """Return the reason from the kept frames, or from all frames if the kept ones show nothing."""
     kept, frame = analysis.kept, place.frame
     at = kept.of(frame)
     if analysis.fine is not None:
@@ -119,14 +122,15 @@ def _in_notation(
 
 
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
-    """Return the reasons for :func:`unexplained_peaks`. `first` has the same meaning as in
-    :func:`why_not`.
+    """Return the reasons for :func:`unexplained_peaks`.
+
+    `first` has the same meaning as in :func:`why_not`.
     """
     return [why_not(found, name, t, first=first) for t in unexplained_peaks(found, name)]
 
 
 def unexplained_peaks(found: Detection, name: str) -> list[int]:
-    """Return the frames of the strength's peaks above τ that are outside intervals and their edges.
+    """Return the frames of peaks above τ that are outside intervals and their edges.
 
     A peak is the highest frame (the first, if several are equal) of a run of frames with at least
     τ.
@@ -176,7 +180,7 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
 def _edges_near(
     found: Detection, chain: Chain, strength: float, start: int, stop: int
 ) -> list[tuple[Interval, Chain]]:
-    """Return intervals of other chains with an edge at [start, stop) that turn the chain's joints.
+    """Return other chains' intervals with an edge in [start, stop) that turn the chain's joints.
 
     Soft intervals are included if they change there by enough to account for the strength.
     """
@@ -195,7 +199,7 @@ def _edges_near(
 
 
 def _change(interval: Interval, start: int, stop: int) -> float:
-    """Return the change of an offset over frames [start, stop) and the next ones, in radians."""
+    """Return how much an offset changes from frames [start, stop) to the next ones, in radians."""
     low, high = (min(max(t - interval.start, 0), interval.frames) for t in (start - 2, stop + 1))
     return float(np.ptp(interval.offset[low:high])) if low < high else 0.0
 

@@ -1,4 +1,4 @@
-"""Intervals between jumps that are dropped because a soft error explains more."""
+"""Intervals between jumps that are dropped because a soft error explains the motion better."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
 from twistcore.skeleton.chain import Chain
 
-BESIDE = 1  # frames from an interval's edge: a jump there belongs to it
+BESIDE = 1  # frames from an interval's edge within which a jump belongs to the interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class SoftErrors:
     def instead_of(
         self, given: Interval | None, numbers: Mapping[str, Any], what: str = "it"
     ) -> Reason:
-        """Return the reason that something else explains more than the dropped interval.
+        """Return the reason that something else explains more than the dropped interval does.
 
         Parameters
         ----------

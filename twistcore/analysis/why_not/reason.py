@@ -1,4 +1,4 @@
-"""The reason for a frame without an interval, as one word and as one sentence with its numbers."""
+"""The reason why a frame has no interval, as one word and as a sentence with its numbers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.skeleton.notation import DistinctFrames
 
 
 class Why(StrEnum):
-    """The word for the reason why a frame is not an edge of an interval, as used in files."""
+    """The word for the reason why a frame is not at an edge of an interval, as used in files."""
 
     INTERVAL = "interval"  # the frame is in an interval or at its edge
     MOVED = "moved"  # the detector has one here, which was moved in the review
@@ -25,18 +25,19 @@ class Why(StrEnum):
     IMAGE = "image"  # an error of another chain or limb turns a joint of this one
     ONE_JOINT = "one joint"
     UNEQUAL = "unequal"  # both turn, but do not cancel
-    MOTION = "motion"  # predicted by motion, within its usual departures
+    MOTION = "motion"  # predicted by the motion, within its usual deviations
     NO_PARTNER = "no partner"
     OTHER = "other interval"  # the jump's partner belongs to an interval that explains more
 
 
-_FRAMES = ("start", "stop", "partner")  # numbers that are frames
+_FRAMES = ("start", "stop", "partner")  # numbers that are frame numbers
 
-# The cause is elsewhere or is already named: a person need not look at it again.
+# The cause is elsewhere or already named, so a person need not check it again.
 _SETTLED = frozenset({Why.INTERVAL, Why.MOVED, Why.BELOW, Why.CUT, Why.SHORT, Why.IMAGE})
 
 
-# Returns intervals of others that turn a joint of the chain and have an edge in [start, stop).
+# Returns intervals of other chains that turn a joint of the chain and have an edge in [start,
+# stop).
 EdgesIn = Callable[[int, int], Sequence[tuple[Interval, Chain]]]
 
 
@@ -51,9 +52,9 @@ class Reason:
     text
         The sentence.
     numbers
-        The numbers in the sentence, by name as in JSON, with angles in degrees.
+        The numbers in the sentence, keyed by their names in JSON, with angles in degrees.
     suspicious
-        True above τ if a person should look at the frame.
+        True if the frame is above τ and a person should check it.
     """
 
     chain: str
@@ -107,7 +108,7 @@ class AskedFrame:
         return frame if self.kept is None else self.kept.end(frame)
 
     def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
-        """Return a reason whose sentence has strength and τ as in the curve, then the cause."""
+        """Return a reason whose sentence has the curve's strength and τ, followed by the cause."""
         strength, tau = distinct_sizes(self.strength, self.tau)
         past = self.strength >= self.tau
         here = self.called(self.frame)
@@ -117,7 +118,7 @@ class AskedFrame:
             else f"{strength} at {here} is below τ = {tau}: {because}."
         )
         numbers |= {k: self.in_clip(numbers[k]) for k in _FRAMES if k in numbers}
-        alone = why == Why.ONE_JOINT and self.strength < limit(self.fps)  # a body may do that
+        alone = why == Why.ONE_JOINT and self.strength < limit(self.fps)  # a body can do that
         suspicious = past and why not in _SETTLED and not alone
         return Reason(
             self.chain.name,
@@ -135,8 +136,9 @@ class AskedFrame:
         return f"frame {self.in_clip(frame) + self.first}"
 
     def span(self, start: int, stop: int) -> str:
-        """Return frames [start, stop) as tables show them, such as 'frames 323–329' (329
-        excluded).
+        """Return frames [start, stop) as tables show them, such as 'frames 323–329'.
+
+        Frame 329 is excluded.
         """
         if stop - start == 1:
             return self.called(start)

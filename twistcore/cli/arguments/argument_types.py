@@ -1,4 +1,4 @@
-"""Types of arguments, which check each value and refuse a wrong one in one line."""
+"""Types of arguments, which check each value and reject a wrong one in one line."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # frames a second that a file may have
 
 
 class Parser(argparse.ArgumentParser):
-    """Parser whose errors are a single line that says where to find help, without the usage.
+    """Parser that reports errors in one line with a hint at the help, without the usage.
 
     `late` is called when the help is printed, and adds the texts that load slowly.
     """
@@ -71,9 +71,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def _similar(word: str, known: Sequence[str]) -> str:
-    """Return text such as '; did you mean detect?' if `known` has words similar to `word`, or
-    ''.
-    """
+    """Return text such as '; did you mean detect?' if `known` has similar words, or else ''."""
     from difflib import get_close_matches  # slow to load, and seldom needed
 
     near = get_close_matches(word.lower(), known, cutoff=0.65)
@@ -81,16 +79,12 @@ def _similar(word: str, known: Sequence[str]) -> str:
 
 
 def target(text: str) -> Path:
-    """Return the file to write, where '-' means standard output, and './-' means a file called
-    '-'.
-    """
+    """Return the file to write: '-' is standard output, './-' is a file called '-'."""
     return STANDARD_OUTPUT if text == "-" else Path(text)
 
 
 def clip_target(text: str) -> Path:
-    """Return the clip or folder of clips to write, with the suffix of a format that can be
-    written.
-    """
+    """Return the clip or folder of clips to write; the suffix must be of a writable format."""
     path = target(text)
     refused = not_written(path, " or ".join(CLIP_SUFFIXES))
     if refused and not path.is_dir():
@@ -99,9 +93,7 @@ def clip_target(text: str) -> Path:
 
 
 def readable(text: str) -> Path:
-    """Return the clip to read, where '-' means standard input, and './-' means a file called
-    '-'.
-    """
+    """Return the clip to read: '-' is standard input, './-' is a file called '-'."""
     return STANDARD_INPUT if text == "-" else Path(text)
 
 
@@ -113,13 +105,13 @@ def folder(text: str) -> Path:
 
 
 def tau(text: str) -> float | None:
-    """Return τ in radians, given in degrees above 0 and up to 180; None for 'auto'."""
+    """Return τ in radians from degrees above 0 and up to 180, or None for 'auto'."""
     found = tau_degrees(text)
     return None if found is None else math.radians(found)
 
 
 def tau_degrees(text: str) -> float | None:
-    """Return τ in degrees, above 0 and up to 180; None for 'auto'."""
+    """Return τ in degrees, above 0 and up to 180, or None for 'auto'."""
     if text == "auto":
         return None
     value = _number_in(text)
@@ -218,7 +210,7 @@ def count(text: str) -> int:
 
 
 def limit(text: str) -> int:
-    """Return a limit, which is a whole number that is at least 0."""
+    """Return a limit, a whole number that is at least 0."""
     return _whole(text, 0, _MOST)
 
 
@@ -236,7 +228,7 @@ def _whole(text: str, least: int, most: int) -> int:
 
 
 def _number_in(text: str) -> float:
-    """Return the number that a text contains, or NaN if it is not a number."""
+    """Return the number in a text, or NaN if the text is not a number."""
     try:
         return float(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The help of every command, with a summary, a description, and examples that the tests run."""
+"""The help of every command: a summary, a description, and examples that the tests run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ class HelpFormatter(argparse.HelpFormatter):
     """Formatter that fills paragraphs and leaves lists of examples unchanged."""
 
     def add_argument(self, action: argparse.Action) -> None:
-        """Add an argument, widening the first column of the help for the indented command names."""
+        """Add an argument, and widen the first column of the help for the indented command
+        names.
+        """
         super().add_argument(action)
         if isinstance(action, argparse._SubParsersAction):
             self._action_max_length += self._indent_increment

@@ -1,6 +1,6 @@
-"""Arguments that several commands share, and the loading of the commands' functions.
+"""Arguments that several commands share, and functions that load a command when it runs.
 
-The functions are loaded when a command runs, since numpy and scipy load slowly.
+Commands are loaded late because numpy and scipy load slowly.
 """
 
 from __future__ import annotations
@@ -21,14 +21,12 @@ from twistcore.cli.arguments.argument_types import (
 
 
 def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
-    """Return a function that, when called, loads a module of twistcore.cli and calls a function
-    in it.
-    """
+    """Return a function that loads a module of twistcore.cli and calls a function in it."""
 
     def run(arguments: argparse.Namespace) -> int:
         carry_out = getattr(import_module(f"twistcore.cli.{module}"), name)
-        if not gc.isenabled():  # as the command's own process begins
-            gc.freeze()  # modules stay to the end: no need to search them for garbage each time
+        if not gc.isenabled():  # while the command's own process begins
+            gc.freeze()  # modules are kept to the end: do not search them for garbage
             gc.enable()
         return int(carry_out(arguments))
 
@@ -115,7 +113,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_voice(parser: argparse.ArgumentParser) -> None:
-    """Add the options for how much is printed."""
+    """Add the options that set how much is printed."""
     voice = parser.add_mutually_exclusive_group()
     voice.add_argument("-q", "--quiet", action="store_true", help="print only results and errors")
     voice.add_argument(

@@ -52,7 +52,7 @@ def add_method(
     default: str | None = DEFAULT_METHOD,
     help: str = "detector that examines the chains (default: %(default)s)",
 ) -> None:
-    """Add the option for the detector, which is given by name or by file."""
+    """Add the option for the detector, given by name or by file."""
     group = parser.add_mutually_exclusive_group()
     # Set afterwards: the names of packages' detectors are searched only when help lists them.
     group.add_argument("--method", default=default, help=help).choices = DETECTORS

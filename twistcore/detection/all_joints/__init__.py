@@ -1,1 +1,1 @@
-"""Errors of single joints anywhere in the body (spikes and jumps), and steps of the whole body."""
+"""Spikes and jumps of single joints anywhere in the body, and steps of the whole body."""

@@ -1,4 +1,4 @@
-"""Steps of the whole body, and jumps in position, neither of which a single joint can cause."""
+"""Steps of the whole body and jumps in position, which no single joint can cause."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-SHARE, FEWEST = 0.3, 5  # share of the moving joints, and number of joints, that step at once
+SHARE, FEWEST = 0.3, 5  # share of the moving joints, and number of joints, that must step at once
 # Ratio to the motion around a step; degrees off the motion's pace.
 _TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1
-_SLOW, _LEAST_SLOW = 45.0, 5.0  # frames a second below which this is expected, degrees
+_SLOW, _LEAST_SLOW = 45.0, 5.0  # frames a second below which larger steps are expected, degrees
 _AROUND = 0.08  # seconds of a block whose median is the usual value
 _MOVES = 0.02  # degrees a frame
 _SHOWS = 2.0  # degrees: steps with a smaller median are hardly visible
@@ -37,14 +37,14 @@ _PLACE_TIMES, _PLACE_FLOOR, _REACH = 8.0, 5e-4, 10
 
 @dataclass(frozen=True)
 class BodyStep:
-    """A step of many joints into one frame, or into a few successive frames.
+    """A step of many joints, into one frame or a few successive frames.
 
     Attributes
     ----------
     share
-        The fraction of the moving joints that step, at most, in one of the frames.
+        The largest fraction of the moving joints that step in the same frame.
     degrees
-        The median angle of these joints, at most, in one of the frames.
+        The largest median angle of these joints in one of the frames.
     """
 
     start: int
@@ -69,7 +69,7 @@ class PlaceStep:
 
 @once_a_motion
 def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
-    """Return the steps of the whole body, by start, in the clip's own frames.
+    """Return the steps of the whole body, sorted by start, with the clip's own frame numbers.
 
     A joint steps if its turn differs from the mean of the turns before and after by more than is
     usual nearby. Steps at the ends of a clip are left out, because a clip may begin in another pose
@@ -102,7 +102,7 @@ def _of_person(
     """Yield the steps of one person's body.
 
     `step` is the angle by which each joint of the person turns, in degrees, shape (frames, joints).
-    The frames in [first, last) count.
+    Only frames [first, last) are examined.
     """
     off = np.zeros_like(step)
     off[1:-1] = np.abs(step[1:-1] - 0.5 * (step[:-2] + step[2:]))
@@ -135,14 +135,14 @@ def _of_person(
 
 
 def _bends(motion: Motion, frame: int, least: float) -> int:
-    """Return how many joints bend by far more than nearby, and by `least` degrees, at a frame.
+    """Count the joints that bend by far more than nearby, and by `least` degrees, at a frame.
 
     Twist errors in many chains turn many joints in the same frame, but bend none.
     """
     first = max(frame - _NEARBY, 0)
     bends = np.degrees(bend_steps(motion.sliced(first, min(frame + _NEARBY, motion.frames))))
     off = np.abs(bends[:, 1:-1] - 0.5 * (bends[:, :-2] + bends[:, 2:]))
-    at = frame - first - 2  # the change into the frame
+    at = frame - first - 2  # the change from the previous frame
     usual = np.median(np.delete(off, [at - 1, at, at + 1], axis=1), axis=1)
     return int((off[:, at] > np.maximum(_TIMES * usual, least)).sum())
 
@@ -156,7 +156,9 @@ def _steps(rotations: Array) -> Array:
 
 
 def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
-    """Return the lowest median among a frame's block and both adjacent blocks, by joint, (n, k)."""
+    """Return the lowest median of a frame's block and both adjacent blocks for each joint, (n,
+    k).
+    """
     blocks = max(len(off) // width, 1)
     wanted = np.unique(np.clip(frames[:, None] // width + np.arange(-1, 2), 0, blocks - 1))
     usual = {b: np.median(off[b * width : (b + 1) * width], axis=0) for b in wanted.tolist()}
@@ -165,11 +167,11 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
 
 
 def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
-    """Return the jumps in position of roots and of all joints with position channels, by start.
+    """Return the jumps in position of roots and of joints with position channels, sorted by start.
 
     `motion` is the motion without held frames. `counted` is the mask of the frames that may have a
-    jump, shape (frames,). A position that is off its path for a frame or two and comes back is one
-    jump.
+    jump, shape (frames,). If a position leaves its path for a frame or two and comes back, this is
+    one jump.
     """
     frames = motion.frames
     if frames < 4 * _REACH or not motion.positioned:
@@ -179,7 +181,7 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
     floor = _PLACE_FLOOR * height
     change = np.diff(motion.positions, axis=0)
     off = np.zeros((frames, len(motion.positioned)))
-    # A step: the change into a frame compared with the nearer of the changes before and after.
+    # A step is compared with the smaller of the changes before and after it.
     turned = np.linalg.norm(np.diff(change, axis=0), axis=2)
     off[2:-1] = np.minimum(turned[:-1], turned[1:])
     found = []
@@ -197,6 +199,6 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
 
 
 def _stands_out(off: Array, t: int, floor: float) -> bool:
-    """True if a position is much farther off its path in frame t than nearby."""
+    """True if a position is much farther off its path in frame t than in nearby frames."""
     around = np.concatenate([off[max(t - _REACH, 2) : t - 2], off[t + 3 : t + 1 + _REACH]])
     return bool(off[t] > _PLACE_TIMES * max(median(around), floor))

@@ -1,7 +1,7 @@
-"""Spikes, jumps of joints, jumps in position and body steps, as intervals of the nearest chains.
+"""Find spikes, jumps of joints, jumps in position and body steps, as intervals of chains.
 
 A joint that is in no chain is listed with the nearest chain: fingers with the forearm, toes with
-the shin, the spine with the first chain that hangs on it.
+the shin, the spine with the first chain below it.
 """
 
 from __future__ import annotations
@@ -39,23 +39,25 @@ Mask = NDArray[np.bool_]
 
 _NUMBERS = 1 << 17  # frames times joints in a block
 _BESIDE = 3  # frames next to the edge of a known error
-_LEFT = 0.5  # share of a step; if less remains, the correction of another error removes the step
-_MORE = 4.0  # ratio to the step of the whole body from which a step is listed separately
+_LEFT = 0.5  # share of a step; if less remains, another error explains the step
+_MORE = 4.0  # ratio to the step of the whole body above which a joint's step is listed separately
 _LAST_BONES = ("ForeArm", "Leg")
 
 
 def find_spikes(search: KindSearch) -> Found:
-    """Return the spikes of all joints, by chain name."""
+    """Return the spikes of all joints, keyed by chain name."""
     return _by_chain(search, Kind.SPIKE, search.once(_joint_steps).spikes)
 
 
 def find_joint_jumps(search: KindSearch) -> Found:
-    """Return the jumps of all joints except lone jumps about a joint's own axis, by chain name."""
+    """Return the jumps of all joints, keyed by chain name, without lone jumps about their own
+    axes.
+    """
     return _by_chain(search, Kind.JOINT_JUMP, search.once(_joint_steps).jumps)
 
 
 def find_place_jumps(search: KindSearch) -> Found:
-    """Return the jumps in position, by chain name."""
+    """Return the jumps in position, keyed by chain name."""
     motion = search.motion
     if (held := without_held(motion)) is not None:
         motion = held.motion
@@ -72,7 +74,7 @@ def find_place_jumps(search: KindSearch) -> Found:
 
 
 def find_body_steps(search: KindSearch) -> Found:
-    """Return the steps of the whole body, each in the first chosen chain of its person."""
+    """Return the steps of the whole body, each listed with the first chosen chain of its person."""
     skeleton = search.motion.skeleton
     first = {chain.person: chain for chain in reversed(search.chosen)}
     found: dict[str, list[Interval]] = {}
@@ -91,7 +93,7 @@ def find_body_steps(search: KindSearch) -> Found:
 
 @dataclass(frozen=True)
 class _JointSteps:
-    """The spikes and jumps of all joints, in the clip's own frames."""
+    """The spikes and jumps of all joints, with the clip's own frame numbers."""
 
     spikes: tuple[JointStep, ...]
     jumps: tuple[JointStep, ...]
@@ -122,7 +124,7 @@ def _joint_steps(search: KindSearch) -> _JointSteps:
 
 
 def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
-    """Return the smallest spike and jump of each joint that count.
+    """Return the smallest spike and jump to report for each joint.
 
     Joints without three rotation channels get limits that nothing reaches.
     """
@@ -161,12 +163,12 @@ class _Others:
     Attributes
     ----------
     errors
-        The errors that can be corrected, by each joint that they turn.
+        The errors that can be corrected, keyed by each joint that they turn.
     of_joints
-        Masks of the frames with lone jumps or noise, by joint.
+        Masks of the frames with lone jumps or noise, keyed by joint.
     of_body
-        The size of a person's body steps in degrees, 0 in all other frames, shape (frames,), by
-        each joint of a person who steps.
+        The size of a person's body steps in degrees, 0 in all other frames, shape (frames,), keyed
+        by each joint of that person.
     """
 
     search: KindSearch
@@ -201,8 +203,9 @@ class _Others:
         return _Others(search, errors, of_joints, of_body)
 
     def explain(self, step: JointStep, *, jump: bool) -> bool:
-        """True if another error is in the same joint and frames, or if correcting it removes the
-        step.
+        """True if another error explains a step.
+
+        The other error is in the same joint and frames, or its correction removes the step.
         """
         at, own = slice(step.start, step.stop + 1), self.of_joints.get(step.joint)
         body = self.of_body.get(step.joint)
@@ -220,7 +223,7 @@ class _Others:
         return any(self._take_away(group, step, jump=jump) for group in groups)
 
     def _near(self, joint: int, step: JointStep) -> list[Interval]:
-        """Return the errors that turn a joint and begin or end in a step or next to it."""
+        """Return the errors that turn a joint and begin or end at a step."""
         return [
             error
             for error in self.errors.get(joint, ())
@@ -231,14 +234,16 @@ class _Others:
         ]
 
     def _turned(self, error: Interval) -> tuple[int, ...]:
-        """Return the joints that an error turns, with C as the only child of a bone."""
+        """Return the joints that an error turns; of the children of a bone, only C."""
         chain = next(c for c in self.search.named if c.name == error.chain)
         joints = chain.changed_joints(self.search.motion.skeleton, carried=error.carried)
         # Other children need not have turned back.
         return (chain.parent, chain.child) if chain.child in joints else joints
 
     def _take_away(self, errors: Sequence[Interval], step: JointStep, *, jump: bool) -> bool:
-        """True if correcting errors removes most of a step without moving it to another joint."""
+        """True if correcting the errors removes most of a step without moving it to another
+        joint.
+        """
         if self.search.without is None:
             return False
         motion = self.search.motion
@@ -294,9 +299,7 @@ def _interval(
 
 
 def _as_written(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> JointStep:
-    """Return a step with the frame numbers of the clip; a jump lasts one frame, like a lone
-    jump.
-    """
+    """Return a step with the clip's frame numbers. A jump lasts one frame, like a lone jump."""
     start, stop = _written(step.start, step.stop, held)
     if jump and held is not None:
         stop = held.end(step.stop - 1) + 1
@@ -304,7 +307,7 @@ def _as_written(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> 
 
 
 def _written(start: int, stop: int, held: DistinctFrames | None) -> tuple[int, int]:
-    """Convert frames [start, stop) from a clip without held frames to the whole clip."""
+    """Convert frames [start, stop) of a clip without held frames to frames of the whole clip."""
     return (start, stop) if held is None else (held.begin(start), held.end(stop))
 
 
@@ -315,10 +318,10 @@ def _owners(search: KindSearch) -> dict[int, Chain]:
 
 
 def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain with which each joint is listed: its own chain or the nearest of its
-    person.
+    """Return the chain with which each joint is listed.
 
-    A joint that is not connected to any chain is left out.
+    This is its own chain, or the nearest chain of the same person. A joint that is not connected to
+    any chain is left out.
     """
     people = find_people(skeleton)
     owner: dict[int, Chain] = {}
@@ -332,7 +335,7 @@ def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
 
 def _nearest(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
     owner = lone_jumps.chain_of_joint(chains)
-    below: dict[int, tuple[int, Chain]] = {}  # the nearest chain that hangs on a joint
+    below: dict[int, tuple[int, Chain]] = {}  # the nearest chain below a joint
     for chain in chains:
         joint, way = int(skeleton.parents[chain.parent]), 1
         while joint >= 0:
@@ -350,7 +353,7 @@ def _nearest(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
 
 
 def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
-    """Return the joints below the hands and feet, that is, below the joints in which limbs end."""
+    """Return the joints below the hands and feet, in which limbs end."""
     last = {c.child for c in chains if c.ends and c.segment in _LAST_BONES}
     last = last or {c.child for c in chains} - {c.parent for c in chains}
     small: set[int] = set()

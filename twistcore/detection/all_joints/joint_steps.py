@@ -1,9 +1,9 @@
 """Spikes and jumps of single joints, in any direction.
 
-A *spike* leaves the joint's path for one or a few frames and comes back: each of its frames departs
-from the path between the frame before and the frame after. A *jump* is a single step between calm
-frames. Spikes and jumps are compared with the motion of the same joint over the same number of
-frames nearby, so that a fast movement is not mistaken for either.
+In a *spike*, the joint leaves its path for one or a few frames and comes back: each of these frames
+departs from the path between the frame before and the frame after. A *jump* is a single step
+between calm frames. Spikes and jumps are compared with the motion of the same joint over the same
+number of frames nearby, so that a fast movement is not mistaken for either.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
 LONGEST, MOST = 0.03, 3  # seconds and frames of a spike; at least two frames
-_SLOW = 45.0  # frames a second below which a single frame proves little
+_SLOW = 45.0  # frames a second below which a single frame is weak evidence
 # degrees: usually, at 30 Hz, and for toes and fingers
 SPIKE, SPIKE_SLOW, SPIKE_SMALL = 10.0, 20.0, 35.0
 JUMP, JUMP_SLOW, JUMP_SMALL = 30.0, 45.0, 60.0
-# Of the spike: the frames before and after it may be so far apart. For a jump it is 2.
+# Share of the spike within which the frames before and after it must agree. 2 for a jump.
 _BACK, _NEARLY = 0.4, 1.0
 # Ratio to the usual departure nearby; the latter if the joint hardly comes back.
 _TIMES, _CLEARLY = 8.0, 20.0
-_FLOOR = 0.3  # degrees: every joint moves by that much
+_FLOOR = 0.3  # degrees by which every joint moves
 _CALM = 3.0  # ratio to the largest step around a jump
 _REACH, _NEAR = 10, 3  # frames around a spike, and around a jump
 # share of a step that remains relative to the joints above, none of which it compensates
@@ -44,9 +44,9 @@ class JointStep:
     Attributes
     ----------
     degrees
-        How far the joint is off its path, or how far it steps.
+        The distance of the joint from its path, or the size of its step.
     usual
-        The same for its motion nearby, in degrees.
+        The usual value in its motion nearby, in degrees.
     """
 
     joint: int
@@ -58,7 +58,7 @@ class JointStep:
 
 @dataclass(frozen=True)
 class StepLimits:
-    """The smallest spikes and jumps that count.
+    """The smallest spikes and jumps to report.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class StepLimits:
     longest
         The longest spike, in frames.
     floor
-        The noise in degrees of the angles as they are written.
+        The noise of the written angles, in degrees.
     """
 
     spike: Array
@@ -98,14 +98,14 @@ class StepLimits:
 
 
 def margin(limits: StepLimits) -> int:
-    """Return the number of frames around a block with which its first and last steps are
-    compared.
+    """Return the number of frames around a block that its first and last steps are compared
+    with.
     """
     return _REACH + limits.longest + 2
 
 
 def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
-    """Return the spikes of all joints, by start.
+    """Return the spikes of all joints, sorted by start.
 
     `rotations` has the shape (frames, joints, 4). `counted` is the mask of the frames in which a
     spike may begin, shape (frames,).
@@ -127,7 +127,7 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
 
 
 def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
-    """Return the size that a spike or jump has with other rotations, in degrees.
+    """Return the size of a spike or jump if the joint had other rotations, in degrees.
 
     Parameters
     ----------
@@ -148,8 +148,9 @@ def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> flo
 def _spikes_at(
     q: Array, parents: Index, start: Index, joint: Index, n: int, limits: StepLimits
 ) -> list[JointStep]:
-    """Return the candidates that are spikes over n frames. `start` and `joint` have one value for
-    each candidate.
+    """Return the candidates that are spikes over n frames.
+
+    `start` and `joint` have one value for each candidate.
     """
 
     def own(t: Index) -> Array:
@@ -174,7 +175,7 @@ def _spikes_at(
 
 
 def jumps(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
-    """Return the jumps of all joints, by start, each a step into one frame between calm frames."""
+    """Return the jumps of all joints, sorted by start. Each is one step between calm frames."""
     moves = _steps_over(rotations, limits.jump)
     moves &= counted[:, None]
     moves[: _EDGE + 1] = False
@@ -219,9 +220,7 @@ def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: in
 
 
 def _steps_over(rotations: Array, least: Array) -> Mask:
-    """Return a mask of turns of joints by more than `least` degrees into a frame, (frames,
-    joints).
-    """
+    """Return a mask of the joints that turn by more than `least` degrees, (frames, joints)."""
     over = np.zeros(rotations.shape[:2], dtype=bool)
     cosine = np.einsum("tji,tji->tj", rotations[1:], rotations[:-1])
     over[1:] = np.abs(cosine) < np.cos(np.radians(0.5 * least))
@@ -229,7 +228,7 @@ def _steps_over(rotations: Array, least: Array) -> Mask:
 
 
 def _departure(of: Callable[[Index], Array], start: Index, n: int) -> Array:
-    """Return the smallest angle of n frames from the path between their neighbours, in degrees.
+    """Return the smallest departure of n frames from the path between their neighbours, degrees.
 
     `of` returns the rotations at given frames.
     """
@@ -254,7 +253,7 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
 
 
 def _between(a: Array, b: Array, share: float) -> Array:
-    """Return a rotation between a and b, (…, 4), which must be close to each other.
+    """Return a rotation between a and b, (…, 4), which must be close together.
 
     `share` is the fraction of the way from a to b, 0…1.
     """
@@ -270,7 +269,7 @@ def _angle(a: Array, b: Array) -> Array:
 
 
 def _without_overlaps(found: list[JointStep]) -> list[JointStep]:
-    """Return the spikes, by start, without spikes that overlap a larger spike of the same joint."""
+    """Return the spikes sorted by start, without any that overlaps a larger spike of its joint."""
     kept: dict[int, list[JointStep]] = {}
     for one in sorted(found, key=lambda s: -s.degrees):
         own = kept.setdefault(one.joint, [])

@@ -1,1 +1,1 @@
-"""The default detector, which measures how a parent and its child twist against each other."""
+"""The default detector, which measures how parent and child twist against each other."""

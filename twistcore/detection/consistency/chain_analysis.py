@@ -35,15 +35,17 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
 # The ratio of the smaller to the larger sum of rx and ry over an edge: an error turns both joints.
-# If no edge of an interval reaches it in both, one joint jumps alone, which is only shown.
+# If no edge of an interval reaches this ratio, one joint jumps alone, which is listed but not
+# corrected.
 SHOWN_IN_BOTH = 0.35
-# Nats below which an interval is only shown if angles are rounded: a wide σ lets two small jumps of
-# natural motion close, and the confidence, fitted on fine captures, takes that for a good sign.
+# Nats below which an interval is listed but not corrected if angles are rounded. With a wide σ, two
+# small jumps of natural motion may close, and the confidence, fitted on fine captures, takes this
+# for evidence.
 ROUNDED_GAIN = 5.0
 _FOLLOWS = ("its edges", "its events", "every frame")
 SMALLEST_TAU = float(np.radians(1.5))
-_BACKGROUNDS = 2  # kept at a time: their derived arrays are as long as the clip
-TAU_IN_SIGMA = 6.0  # an automatic τ: higher where σ of natural motion itself would fill the table
+_BACKGROUNDS = 2  # in the cache, with arrays as long as the clip
+TAU_IN_SIGMA = 6.0  # of an automatic τ: higher if σ of natural motion would fill the table
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +89,12 @@ class ChainAnalysis:
     instead: tuple[tuple[int, int], ...] = ()
     left: tuple[tuple[int, int], ...] = ()
     rounded: bool = False
-    # as τ moves most intervals stay
+    # most intervals stay the same while τ changes
     _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)
     _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
 
     def automatic_tau(self) -> float:
-        """Return the automatic τ of the chain in radians; see :func:`automatic_tau`."""
+        """Return the automatic τ of the chain in radians (see :func:`automatic_tau`)."""
         return self._automatic_tau
 
     @cached_property
@@ -100,9 +102,7 @@ class ChainAnalysis:
         return automatic_tau(self.limb, self.row)
 
     def strength(self) -> Array:
-        """Return |d| at events, |jump| at an edge's peak, and 0 elsewhere, in radians,
-        (frames,).
-        """
+        """Return |d| at events, |jump| at an edge's peak, and 0 elsewhere, radians, (frames,)."""
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
         for s in self.standing:
@@ -110,7 +110,7 @@ class ChainAnalysis:
         return curve
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of the chain at threshold τ, in radians, by start."""
+        """Return the intervals of the chain at threshold τ in radians, sorted by start."""
         found = [i for i in self.between_edges(tau) if not self.gives_way(i)]
         past = [s.interval for s in self.standing if s.strength >= tau]
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
@@ -124,7 +124,7 @@ class ChainAnalysis:
     ) -> ChainAnalysis:
         """Return the analysis with soft errors added.
 
-        `instead` are the frames [low, high) in which they replace all other intervals.
+        `instead` are the frames [low, high) in which the soft errors replace all other intervals.
         """
         kept = (
             s for s in self.standing if not any(_meet(s.interval, frames) for frames in instead)
@@ -132,11 +132,11 @@ class ChainAnalysis:
         return replace(self, standing=(*kept, *soft), instead=tuple(instead))
 
     def between_edges(self, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals between jumps at threshold τ, in radians, by start."""
+        """Return the intervals between jumps at threshold τ in radians, sorted by start."""
         found: list[Interval] = []
         for table in self.tables:
-            # Only the edges that τ lets pass matter, and as jumps are sorted, their number
-            # identifies them.
+            # Only the edges at or above τ matter. Since jumps are sorted, their number identifies
+            # them.
             passing = int((np.abs(table.edges.jump) >= tau).sum())
             if not passing:
                 continue
@@ -147,7 +147,7 @@ class ChainAnalysis:
         return tuple(found)
 
     def _solve(self, table: PairTable, tau: float) -> list[Interval]:
-        """Return the intervals of one segment at threshold τ, in radians, by start."""
+        """Return the intervals of one segment at threshold τ in radians, sorted by start."""
         pairs = best_pairs(table, tau, self.fps)
         applied = len(pairs)
         pairs += unpaired(table, pairs, tau)
@@ -163,7 +163,7 @@ class ChainAnalysis:
         at = [k for k in pair[:2] if k >= 0]
         jumps, sigmas = table.edges.jump[at].tolist(), table.edges.sigma[at].tolist()
         sigma = math.hypot(*sigmas)
-        # At a clip's end there is only one edge: the gain of its pair excludes the price of an end.
+        # At a clip's end there is only one edge. The gain of its pair excludes the price of an end.
         gain = pair.gain if len(at) > 1 else max(pair.gain, float(table.edges.gain[at[0]]))
         margin = math.log(min(abs(j) / s for j, s in zip(jumps, sigmas, strict=True)))
         offset, residual = course.offset, course.residual
@@ -196,9 +196,10 @@ class ConsistencyAnalysis:
     cut
         Mask of the steps that are not motion, including the step into frame 0, shape (frames,).
     own_twist
-        The increments from `pieces.own_twist` for the first of two pieces of one bone, by chain.
+        The increments from `pieces.own_twist` for the first of two pieces of one bone, keyed by
+        chain name.
     witnesses
-        The signals by which the intervals of a chain are judged.
+        The signals that are used to judge the intervals of a chain.
     """
 
     chains: Mapping[str, ChainAnalysis]
@@ -207,7 +208,7 @@ class ConsistencyAnalysis:
     witnesses: Mapping[str, Witnesses] = field(default_factory=dict)
     _backgrounds: dict[str, Background] = field(default_factory=dict)  # the latest few
     _judging: threading.RLock = field(default_factory=threading.RLock)
-    # By id: kept alive, with the judged interval, and whether it is motion.
+    # keyed by id: the interval, kept alive, the judged interval, and whether it is motion
     _judged: dict[int, tuple[Interval, Interval, bool]] = field(default_factory=dict)
 
     def automatic_tau(self, chain: str) -> float:
@@ -219,7 +220,7 @@ class ConsistencyAnalysis:
         return self.chains[chain].strength()
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, by start, without natural motion."""
+        """Return the intervals of a chain at τ radians, sorted by start, without natural motion."""
         return tuple(i for i, motion in self._found(chain, tau) if not motion)
 
     def taken_for_motion(self, chain: str, tau: float) -> tuple[Interval, ...]:
@@ -236,8 +237,8 @@ class ConsistencyAnalysis:
         """Return the interval with its confidence limited by the evidence, and True if it is
         motion.
 
-        The only evidence for a straight limb is usually the course of the error. The course is
-        enough if both bones turn at its ends and there is no noise.
+        The only evidence for a straight limb is usually the course of the error over time. The
+        course is enough if both bones turn at its ends and there is no noise.
         """
         if interval.chain not in self.witnesses:
             return interval, False
@@ -256,7 +257,9 @@ class ConsistencyAnalysis:
 
     @property
     def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
-        """The frames [low, high) that the search for soft errors did not reach, by chain."""
+        """The frames [low, high) that the search for soft errors did not reach, keyed by chain
+        name.
+        """
         return {name: chain.left for name, chain in self.chains.items() if chain.left}
 
     def _background(self, chain: str) -> Background:
@@ -282,7 +285,7 @@ def judged(
 
 
 def tempered(probability: float) -> float:
-    """Return a probability with its log odds halved if it is below 0.5, because doubts overlap.
+    """Return a probability, with its log odds halved if it is below 0.5 because doubts overlap.
 
     Of the intervals of real captures with a probability of 0.07, two blind judges took a third for
     errors (docs/atlas.md).
@@ -296,7 +299,7 @@ def tempered(probability: float) -> float:
 def _with_judgement(
     explain: Callable[[], dict[str, Any]] | None, found: Judgement
 ) -> dict[str, Any]:
-    """Return the evidence for an interval together with the result of the judgement, by name."""
+    """Return the evidence for an interval, including the result of the judgement, keyed by name."""
     return {
         **(explain() if explain else {}),
         "evidence": found.score,
@@ -316,8 +319,9 @@ def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
 
 
 def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
-    """True if both joints turn at an edge; directions are ignored, since signs mean nothing near
-    ±180°.
+    """True if both joints turn at an edge.
+
+    Directions are ignored, because signs mean nothing near ±180°.
     """
     at = row, slice(edges.start[k], edges.stop[k])
     x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))
@@ -327,7 +331,7 @@ def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> boo
 def _explained(
     limb: CounterRotation, row: int, edges: Edges, pair: Pair, course: Course
 ) -> dict[str, Any]:
-    """Return the evidence for an interval by name, with angles in degrees."""
+    """Return the evidence for an interval, keyed by name, with angles in degrees."""
     at = [k for k in pair[:2] if k >= 0]
     return {
         "gain": pair.gain,
@@ -340,7 +344,7 @@ def _explained(
 
 
 def _edge_explained(limb: CounterRotation, row: int, edges: Edges, k: int) -> dict[str, Any]:
-    """Return the evidence for an edge by name, as sums over its frames, with angles in degrees."""
+    """Return the evidence for an edge, summed over its frames, keyed by name, angles in degrees."""
     start, stop, jump = int(edges.start[k]), int(edges.stop[k]), float(edges.jump[k])
     at = row, slice(start, stop)
     sums = {

@@ -1,9 +1,9 @@
 """The calibrated confidence of an interval [Method, step 8].
 
-The confidence is a logistic function, fitted on CMU subject 05 over candidates down to 0.3 τ of
-eleven protocols, plain and rich. On the other subjects, it has an AUC of 0.978 and an ECE of 0.007
-at a prevalence of 0.950. An interval is right if its IoU with a true interval is ≥ 0.5 and ≥ 80 %
-of that interval's frames are corrected by ≥ 80 %.
+The confidence is a logistic function. It was fitted on CMU subject 05, with candidates down to 0.3
+τ from eleven protocols, plain and rich. On the other subjects, it has an AUC of 0.978 and an ECE of
+0.007 at a prevalence of 0.950. An interval is right if its IoU with a true interval is ≥ 0.5 and ≥
+80 % of that interval's frames are corrected by ≥ 80 %.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 
 INTERCEPT, PER_LOG_GAIN, PER_CLOSING = -3.4892, 2.9625, -0.6089
 PER_MARGIN, PER_LENGTH, PER_BEYOND_TAU = -1.2179, -0.1997, 4.4911
-MOST_CLOSING, MOST_MARGIN = 6.0, 5.0  # the fit had no data beyond these values
+MOST_CLOSING, MOST_MARGIN = 6.0, 5.0  # the fit has no data beyond these values
 LENGTH_FRAMES = 30.0
 
 

@@ -1,4 +1,4 @@
-"""The computations of the detector that is declared in `detectors/consistency.py` [Method]."""
+"""The computations of the detector in `detectors/consistency.py` [Method]."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ LONG = 20_000  # frames
 def analyse_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
 ) -> ConsistencyAnalysis | NotatedAnalysis:
-    """Analyse chains, except for the part that depends on τ. `tell` is called with the progress."""
+    """Analyse chains up to the part that depends on τ. `tell` is called with the progress."""
     if (held := without_held(motion)) is not None:
         own = [c.at(held.first) for c in chains]
         return NotatedAnalysis(held, _analysed(held.motion, own, tell or nobody))
@@ -58,7 +58,7 @@ def analyse_chains(
 
 
 def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) -> NotatedAnalysis:
-    """Analyse the jumps in all frames, then the linear keys after the clear jumps are removed."""
+    """Analyse the jumps in all frames, then the linear keys without the clear jumps."""
     fine = _analysed(motion, chains, part(tell, 0.0, 0.5), keys)
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -77,8 +77,9 @@ def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) ->
 def _analysed(
     motion: Motion, chains: Sequence[Chain], tell: Tell, keys: Keys | None = None
 ) -> ConsistencyAnalysis:
-    """Analyse all chains of a motion. `keys` are the linear keys; if given, only jumps between them
-    are searched for.
+    """Analyse all chains of a motion.
+
+    `keys` are the linear keys; if given, only jumps between them are searched for.
     """
     cut = find_cuts(motion)
     segments = segments_between(cut, motion.fps)
@@ -87,7 +88,7 @@ def _analysed(
     searched: list[_Softened] = []
     people = by_person(chains)
     joints = _joints_by_person(motion.skeleton, people)
-    # each person alone, so that a choice of people changes nothing
+    # one person at a time, so that a choice of people does not change the result
     for person, own in people.items():
         for lines in _alike(_lines(own)):
             count = sum(map(len, lines))
@@ -110,7 +111,7 @@ def _analysed(
 
 
 def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]]) -> dict[str, int]:
-    """Return the number of joints of each person; joints of no person are counted under ''."""
+    """Return the number of joints of each person, or under '' for joints of no person."""
     if not any(people):
         return dict.fromkeys(people, len(skeleton))
     joints = {
@@ -127,7 +128,7 @@ class _Softened:
     Attributes
     ----------
     plain
-        The chains without soft errors, by row.
+        The chains without soft errors, one for each row.
     count
         The number of limbs.
     errors
@@ -144,8 +145,8 @@ class _Softened:
     def chains(self, given_up: Mapping[int, bool] = MappingProxyType({})) -> list[ChainAnalysis]:
         """Return the chains with soft errors.
 
-        `given_up` are the errors that replace no interval, by index. The value is True if the error
-        itself is left out, too.
+        `given_up` contains the errors that replace no interval, keyed by index. The value is True
+        if the error itself is left out, too.
         """
         if not self.errors and not self.replaced:
             return list(self.plain)
@@ -166,11 +167,11 @@ class _Softened:
         ]
 
     def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
-        """Return the soft errors that replace no interval, by index, for :meth:`chains`.
+        """Return the soft errors that replace no interval, keyed by index, for :meth:`chains`.
 
-        The value is True for an error that is left out, because it is less certain than the
-        intervals between jumps that it overlaps. It is False for an error that is motion according
-        to the evidence, and that :meth:`ConsistencyAnalysis.taken_for_motion` returns.
+        The value is True for an error that is left out because it is less certain than the
+        intervals between jumps that it overlaps. The value is False for an error that the evidence
+        shows to be motion, which :meth:`ConsistencyAnalysis.taken_for_motion` returns.
         """
         out = {}
         for k, (error, own) in enumerate(self.errors):
@@ -255,7 +256,7 @@ def _line_analyses(
 
 
 def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
-    """Return the increments x and y of a chain without the effects of jumps in its neighbours."""
+    """Return the increments x and y of a chain without the effects of its neighbours' jumps."""
     beside = (r for r in (row - limbs.count, row + limbs.count) if 0 <= r < len(jumps))
     images = {r: offset for r in beside if (offset := jumps[r].offset()).any()}
     if not images:
@@ -269,10 +270,10 @@ def _with_soft(
 ) -> _Softened:
     """Return the chains with soft errors in addition to the intervals at the automatic τ.
 
-    The search assumes that every child turned back the whole error. So where a child turned back
-    only a part, the remaining part is removed first, to keep it from being found as an error of its
-    own. If a soft error then replaces the interval, nothing is known about that child, and the
-    search is repeated without this step.
+    The search assumes that every child turned back the whole error. If a child turned back only a
+    part, the rest is removed first, so that it is not found as a separate error. If a soft error
+    then replaces the interval, nothing is known about that child, and the search is repeated
+    without this step.
     """
     jumps = [
         (c.row, i, any(i is s.interval for s in c.standing))
@@ -317,8 +318,9 @@ def _fixed_soft(chain: str, error: SoftError) -> FixedInterval:
 def find_jumps(
     limbs: Limbs, fps: float, cut: Mask, segments: Sequence[tuple[int, int]], tell: Tell
 ) -> list[Jumps]:
-    """Return the jumps of all chains of limbs, by row. `segments` come from
-    :func:`segments_between`.
+    """Return the jumps of all chains of limbs, one item for each row.
+
+    `segments` come from :func:`segments_between`.
     """
     counter = _counter_rotation(limbs, fps, cut, tell)
     out = []
@@ -332,7 +334,9 @@ def find_jumps(
 
 
 def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> CounterRotation:
-    """Return the counter-rotation of all limbs, one limb at a time in long clips to save memory."""
+    """Return the counter-rotation of all limbs; in long clips, one limb at a time to save
+    memory.
+    """
     if limbs.count == 1 or limbs.frames < LONG:
         return counter_rotation(limbs, fps, cut, tell)
     parts = [
@@ -365,7 +369,7 @@ def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
 
 
 def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
-    """Group lines by their length, and by whether any of their axes vary over time."""
+    """Group lines by their length and by whether any of their axes varies over time."""
     kinds: dict[tuple[int, bool], list[list[Chain]]] = {}
     for line in lines:
         kinds.setdefault((len(line), any(c.axis.ndim > 1 for c in line)), []).append(line)

@@ -1,8 +1,8 @@
-"""Errors of clips with held frames or linear keys, in the clip's own frame numbers.
+"""Errors in clips with held frames or linear keys, with the clip's own frame numbers.
 
 Held frames are left out, so that an error begins in the frame in which it appears. In a clip with
-linear keys only the keys are examined, because the frames in between were not captured. Errors that
-jump from one frame to the next are searched for in all frames first.
+linear keys, only the keys are examined, because the frames in between were not captured. Before
+this, all frames are searched for errors that jump from one frame to the next.
 """
 
 from __future__ import annotations
@@ -40,25 +40,23 @@ class NotatedAnalysis:
     kept: DistinctFrames
     coarse: ConsistencyAnalysis
     fine: ConsistencyAnalysis | None = None
-    _known: dict[Interval, Interval] = field(default_factory=dict)  # as τ moves most intervals stay
+    _known: dict[Interval, Interval] = field(default_factory=dict)  # most stay as τ changes
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ, in radians, which is the largest of both analyses and the
-        keys.
-        """
+        """Return the automatic τ in radians: the largest of both analyses' and the keys' values."""
         both = (a.automatic_tau(chain) for a in (self.coarse, self.fine) if a is not None)
         return max(self.kept.smallest, *both)
 
     def strength(self, chain: str) -> Array:
-        """Return the strength m_c(t) of a chain, the larger of both analyses, in radians,
-        (frames,).
-        """
+        """Return the strength m_c(t), the larger of both analyses, in radians, (frames,)."""
         curve = np.zeros(self.kept.frames)
         curve[self.kept.first] = self.coarse.strength(chain)
         return curve if self.fine is None else np.maximum(curve, self.fine.strength(chain))
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, by start; clear jumps precede keys."""
+        """Return the intervals of a chain at τ radians, sorted by start; clear jumps precede
+        keys.
+        """
         found = [self._in_clip(i) for i in self.coarse.intervals(chain, tau)]
         if self.fine is not None:
             sharp = self.fine.intervals(chain, tau)
@@ -69,7 +67,9 @@ class NotatedAnalysis:
 
     @property
     def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
-        """The frames [low, high) that the search for soft errors did not reach, by chain."""
+        """The frames [low, high) that the search for soft errors did not reach, keyed by chain
+        name.
+        """
         begin, end = self.kept.begin, self.kept.end
         return {
             name: tuple((begin(low), end(high)) for low, high in spans)
@@ -92,8 +92,7 @@ class NotatedAnalysis:
         return self._known[interval]
 
     def _only_shown(self, interval: Interval) -> bool:
-        """True if the interval has too few linear keys to be corrected without a person's
-        decision.
+        """True if the interval has too few linear keys to be corrected automatically.
 
         The result is also True if the evidence is a single transition of a straight limb.
         """
@@ -103,7 +102,7 @@ class NotatedAnalysis:
 
 
 def is_clear(interval: Interval) -> bool:
-    """True if an interval is certain enough to take priority over others in the same frames."""
+    """True if an interval is certain enough to precede others in the same frames."""
     return not interval.open and (interval.confidence or 0.0) >= CLEAR
 
 

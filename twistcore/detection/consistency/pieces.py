@@ -1,10 +1,9 @@
-"""Errors between the pieces of one bone, which must appear in P's own twist, not only in its
-swing.
+"""Errors between the pieces of one bone, which must appear in P's own twist, not only in its swing.
 
-In rigs that give all roll to the last piece, the first piece only swings. Where the path of its
-swing is curved, it still turns about its bone from frame to frame, and the next piece turns back by
-the same angle. This is how such rigs write natural motion. θp of the first piece does not change
-then, but an error δ changes it by exactly δ.
+In some rigs the last piece of a bone has all the roll, and the first piece only swings. If the path
+of the swing is curved, the first piece still turns about its bone from frame to frame, and the next
+piece turns back by the same angle. This is natural motion: θp of the first piece does not change,
+whereas an error δ changes it by exactly δ.
 """
 
 from __future__ import annotations

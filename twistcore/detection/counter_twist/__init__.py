@@ -1,1 +1,1 @@
-"""Counter-rotation of a parent and its child, with its start, its end and its angle."""
+"""Counter-rotation of a parent and its child, with its start, end and angle."""

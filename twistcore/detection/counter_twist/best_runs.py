@@ -1,4 +1,4 @@
-"""The choice of runs (neighbouring chains that all have an error) that best explains a frame."""
+"""Choose the runs (neighbouring chains that all have an error) that best explain a frame."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float)
     """Return the indices of the runs with the highest total gain in each frame.
 
     A run changes the joints first…last, and no joint may belong to two chosen runs. If no run of a
-    frame gains more than 0, its best run is chosen if that gains more than −lone. Of runs with
-    equal gain the shortest is preferred, then the run nearer to the tip. All arrays are (runs,);
+    frame gains more than 0, its best run is chosen if the gain is more than −lone. Of several runs
+    with equal gain, the shortest is chosen, or the one nearer to the tip. All arrays are (runs,);
     gain is in nats.
     """
     worth = np.flatnonzero(gain > SAME)
@@ -40,7 +40,7 @@ def _disjoint(frame: Index, first: Index, last: Index, gain: Array) -> list[int]
     ends = places[np.maximum.accumulate(beyond_) == places].tolist()
     index, gains, beyond = order.tolist(), gain[order].tolist(), beyond_.tolist()
     chosen: list[int] = []
-    value = [0.0] * (len(order) + 1)  # value of a group's runs from here on, with 0 at the end
+    value = [0.0] * (len(order) + 1)  # highest value of the group's runs from here on
     taken = [False] * len(order)
     begin = 0
     for end in ends:

@@ -22,19 +22,19 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
-SIGNIFICANT = 4.0  # |d| in σ: natural motion exceeds it in ~1 % of the frames, before any pairing
-AGREE_SHARE, AGREE_SIGMA = 0.4, 3.0  # |wrap(rx + ry)| that still counts as the same turn
-LONE_JUMP, LONE_JUMP_COARSE = 6.0, 8.0  # a jump in one signal, in σ: not a sample to predict from
-# The first pass should doubt rather than trust: a clean frame that it leaves out is back in the
-# next round, but a ramp that it takes for motion widens σ until nothing next to it is conspicuous.
-# 4 → 3, measured on half of CMU: ramp 4 at 30 Hz 90.1 → 97.5 %, rich at 60 Hz 82.2 → 88.3 %.
+SIGNIFICANT = 4.0  # |d| in σ: natural motion exceeds it in ~1 % of the frames before pairing
+AGREE_SHARE, AGREE_SIGMA = 0.4, 3.0  # |wrap(rx + ry)| up to which both are the same turn
+LONE_JUMP, LONE_JUMP_COARSE = 6.0, 8.0  # a jump in one signal, in σ: not used for predictions
+# In the first round it is better to leave out too many frames: a clean frame returns in the next
+# round, but a ramp that is mistaken for motion widens σ until nothing next to it is conspicuous. 4
+# → 3, measured on half of CMU: ramp 4 at 30 Hz 90.1 → 97.5 %, rich at 60 Hz 82.2 → 88.3 %.
 SIGNIFICANT_COARSE = 3.0
 COARSE_STEPS = (4, 4, 7, 7)  # frames; 7 sees ramps of 5 frames and edges close together, 4 the rest
 ROUNDS = 6
-RESOLVE = 4.0  # a jump in any signal of a limb, in σ, makes all its chains be solved together
+RESOLVE = 4.0  # a jump in any signal, in σ: the limb's chains are solved together
 SAME = 1e-9  # σ; smaller differences decide nothing
-# Share of the pace between linear keys that is the least σ there: channels that change evenly turn
-# a joint unevenly, the more so the farther they go.
+# The minimum σ between linear keys, as a share of the pace there: channels that change evenly turn
+# a joint unevenly, and the more so the farther they go.
 UNEVEN = 0.15
 STEADY_GAP = 4.0  # frames; residuals across wider gaps do not show the local σ
 
@@ -60,7 +60,7 @@ class CounterRotation:
     event
         True where d is significant and both signals agree.
     lone
-        True where one signal jumps far, whether or not the other agrees.
+        True where one signal makes a large jump, whether or not the other signal agrees.
     """
 
     x: Array
@@ -89,7 +89,7 @@ def counter_rotation(
     half = half_window(fps)
     good = _coarsely_good(captured, live, half, limbs)
     rounds = _Rounds(captured, limbs, cut, half)
-    moving = np.ones(len(good), dtype=bool)  # chains of limbs that have not settled
+    moving = np.ones(len(good), dtype=bool)  # chains of limbs that have not converged
     for turn in range(ROUNDS):
         tell(turn / ROUNDS)
         increments = rounds.next(good, turn)
@@ -115,7 +115,7 @@ def counter_rotation(
 
 
 class _Rounds:
-    """Rounds of prediction, scaling and joint solution, each based on the good frames of the last
+    """Rounds of prediction, scaling and joint solution, each from the good frames of the last
     one.
     """
 
@@ -170,8 +170,8 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
-        """Return residuals and scales, from the second round on without the effects of neighbours'
-        errors.
+        """Return residuals and scales, without the effects of neighbours' errors from round two
+        on.
         """
         residual = wrap(self._captured - predicted)
         if turn >= 1 and len(self._limbs) > 1:
@@ -179,7 +179,9 @@ class _Rounds:
         return residual, sigma
 
     def _choose(self, good: Mask, at: Index, root_cubic: Array, root_linear: Array) -> None:
-        """Choose cubic or linear prediction for each signal by the fit in its good frames."""
+        """Choose cubic or linear prediction for each signal by its fit in the signal's good
+        frames.
+        """
         weight = good.astype(np.float64)
         fits = []
         for root, at_root in (
@@ -199,7 +201,8 @@ class _Rounds:
         self._growth = self._gaps.measured(good)
 
     def _undo_images(self, residual: Array, predicted: Array, sigma: Array) -> None:
-        """Remove the effects of neighbours' errors in frames with a jump, also from `residual`.
+        """Remove the effects of neighbours' errors in frames with a jump, and change `residual` in
+        place.
 
         A frame with the same prediction and scale as in the previous round keeps its solution.
         """
@@ -237,7 +240,7 @@ def _jumps(
     z = residual / sigma
     z *= z
     may = z[0] + z[1] > 0.99 * significant**2
-    for r in residual:  # beyond 1.5 radians d is wrapped
+    for r in residual:  # beyond 1.5 radians d wraps
         may |= r > 1.5
         may |= r < -1.5
     at = np.flatnonzero(may)
@@ -265,7 +268,7 @@ def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _coarsely_good(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
-    """Return a first mask of the frames without a sign of a jump, without any doubtful frames."""
+    """Return a first mask of the frames without signs of a jump; doubtful frames are left out."""
     good = live.copy()
     residual = root = signals
     known = 0

@@ -1,4 +1,4 @@
-"""Chains that share a joint, solved together, frame by frame [Method, step 4].
+"""Solve chains that share a joint together, frame by frame [Method, step 4].
 
 In every frame with a jump, the set of chains whose errors explain it at the lowest cost is found.
 
@@ -7,8 +7,8 @@ Costs are assigned to joints: the motion of joint j appears in x of chain j and 
 (:mod:`twistcore.detection.limbs`), and two runs with an error-free chain between them have no joint
 in common. So each run is solved separately, and then the cheapest set of runs along the line is
 chosen. A run saves at most the costs that its joints have without it, and no joint costs as much as
-another chain with an error. So only short runs at few places need to be tried, and their number is
-proportional to the length of the line.
+another chain with an error. So only short runs in few positions need to be tried, and their number
+is proportional to the length of the line.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ CHAIN_ACTIVE = 6.0
 # turn the joint between them: they look like two natural jumps. Tuned on false alarms of rich
 # protocols.
 ANOTHER_ACTIVE = 18.0
-# A joint that jumps by itself may land anywhere, and the caps express how rare that is compared
+# A joint that jumps by itself may turn to any angle, and the caps express how rare that is compared
 # with the usual residual. If that is small, as at a hinge, a jump is even rarer: log(HINGE / σ)
 # more. Measured on CMU: elbows of σ 0.005° were left 0.4° and 1.9° off for 14 nats.
 HINGE = float(np.radians(0.3))
@@ -55,8 +55,7 @@ def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sig
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """The frames t of limbs, by joint: x of the chain below each joint, and y of the chain above
-    it.
+    """Frames t of limbs, joint by joint: x of the chain below each joint, y of the chain above.
 
     A joint at an end has only one chain, and the residual of the missing chain is 0.
 
@@ -85,7 +84,7 @@ def _line(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array
 
 
 def _by_joint(values: Array, beyond: float) -> Array:
-    """Convert x and y by chain, (2, n, frames), to values by joint, (2, n + 1, frames).
+    """Convert x and y of chains, (2, n, frames), to values of joints, (2, n + 1, frames).
 
     `beyond` is the value for the missing chains at the ends.
     """
@@ -105,11 +104,12 @@ def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
 
 
 def _explained(line: _Line) -> Array:
-    """Return the increments by joint without the effects of errors, (2, n + 1, frames)."""
+    """Return the joints' increments without the effects of errors, (2, n + 1, frames)."""
     frames = len(line.t)
     idle = saved = _joint_cost(line.captured - line.predicted, line.sigma, line.rarer)
-    # A run may pay with others if it gains more than 0. Alone, where the first chain costs less, it
-    # may pay if it gains more than −ANOTHER_ACTIVE and more than any other run of its frame.
+    # A run may pay together with others if it gains more than 0. By itself, where the first chain
+    # costs less, it may pay if it gains more than −ANOTHER_ACTIVE and more than any other run of
+    # its frame.
     enough = np.full(frames, -ANOTHER_ACTIVE)
     found: list[tuple[Index, Index, Index, Array]] = []
     trials: list[Array] = []
@@ -164,7 +164,7 @@ class _Runs:
     Attributes
     ----------
     captured, predicted, sigma, rarer
-        By joint, shape (2, length + 1, runs).
+        For each joint, shape (2, length + 1, runs).
     down, up
         Functions for the effects of an error on the chains below and above.
     """

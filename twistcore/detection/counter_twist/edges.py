@@ -1,6 +1,4 @@
-"""Edges, which are frames or short runs of frames in which an error begins or ends [Method, step
-5].
-"""
+"""Edges: short runs of frames in which an error begins or ends [Method, step 5]."""
 
 from __future__ import annotations
 
@@ -17,13 +15,13 @@ ALONE = float(np.radians(75.0))  # a jump this large in one frame is not part of
 # Errors of prediction are correlated over a run, but not fully: σ of the sum of w frames over the
 # sum of their σ, measured on blocks of w frames of CMU clips (w = 1…6).
 SUM_SHARE = np.array([1.0, 1.0, 0.8, 0.77, 0.73, 0.7, 0.68])
-DIFFERENT = 3.0  # σ by which x and −y must differ to become separate readings
+DIFFERENT = 3.0  # σ by which x and −y must differ to be read separately
 FOLLOWED = 6.0  # gain from which the frames of a run count as steps of the error
 
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """The possible edges of a chain, by start; a run of frames may have several interpretations.
+    """The possible edges of a chain, sorted by start; a run of frames may have several readings.
 
     All arrays have the shape (n,).
 
@@ -40,8 +38,8 @@ class Edges:
     gain
         The log-likelihood ratio of an error over natural motion, in nats.
     primary
-        True for the best interpretation of its frames, which is the one counted among the inner
-        steps of an interval.
+        True for the best interpretation of its frames, which is the only one counted among the
+        inner steps of an interval.
     """
 
     start: Index
@@ -56,7 +54,7 @@ class Edges:
         return len(self.start)
 
     def __getitem__(self, at: Index | Mask) -> Edges:
-        """Return the edges that an index array or a mask selects."""
+        """Return the edges selected by an index array or a mask."""
         return Edges(*(column[at] for column in vars(self).values()))
 
 
@@ -66,8 +64,8 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
     size = np.abs(d)
     seen = np.flatnonzero(event | counter.lone[chain])
     large = size > SIGNIFICANT * counter.sigma[chain]
-    # Runs of one sign, agreed or not: in a ramp a natural jump may hide the agreement of a frame.
-    # If agreement splits such a run, its pieces are readings too.
+    # Runs of one sign, agreed or not: in a ramp, a natural jump may hide the agreement of a frame.
+    # If agreement splits such a run, its pieces are further readings.
     seen_or_large = np.flatnonzero(event | counter.lone[chain] | large)
     wide = _runs(seen_or_large, large, d)
     narrow = _runs(seen, event, d)
@@ -89,7 +87,9 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
 
 
 def _runs(at: Index, kind: Mask, d: Array) -> Index:
-    """Return runs [start, stop) of frames with one sign and kind, (n, 2), at most LONGEST long."""
+    """Return runs [start, stop) of frames with the same sign and kind, (n, 2), up to LONGEST
+    frames.
+    """
     d, kind = d[at], kind[at]
     joins = np.zeros(len(at), dtype=bool)
     joins[1:] = (np.diff(at) == 1) & (d[1:] * d[:-1] > 0) & (kind[1:] == kind[:-1])
@@ -113,7 +113,8 @@ def _peaks(size: Array, bounds: Index) -> Index:
 def _readings(
     counter: CounterRotation, chain: int, bounds: Index
 ) -> tuple[Index, Array, Array, Array, Mask]:
-    """Return the possible interpretations of runs as run, jump, σ, gain, and True for the first.
+    """Return the possible readings of runs: the run, the jump, its σ and gain, and True for the
+    first.
 
     A run is interpreted as the weighted mean of both signals or, if these differ, as each of them,
     the quieter one first.

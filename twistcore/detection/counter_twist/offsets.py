@@ -1,6 +1,4 @@
-"""The offset of each pair of edges, which is the closed running sum of the jumps [Method, steps
-5-6].
-"""
+"""The offset of each pair of edges: the closed running sum of the jumps [Method, steps 5-6]."""
 
 from __future__ import annotations
 
@@ -15,11 +13,11 @@ from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# The child follows only in part if both edges show it: x + y jumps there by so many of its σ and by
-# so much of P's jump, and both P's jumps and those of x + y close. The longest edges may be parts
-# of softer onsets, which each signal's prediction follows to a different degree.
+# The child follows only in part if both edges show it: x + y jumps there by this many of its σ and
+# by this share of P's jump, and both P's jumps and the jumps of x + y close. The longest edges may
+# be parts of softer onsets, which each signal's prediction follows to a different degree.
 NOT_FOLLOWED_SIGMA, NOT_FOLLOWED = 5.0, 0.08
-LEAST_FOLLOWED = 0.3  # below, one joint alone jumps, which is no twist error
+LEAST_FOLLOWED = 0.3  # with less, one joint jumps alone, which is no twist error
 CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
 
 
@@ -65,14 +63,15 @@ def offsets_of(
 def _as_p_shows(
     course: Course, pair: Pair, table: PairTable, counter: CounterRotation, chain: int
 ) -> Course:
-    """Return the error as P's own jumps show it if C clearly turns back only part of it.
+    """Return the error by P's own jumps if C clearly turns back only part of it.
 
-    If C does not, the error is returned unchanged.
+    In all other cases, the error is returned unchanged.
     """
     edges = table.edges
     at = [slice(int(edges.start[k]), int(edges.stop[k])) for k in pair[:2]]
     x, y = (np.array([r[chain, a].sum() for a in at]) for r in (counter.rx, counter.ry))
-    # With one sign, so that they are alike if they close; a turn away from δ is no nearer to −y.
+    # With the same sign, so that they are alike if they close; a turn away from δ is no nearer to
+    # −y.
     x[1], y[1] = -x[1], -y[1]
     apart = wrap(x + y)
     child = wrap(-y)
@@ -103,7 +102,7 @@ def _as_p_shows(
 
 
 def _alike(values: Array, sigma: Array, size: Array) -> bool:
-    """True if the values at both edges differ by no more than their scales allow."""
+    """True if the values at both edges differ no more than their scales allow."""
     allowed = CLOSES_SIGMA * np.hypot(*sigma) + CLOSES_SHARE * size.max() + CLOSES
     return bool(abs(values[0] - values[1]) <= allowed)
 
@@ -154,7 +153,7 @@ def _unclosed(pair: Pair, table: PairTable, d: Array) -> Course:
     edges, k = table.edges, max(pair.opening, pair.closing)
     start, stop = int(edges.start[k]), int(edges.stop[k])
     jumps = d[start:stop] + wrap(edges.jump[k] - d[start:stop].sum()) / (stop - start)
-    if stop - start == 1:  # the same level in all its frames, which may be most of a long clip
+    if stop - start == 1:  # the same level in all frames, possibly most of a long clip
         first, length = (start, table.high - start) if pair.opening >= 0 else (table.low, 0)
         length = length or stop - 1 - table.low
         level = jumps if pair.opening >= 0 else -jumps

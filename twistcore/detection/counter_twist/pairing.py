@@ -1,11 +1,10 @@
-"""Pair the edges of a chain into intervals that explain them at the lowest cost [Method, steps
-5-6].
+"""Pair the edges of a chain to intervals, at the lowest total cost [Method, steps 5-6].
 
 All values are gains in nats (log-likelihood ratios against natural motion). An interval gains from
-its two edges, from the steps inside that it explains, and from closing. The gain from closing
-measures how much more likely a sum of 0 (modulo a full turn) is, given the scales of the steps,
-than if the two jumps were unrelated. The prior cost of an interval grows with its length. The set
-of disjoint intervals with the highest total gain is found by dynamic programming over the edges, in
+its two edges, from the steps inside that it explains, and from closing. The gain from closing is
+the log ratio of two likelihoods of a sum of 0 (modulo a full turn): given the scales of the steps,
+and if the two jumps were unrelated. The prior cost of an interval grows with its length. The set of
+disjoint intervals with the highest total gain is found by dynamic programming over the edges, in
 the order of their ends. The gain of an interval does not depend on τ, so it is computed once; a new
 τ only selects the edges at which intervals may begin or end.
 """
@@ -25,33 +24,34 @@ from twistcore.detection.robust_cost import residual_cost
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# Prior of an interval: two natural jumps that close by chance gain less in 2.9 rich minutes.
+# Prior of an interval: two natural jumps close by chance with a higher gain in 2.9 rich minutes.
 PRIOR = 20.0
-BORDER_PRIOR = 12.0  # prior of an interval cut by a border, in which one edge cannot close
+BORDER_PRIOR = 12.0  # prior of an interval cut off by a border, where one edge cannot close
 # Cost LENGTH·log(1 + frames / LENGTH_FRAMES): more may happen by chance in longer intervals.
 LENGTH, LENGTH_FRAMES = 4.0, 30.0
 SMALL_STEP, SMALL_SHARE = float(np.radians(8.0)), 0.4  # jitter inside, relative to the closing jump
 # Jitter relative to any jump: three σ of the difference of two values that jitter by 1°. Measured
 # against 3.5°: Daz H4 99.74 → 99.82 %, H8+H4 99.50 → 99.73 %; nothing else changes.
 ALWAYS_SMALL = float(np.radians(4.25))
-SMALL_COST, STEP_COST = 8.0, 30.0  # a real step inside is expensive, or neighbours would merge
+SMALL_COST, STEP_COST = 8.0, 30.0  # a real step inside is expensive, or intervals would merge
 COUNTED = float(np.radians(1.5))  # smaller steps inside are free: they cannot begin an interval
 FOLLOW_COST, FOLLOW_ALL_COST = 2.0, 4.0
 # Tolerance of closing, in addition to the scales.
 TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005
 CLOSING_CAP = 25.0
-# The shorter side of an unpaired jump is applied up to this length, in frames if that is more than
-# the seconds, and up to this share of the other side: only the length shows which side is wrong.
-# Longer ones are open.
+# An unpaired jump is corrected on its shorter side if that side is shorter than this number of
+# seconds, or of frames if that is more, and than this share of the other side: only the length
+# shows which side is wrong. Longer ones are open.
 SHORT_SECONDS, SHORT_FRAMES, SHORT_SHARE = 0.7, 24, 0.5
-USUAL_SECONDS, UNUSUAL_COST = 0.25, 4.5  # longer intervals must be surer
-# Share of a pair's length next to it in its segment; if it is less, the ends may be the errors.
+USUAL_SECONDS, UNUSUAL_COST = 0.25, 4.5  # longer intervals must be more certain
+# Minimum ratio of the rest of the segment to the pair's length; with less, the ends may be the
+# errors.
 SPANNING = 0.125
 OPEN_GAIN = 20.0  # both signals must show an unpaired jump clearly
-BAND = 512  # edges an interval may span
+BAND = 512  # maximum number of edges in an interval
 BLOCK = 64  # rows of the table computed at once
 SMALLEST = float(np.radians(0.3))  # smaller edges are never used
-# The offset of an interval follows its edges, its events, or every frame.
+# Whether the offset of an interval follows its edges, its events, or every frame.
 LEVEL, STEPS, ALL = 0, 1, 2
 
 
@@ -74,9 +74,9 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """The gains of the closing edges from `first_row` on with the openings from `first_column` on.
+    """The gains of closing edges from `first_row` on with opening edges from `first_column` on.
 
-    Only gains above 0 are stored, because few pairs have one.
+    Only gains above 0 are stored, since there are few.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Block:
     gains
         Their gains in nats.
     kinds
-        Their `follows`. These three arrays have the shape (n,).
+        Their values of `follows`. These three arrays have the shape (n,).
     """
 
     first_row: int
@@ -106,14 +106,14 @@ class Block:
 
     @property
     def gain(self) -> Array:
-        """The gains of all pairs, −inf for pairs without a gain, (rows, columns)."""
+        """The gains of all pairs, (rows, columns), with −inf for pairs without a gain."""
         out = np.full(self.shape, -np.inf)
         out.ravel()[self.at] = self.gains
         return out
 
     @property
     def follows(self) -> NDArray[np.int8]:
-        """The value of `follows` for all pairs, LEVEL for pairs without a gain, (rows, columns)."""
+        """The `follows` of all pairs, (rows, columns), with LEVEL for pairs without a gain."""
         out = np.zeros(self.shape, dtype=np.int8)
         out.ravel()[self.at] = self.kinds
         return out
@@ -121,7 +121,9 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class PairTable:
-    """The gains of all pairs of edges in a segment, frames [low, high), by closing edges."""
+    """The gains of all pairs of edges in a segment, frames [low, high), one row per closing
+    edge.
+    """
 
     edges: Edges
     low: int
@@ -129,7 +131,7 @@ class PairTable:
     blocks: tuple[Block, ...]
 
     def partners(self, edge: int) -> dict[int, float]:
-        """Return the gains of an edge with each possible partner, by the partner's index."""
+        """Return the gains of an edge with each possible partner, keyed by the partner's index."""
         found: dict[int, float] = {}
         for block in self.blocks:
             row, column = edge - block.first_row, edge - block.first_column
@@ -156,8 +158,9 @@ def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
 
 
 def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
-    """Return the gains of all pairs of edges within [low, high). `sums` are the chain's running
-    sums.
+    """Return the gains of all pairs of edges within [low, high).
+
+    `sums` are the chain's running sums.
     """
     inside = (low < edges.start) & (edges.stop <= high) & (np.abs(edges.jump) >= SMALLEST)
     edges = edges[inside]
@@ -170,7 +173,7 @@ def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
 
 
 def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Block:
-    """Return the gains of the closing edges first…last − 1.
+    """Return the gains of closing edges `first` to `last` − 1.
 
     `sums` are the running sums at each edge's start and at its stop, from :func:`running_sums`.
     """
@@ -185,7 +188,7 @@ def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Bl
     inner = (edges.gain[col] - cost) * counts
     explained = inner[:, ::-1].cumsum(axis=1)[:, ::-1] - inner
     own = edges.gain[col] + edges.gain[row, None] - PRIOR
-    # A sum cannot close by more than TOLERANCE allows; pairs that then gain nothing are left out.
+    # A sum cannot close by more than TOLERANCE allows. Pairs without a gain then are left out.
     at = np.nonzero((own + np.maximum(explained, 0.0) > -_MOST_CLOSING) & possible)
     i, j = at[0] + first, at[1] + begin
     explained = explained[at]
@@ -196,7 +199,7 @@ def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Bl
     at_start, at_stop = sums
     likeliest = np.log(_CIRCLE) - 0.5 * np.log(spread)
     for kind, extra in ((STEPS, FOLLOW_COST), (ALL, FOLLOW_COST + FOLLOW_ALL_COST)):
-        # More variance makes no sum likelier than `likeliest`.
+        # No variance makes a sum likelier than `likeliest`.
         some = np.flatnonzero(likeliest + explained - extra > best)
         k = 2 * (kind - STEPS)
         moved = at_start[k, i[some]] - at_stop[k, j[some]]
@@ -214,12 +217,12 @@ def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Bl
     return Block.of(first, begin, gain, kinds)
 
 
-_CIRCLE = 2.0 * np.pi / 2.5  # √2π rounded
+_CIRCLE = 2.0 * np.pi / 2.5  # √2π, rounded
 _MOST_CLOSING = float(np.log(_CIRCLE / TOLERANCE))
 
 
 def _closing(residual: Array, variance: Array) -> Array:
-    """Return the log of how much more likely a sum is ≡ 0 than any other angle on the circle."""
+    """Return the log likelihood ratio of a sum ≡ 0 over any other angle on the circle."""
     sigma = np.sqrt(variance)
     return np.log(_CIRCLE / sigma) - residual_cost(wrap(residual) / sigma, CLOSING_CAP)
 
@@ -271,7 +274,7 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
 def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
     """Return the gains of single edges, for an error from the start and for an error to the end.
 
-    Both arrays have the shape (n,). The gain is −inf if that side of the edge is long, or not much
+    Both arrays have the shape (n,). The gain is −inf if the interval would be long, or not much
     shorter than the other side.
     """
     before, behind = edges.stop - 1 - table.low, table.high - edges.start
@@ -291,14 +294,12 @@ def _gain_alone(edges: Edges, side: Index) -> Array:
 
 
 def _longest_alone(fps: float) -> int:
-    """Return the length in frames of the longest corrected interval between a border and one
-    edge.
-    """
+    """Return the largest length in frames for a corrected interval with only one edge."""
     return max(SHORT_FRAMES, round(SHORT_SECONDS * fps))
 
 
 def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]:
-    """Return, for every selected edge, the pairs that it may close.
+    """Return, for each selected edge, the pairs that it may close.
 
     A pair is left out if an opening nearer to the closing edge gains as much, since that pair could
     replace it. A pair is also left out if it covers nearly the whole segment, or most of it while
@@ -336,7 +337,7 @@ def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]
 
 
 def unpaired(table: PairTable, pairs: Sequence[Pair], tau: float) -> list[Pair]:
-    """Return clear jumps that no interval explains, as intervals on the jump's shorter side."""
+    """Return clear jumps outside all intervals, as intervals on the jump's shorter side."""
     edges = table.edges
     clear = (np.abs(edges.jump) >= tau) & (edges.gain >= OPEN_GAIN) & edges.primary
     out: list[Pair] = []

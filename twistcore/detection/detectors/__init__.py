@@ -1,3 +1,1 @@
-"""The built-in detectors, one in each file, which is named after it and has the constant
-DETECTOR.
-"""
+"""The built-in detectors: one file each, named after the detector, with the constant DETECTOR."""

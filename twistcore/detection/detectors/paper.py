@@ -1,4 +1,4 @@
-"""The detector of [Choi26] §3.3, unchanged, which is the baseline of every table."""
+"""The detector of [Choi26] §3.3, unchanged, which is the baseline in all tables."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twistcore.work.progress import Tell
 
 
 class PaperDetector:
-    """Finds where P and C turn against each other with min(|Δθp|, |Δθc|) ≥ τ."""
+    """Find frames in which P and C turn against each other with min(|Δθp|, |Δθc|) ≥ τ."""
 
     info = DetectorInfo(
         name="paper",
@@ -30,7 +30,9 @@ class PaperDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> PaperAnalysis:
-        """Compute the signals of chains, independent of τ. `tell` is called with the progress."""
+        """Compute the signals of chains, which do not depend on τ. `tell` is called with the
+        progress.
+        """
         return PaperAnalysis(signals_of_chains(motion, chains, tell))
 
 

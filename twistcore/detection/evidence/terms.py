@@ -1,7 +1,7 @@
-"""The evidence for and against a correction, term by term, each relative to the rest of the clip.
+"""The evidence for and against a correction as terms, each relative to the rest of the clip.
 
 All angles are in degrees. A term is in nats: the cost of a turn as natural motion minus its cost as
-the error, in the scale that the same signal has elsewhere in the clip at the same pace.
+the error, on the scale of the same signal elsewhere in the clip at the same pace.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 BENT = 0.117  # sin² of a bend of 20°, from which the azimuth at an edge can be trusted
-_LEAST = 0.3  # an edge that turns by less shows nothing
+_LEAST = 0.3  # an edge with a smaller turn is no evidence
 _REACHED = 0.8  # share of the largest offset at which an edge ends
-_BONE = 2.5  # uncertainty of a bone's direction; divided by sin(bend): of the azimuth
-_ELSEWHERE = 1.0  # seconds without errors that show natural motion
+_BONE = 2.5  # uncertainty of a bone's direction; divided by sin(bend), of the azimuth
+_ELSEWHERE = 1.0  # seconds without errors that suffice to know the natural motion
 _BESIDE = 0.1  # seconds on either side of an edge
-_NOISE = 3  # frames next to an error in which a burst of noise counts against it
-_EXACT, _ENOUGH = 0.5, 20  # degrees off a hinge built into the rig; frames that show it
-_STRAIGHT = np.sin(np.radians(3.0))  # in a straighter limb even that hinge shows nothing
-_NEAR = 0.6  # seconds in which an edge's neighbours have more weight
+_NOISE = 3  # frames next to an error within which a burst of noise is evidence against it
+_EXACT, _ENOUGH = 0.5, 20  # degrees off a hinge built into the rig; minimum number of frames
+_STRAIGHT = np.sin(np.radians(3.0))  # in a straighter limb, even such a hinge is no evidence
+_NEAR = 0.6  # seconds within which an edge's neighbours have more weight
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class Find:
 
 @dataclass(frozen=True)
 class Edge:
-    """Frames [start, stop) in which the offset rises or falls. `turn` is the change in degrees."""
+    """Frames [start, stop) in which the offset rises or falls by `turn` degrees."""
 
     start: int
     stop: int
@@ -71,22 +71,21 @@ class Terms:
     """The evidence about one error.
 
     - hinged: True if the chain has an azimuth
-    - for_x, for_y, for_azimuth: how well the signal turns at the edges as the error would, nats
+    - for_x, for_y, for_azimuth: how well the signal's turn at the edges agrees with the error, nats
     - rougher: how much rougher the azimuth is after the correction, nats
     - edge_bend: sin² of the bend at the edge where the limb is bent most
     - off_before, off_after: the angle of C's bone from its usual side before and after the
       correction, NaN if unknown
-    - side_spread: the angle from that side that 95 % of the rest of the clip stays within, NaN if
-      unknown
+    - side_spread: the angle from that side in 95 % of the rest of the clip, NaN if unknown
     - for_side: how much closer to that side the correction brings C's bone, nats
     - least_bend: the smallest bend in the error's frames
     - together: the turn of P and C together at the edges, relative to the offset's turn
-    - rate: how many such counter-turns per second occur elsewhere, None if there is too little
+    - rate: the number of such counter-turns per second elsewhere, None if there is too little
       motion without errors
     - natural: the 99 % quantile of the counter-turns elsewhere, None as above
     - step: the turn at an edge, the median of both edges
     - seconds: the duration of the error
-    - quiet: how far the quieter of P and C usually turns in as many frames as an edge has, NaN if
+    - quiet: the usual turn of the quieter of P and C in as many frames as an edge has, NaN if
       unknown
     - silent: True if the error shows at a joint that never twists elsewhere
     - noise: σ of a burst of noise at the error or next to it, 0 if there is none
@@ -136,7 +135,7 @@ class Background:
         return cls(chain, taken_by(chain.frames, finds))
 
     def without(self, find: Find) -> Background:
-        """Return the background with the frames of one more error excluded."""
+        """Return the background with one more error's frames excluded."""
         if self.taken[find.start : find.stop].all():
             return self
         return Background(self.chain, self.taken | taken_by(self.chain.frames, [find]))
@@ -161,7 +160,7 @@ class Background:
 
     @cached_property
     def spread(self) -> float:
-        """The usual angle between C's bone and its usual side, in degrees; NaN if unknown."""
+        """The usual angle between C's bone and its usual side, in degrees, or NaN if unknown."""
         if self.side is None:
             return math.nan
         there = ~self.busy & (self.chain.sine > (_STRAIGHT if self.side.exact else ALONG))
@@ -179,7 +178,7 @@ class Background:
 
     @cached_property
     def roughness(self) -> float:
-        """The scale of the changes of the azimuth's pace, in degrees."""
+        """The scale of changes in the azimuth's pace, in degrees."""
         known = self.known_azimuth
         rough = np.zeros(self.chain.frames)
         rough[1:-1] = wrapped(np.diff(self.chain.azimuth_turns[1:]))
@@ -188,7 +187,7 @@ class Background:
         return scale(usual, 0.02) if len(usual) > 10 else 5.0
 
     def usual(self, name: str, width: int) -> _Usual:
-        """Return the turns of a signal over `width` frames minus the signal's pace, and their
+        """Return the turns of a signal over `width` frames, beyond the signal's pace, and their
         scale.
 
         `name` is the signal's name. Frames with errors are left out.
@@ -208,7 +207,7 @@ class Background:
         return self._known[name, width]
 
     def against(self, width: int) -> _Against:
-        """Return how far P and C turn against each other over `width` frames, outside of errors."""
+        """Return how far P and C turn against each other over `width` frames outside errors."""
         if width not in self._against:
             c, reach = self.chain, reach_at(self.chain.fps)
             around = 2 * (width // 2 + reach) + width
@@ -270,7 +269,7 @@ class _Against:
 
 
 def reach_at(fps: float) -> int:
-    """Return how many frames on either side are considered to be next to an edge."""
+    """Return the number of frames on either side that are next to an edge."""
     return max(4, round(_BESIDE * fps))
 
 
@@ -299,7 +298,9 @@ class _Measured:
         return [e for e in made if abs(e.turn) > _LEAST]
 
     def _steps(self, low: int, high: int) -> Array:
-        """Return the changes of the offset in frames [low, high); 0 in the clip's first frame."""
+        """Return the changes of the offset in frames [low, high), with 0 for the clip's first
+        frame.
+        """
         frames = np.arange(low - 1, high)
         inside = (frames >= self.find.start) & (frames < self.find.stop)
         offset = np.zeros(len(frames))
@@ -339,7 +340,7 @@ class _Measured:
 
     @cached_property
     def _step(self) -> float:
-        """The size of the offset's turn at an edge, the median over both edges."""
+        """The size of the offset's turn at an edge: the median of both edges."""
         sizes = [abs(e.turn) for e in self.edges] or [float(np.abs(self.find.offset).max())]
         return median(sizes)
 
@@ -347,9 +348,7 @@ class _Measured:
         return float(self.chain.both_frames[max(edge.start - 1, 0) : edge.stop + 1].min())
 
     def _turn(self, turns: Array, edge: Edge) -> Array:
-        """Return how far a signal turns at an edge, minus the signal's pace in two frames on either
-        side.
-        """
+        """Return a signal's turn at an edge, minus its pace in two frames on either side."""
         before = turns[max(edge.start - PACE, 1) : edge.start]
         beside = np.concatenate([before, turns[edge.stop : edge.stop + PACE]])
         pace = beside.mean(axis=0) if len(beside) else np.zeros(turns.shape[1:])
@@ -410,7 +409,7 @@ class _Measured:
         """Return the angles of C's bone from its usual side before and after correction, spread and
         gain.
 
-        In 95 % of the clip, the angle is at most the spread. The gain is in nats.
+        The spread is the largest angle in 95 % of the clip. The gain is in nats.
         """
         unknown = math.nan, math.nan, math.nan, 0.0
         usual = self.background.side
@@ -435,7 +434,8 @@ class _Measured:
         return before, after, usual.furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
-        """Return how often per second P and C make such a turn elsewhere, and the 99 % quantile.
+        """Return how many such turns of P and C per second occur elsewhere, and their 99 %
+        quantile.
 
         Both results are None if there is too little motion without errors.
         """
@@ -460,7 +460,7 @@ class Side:
     furthest
         The 95 % quantile of that angle.
     exact
-        True if the bone is on that side whenever the limb is bent at all, as if built into the rig.
+        True if the bone is always on that side in a bent limb, as if built into the rig.
     """
 
     off: Array
@@ -469,7 +469,7 @@ class Side:
 
 
 def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
-    """Return the side to which C's bone leaves P's in most of the clip; None if it is unknown.
+    """Return the side to which C's bone leaves P's in most of the clip, or None if unknown.
 
     `busy` is the mask of the frames to leave out, shape (frames,).
     """
@@ -505,7 +505,7 @@ def _weighted_quantile(values: Array, weights: Array, share: float) -> float:
 
 
 def taken_by(frames: int, finds: Iterable[Find]) -> Mask:
-    """Return a mask of the frames in which any of the errors lies, (frames,)."""
+    """Return a mask of the frames that belong to any of the errors, (frames,)."""
     taken = np.zeros(frames, dtype=bool)
     for find in finds:
         taken[find.start : find.stop] = True

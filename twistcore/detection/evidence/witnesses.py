@@ -1,4 +1,4 @@
-"""The signals of a chain that show a twist, that is, the turns of both joints and C's side.
+"""The signals of a chain that show a twist: the turns of both joints and the side of C.
 
 A twist δ of P that C turns back turns P by δ, C by −δ, and the azimuth of C's bone about P's by −δ;
 the turn of P and C together does not change. All angles are in degrees.
@@ -31,15 +31,15 @@ _K = TypeVar("_K")
 _V = TypeVar("_V")
 
 PACE = 2  # frames on either side that give the pace at an edge
-ALONG = np.sin(np.radians(10.0))  # in a straighter limb the azimuth means nothing
+ALONG = np.sin(np.radians(10.0))  # the azimuth of a straighter limb is meaningless
 
 
-_KEPT, _FEWEST_KEPT = 1 << 18, 12  # numbers in the series of a chain, or so many series
+_KEPT, _FEWEST_KEPT = 1 << 18, 12  # maximum of numbers in the series of a chain, or of series
 
 
 @dataclass(frozen=True, eq=False)
 class Witnesses:
-    """The signals of one chain, each computed on first use; see :meth:`of`.
+    """The signals of one chain, each computed on first use (see :meth:`of`).
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class Witnesses:
         noise = np.zeros(motion.frames) if noise is None else noise
         q_parent, q_child = (motion.rotations[:, j] for j in (chain.parent, chain.child))
         hinged = chain.grandchild >= 0
-        segment = chain.segment if chain.ends else ""  # there is no joint between two pieces
+        segment = chain.segment if chain.ends else ""  # pieces of a bone have no joint between them
         return cls(q_parent, q_child, chain.axis, chain.arm, hinged, motion.fps, segment, noise)
 
     @property
@@ -138,8 +138,8 @@ class Witnesses:
 
     @cached_property
     def roll_turns(self) -> Array:
-        """The turns of C about its own bone since the previous frame, (frames,), for a constant
-        axis of P.
+        """The turns of C about its own bone since the previous frame, (frames,), if P's axis is
+        constant.
 
         y is the turn of the azimuth plus the roll times the cosine of the bend.
         """
@@ -153,7 +153,7 @@ class Witnesses:
 
     @cached_property
     def both_frames(self) -> Array:
-        """The smaller sine of each frame and the previous one, (frames,); 0 for the first frame."""
+        """The smaller sine of each frame and the previous one, (frames,), 0 for the first frame."""
         return np.concatenate([[0.0], np.minimum(self.sine[1:], self.sine[:-1])])
 
     def together(self, low: int, high: int) -> Array:
@@ -164,7 +164,7 @@ class Witnesses:
         return turns_of(multiply(self.q_parent[low:high], self.q_child[low:high]))
 
     def beyond_pace(self, name: str, width: int) -> Array:
-        """Return how far a signal turns in [t, t + width) beyond the pace next to it, (frames,).
+        """Return how far a signal turns in [t, t + width) beyond its pace nearby, (frames,).
 
         `name` is one of x, y, azimuth_turns and roll_turns. The pace is measured in two frames on
         either side; the value is NaN if there are fewer.
@@ -181,9 +181,7 @@ class Witnesses:
         return self._series[name, width]
 
     def bent(self, width: int) -> Mask:
-        """Return a mask of where the limb is bent before and after frames [t, t + width),
-        (frames,).
-        """
+        """Return a mask, (frames,): the limb is bent before and after frames [t, t + width)."""
         t = np.arange(self.frames)
         before = self.sine[np.maximum(t - 1, 0)]
         after = self.sine[np.minimum(t + width - 1, self.frames - 1)]

@@ -1,4 +1,4 @@
-"""Limb flips: P turns about the line to the limb's end E, which keeps its place.
+"""Limb flips: P turns about the line to the limb's end E, which does not move.
 
 See `limb_flips/`.
 """

@@ -1,10 +1,10 @@
-"""The cheapest explanation of a limb's jumps by runs, frame ranges in which the limb is flipped.
+"""Explain a limb's jumps at the lowest cost by runs, frame ranges in which the limb is flipped.
 
 Every sharp jump is the edge of a run, or lies inside a run that follows it, or stays unexplained at
-a price. The cost of a run grows with its length and with the angle that its edges leave open. The
-cost falls with the evidence for the other side, which is how often, in the clip itself, the limb's
-middle joint is at each angle about the line. Costs are logarithms of odds, so a difference of costs
-shows how sure an explanation is.
+a cost. The cost of a run grows with its length and with the angle that its edges leave open. The
+cost falls with the evidence for the other side: how often the limb's middle joint is at each angle
+about the line in this clip. Costs are logarithms of odds, so a difference of costs shows how
+certain an explanation is.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ FOLLOWED = 2.5  # cost of a jump inside a run, which is more expensive than anot
 SECOND = 4.0  # cost of each second of a run
 CLOSING = 1.0 / math.radians(80.0)  # cost of each radian that the edges of a run leave open
 NEVER_CLOSED = math.radians(110.0)  # no run
-# and once if more is left open than rounding and motion explain
+# paid once if more is left open than rounding and motion explain
 UNCLOSED, CLOSED = 0.6, math.radians(15.0)
 SOFT = 0.8  # cost of an edge that takes several frames
 LEFT = 6.0  # cost of a sharp jump of at least FULL_TURN that is left
 FULL_TURN = math.radians(120.0)
-# times the limb's own scale: a smaller jump costs nothing if left; a larger one costs all
+# times the limb's own scale: smaller jumps may stay for free, larger ones at the full cost
 NATURAL, UNNATURAL = 4.0, 8.0
-STEP, UNSTILL = 0.06, 0.4  # if its end jumps further, of the limb's length; the cost falls by this
+STEP, UNSTILL = 0.06, 0.4  # of the limb's length, for a jump of its end; the cost falls by this
 LONGEST, LONGEST_SOFT = 3.0, 0.25  # seconds; with a soft edge
-MOST_SIDE = 6.0  # frames together say no more about the side than a jump
+MOST_SIDE = 6.0  # frames that together say no more about the side than a jump
 MOST_FOLLOWED = 4
-OBSERVATION = 0.08  # seconds of neighbouring frames say no more than one frame
+OBSERVATION = 0.08  # seconds within which frames say no more than one frame
 FULL_HEIGHT = 0.1  # share of the limb's length; a middle joint nearer to the line says less
-ROUNDS = 3  # find runs, estimate the clip's usual side without them, find runs again
+ROUNDS = 3  # find runs, estimate the usual side without them, find runs again
 _BINS, _BLUR = 72, 25.0  # bins of the density about the line, and its smoothing in degrees
-_ANYWHERE = 0.1  # share of a density that is even
+_ANYWHERE = 0.1  # share of a density that is uniform
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class Run:
     side
         The evidence that the limb belongs on the other side.
     odds
-        How much more the cheapest explanation without this run costs.
+        The additional cost of the cheapest explanation without this run.
     """
 
     start: int
@@ -81,8 +81,7 @@ Density = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class _Arc:
-    """One step of an explanation, from node `source` to node `target` (numbers of explained
-    jumps).
+    """A step of an explanation from node `source` to node `target`, numbers of explained jumps.
 
     `run` is the run between the two, or None if the step leaves a jump unexplained.
     """
@@ -96,7 +95,7 @@ class _Arc:
 def explain(
     jumps: Sequence[Jump], angle: Array, height: Array, capture: Mask, fps: float
 ) -> list[Run]:
-    """Return the runs that explain the jumps best, by start.
+    """Return the runs that explain the jumps best, sorted by start.
 
     Parameters
     ----------
@@ -118,7 +117,7 @@ def explain(
 
 @dataclass(frozen=True, eq=False)
 class Left:
-    """The costs of a jump that stays unexplained, and the best run with it as an edge, if any.
+    """The costs of a jump that stays unexplained, and of the best run with the jump as an edge.
 
     Attributes
     ----------
@@ -166,7 +165,7 @@ def _ways(
     fps: float,
     runs: Sequence[Run],
 ) -> list[_Arc]:
-    """Return all steps, with the clip's usual side estimated outside of the runs found so far."""
+    """Return all steps, with the clip's usual side estimated outside the runs found so far."""
     own = capture.copy()
     for run in runs:
         own[run.start : run.stop] = False
@@ -176,7 +175,7 @@ def _ways(
 
 
 def _log_density(angle: Array, weight: Array) -> Density:
-    """Return a function that gives the log of how often the limb is at an angle in radians."""
+    """Return a function for the log density of the limb at an angle in radians."""
     count, _ = np.histogram(angle, _BINS, (-np.pi, np.pi), weights=weight)
     apart = 360.0 / _BINS * ((np.arange(_BINS) + _BINS // 2) % _BINS - _BINS // 2)
     blur = np.exp(-0.5 * (apart / _BLUR) ** 2)
@@ -195,7 +194,7 @@ def _log_density(angle: Array, weight: Array) -> Density:
 def _arcs(
     jumps: Sequence[Jump], angle: Array, weight: Array, log: Density, fps: float
 ) -> list[_Arc]:
-    """Return all steps, by target: jumps that stay unexplained, and runs between two jumps."""
+    """Return all steps, one list per target: unexplained jumps, and runs between two jumps."""
     out = []
     as_is = log(angle) * weight
     for k, last in enumerate(jumps):
@@ -282,7 +281,7 @@ def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
 
 
 def _alike(one: Run | None, other: Run) -> bool:
-    """True if two runs describe the same error, that is, share most of their frames."""
+    """True if two runs share most of their frames and so describe the same error."""
     if one is None:
         return False
     shared = min(one.stop, other.stop) - max(one.start, other.start)
@@ -293,7 +292,7 @@ def _costs(arcs: Sequence[_Arc], jumps: int) -> tuple[float, list[_Arc | None]]:
     """Return the lowest cost from the first to the last node, and the best step into each node."""
     cost = [0.0] + [math.inf] * jumps
     best: list[_Arc | None] = [None] * (jumps + 1)
-    for arc in arcs:  # by target
+    for arc in arcs:  # one list per target
         if (total := cost[arc.source] + arc.cost) < cost[arc.target]:
             cost[arc.target], best[arc.target] = total, arc
     return cost[jumps], best

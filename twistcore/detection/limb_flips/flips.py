@@ -1,6 +1,4 @@
-"""The limb flips of a motion, found from the swivel of every limb, its jumps, and an
-explanation.
-"""
+"""Find limb flips from the swivel of every limb, its jumps, and their explanation."""
 
 from __future__ import annotations
 
@@ -41,10 +39,10 @@ from twistcore.skeleton.rotation import (
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
-TAU = float(np.radians(55.0))  # natural departures of 40 CMU clips at 120 Hz reach 51°
+TAU = float(np.radians(55.0))  # natural departures in 40 CMU clips at 120 Hz reach 51°
 SURE = 1.5  # odds from which a flip is corrected automatically
 _BESIDE = 3  # frames on either side of a flip in which C's path is compared
-# if more than this share of at least so many limbs jump, it is the pose, not a limb
+# if more than this share of at least this many limbs jump, the whole pose jumps
 SEVERAL, TOGETHER = 3, 0.5
 
 
@@ -76,7 +74,7 @@ class LimbFlips:
     )
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
-        """Return the flips at threshold τ, in radians, by start."""
+        """Return the flips at threshold τ in radians, sorted by start."""
         return self._explained(self.jumps(tau))[1]
 
     def scale_at(self, frames: Index) -> Array:
@@ -84,14 +82,14 @@ class LimbFlips:
         return scale(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
-        """Return how far E moves beyond the median nearby, as a fraction of the limb's length,
+        """Return E's movement beyond the median nearby, as a fraction of the limb's length,
         (n,).
         """
         step = self.swivel.step
         return np.maximum(step[frames] - around(step, frames), 0.0)
 
     def jumps(self, tau: float) -> list[Jump]:
-        """Return the jumps of at least τ radians and their possible partners, by start."""
+        """Return the jumps of at least τ radians and their possible partners, sorted by start."""
         sharp = sharp_jumps(self.departures, self.scale_at, self.steps_at, tau)
         return sorted((*sharp, *self.soft), key=lambda j: (j.start, j.stop))
 
@@ -102,7 +100,7 @@ class LimbFlips:
         return left(jumps, jump, runs, s.angle, s.height, self.capture, self.fps)
 
     def _explained(self, jumps: Sequence[Jump]) -> tuple[list[Run], tuple[Interval, ...]]:
-        passing = sum(j.leads for j in jumps)  # as jumps are sorted, their number identifies them
+        passing = sum(j.leads for j in jumps)  # jumps are sorted, so their number identifies them
         if passing not in self._solved:
             s = self.swivel
             runs = explain(jumps, s.angle, s.height, self.capture, self.fps)
@@ -129,10 +127,10 @@ class LimbFlips:
         return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
 
     def end_carried(self, start: int, offset: Array) -> bool:
-        """True if E rotated with the limb in a flip, that is, if its edges shrink when E is turned
-        back.
+        """True if E rotated with the limb in a flip.
 
-        `start` is the flip's first frame, and `offset` holds its angles in radians.
+        In this case, the jumps at the flip's edges shrink when E is turned back. `start` is the
+        flip's first frame, and `offset` holds its angles in radians.
         """
         along, kept = (_end_turns(self.swivel, start, offset, along=a) for a in (True, False))
         return along < kept
@@ -153,7 +151,7 @@ class LimbFlips:
 
 
 def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
-    """Return measures of C's path over a flip and around it, as captured and without the flip.
+    """Measure C's path during a flip and around it, as captured and without the flip.
 
     Each result has two values, the path's length and the total length of its second differences, as
     fractions of the limb's length.
@@ -192,7 +190,7 @@ def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> flo
 
 
 def _explained(limb: LimbFlips, run: Run) -> dict[str, Any]:
-    """Return the evidence for a flip by name; angles in degrees, odds as logarithms."""
+    """Return the evidence for a flip, keyed by name; angles in degrees, odds as logarithms."""
     swivel = limb.swivel
     edges = (run.first, *run.followed, run.last)
     (length, roughness), (after, rough_after) = child_path(swivel, run.start, run.offset)
@@ -226,7 +224,7 @@ class LimbFlipAnalysis:
     limbs: Mapping[str, LimbFlips]
 
     def automatic_tau(self, limb: str) -> float:
-        """Return the automatic τ in radians, a departure of the limb's turn in one frame."""
+        """Return the automatic τ in radians, for the departure of the limb's turn in one frame."""
         del limb
         return TAU
 
@@ -235,14 +233,14 @@ class LimbFlipAnalysis:
         return np.abs(self.limbs[limb].departures)
 
     def intervals(self, limb: str, tau: float) -> tuple[Interval, ...]:
-        """Return the flips of a limb at threshold τ, in radians, by start."""
+        """Return the flips of a limb at threshold τ in radians, sorted by start."""
         return self.limbs[limb].intervals(tau)
 
 
 def analyse_limbs(
     motion: Motion, limbs: Sequence[Limb], tell: Tell | None = None
 ) -> LimbFlipAnalysis:
-    """Analyse limbs, except for the part that depends on τ. `tell` is called with the progress."""
+    """Analyse limbs up to the part that depends on τ. `tell` is called with the progress."""
     tell = tell or nobody
     border = find_cuts(motion)
     swivels = []

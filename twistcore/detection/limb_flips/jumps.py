@@ -1,4 +1,4 @@
-"""Jumps of a limb about its line, which are sharp in a single frame or soft over several frames."""
+"""Jumps of a limb about its line: sharp in a single frame, or soft over several frames."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-NEAR = 4  # frames on either side: their median is the limb's own motion
-_SCALE_SECONDS = 0.2  # on either side, to measure how unsteady the limb is there
+NEAR = 4  # frames on either side, whose median is the limb's own motion
+_SCALE_SECONDS = 0.2  # on either side, to measure the limb's unsteadiness
 _LEAST_SCALE = float(np.radians(1.0))
-_SOFT_SECONDS = 0.15  # a soft jump takes no longer
+_SOFT_SECONDS = 0.15  # maximum duration of a soft jump
 _SOFT_TURN = np.radians([75.0, 190.0])
-_SOFT_PACES = np.radians([1200.0, 600.0, 300.0])  # a second; a run at each of them
+_SOFT_PACES = np.radians([1200.0, 600.0, 300.0])  # positions per second, with a run at each
 _UNREST, _STRAIGHT = 0.006, 0.04  # distance from the line, as a share of the limb's length
 _WEAK, _WEAK_SCALES = np.radians(25.0), 4.0
 SHARP = float(np.radians(40.0))  # a larger turn in a frame is not part of a soft jump
@@ -34,11 +34,10 @@ class Jump:
     scale
         The natural size of the limb's own departures there, radians.
     step
-        How far the limb's end moves in the jump beyond its motion nearby, as a fraction of the
+        The movement of the limb's end in the jump, beyond its motion nearby, as a fraction of the
         limb's length.
     sharp
-        True for a jump in one frame, False for a jump over several frames that only together turn
-        the limb over.
+        True for a jump in one frame, False for a jump over several frames.
     leads
         True if the jump exceeds τ and needs an explanation, False if it can only be the other edge
         of a run.
@@ -77,7 +76,7 @@ def around(values: Array, frames: Index | slice = slice(None)) -> Array:
 
 
 def _median(windows: Array) -> Array:
-    """Return the median of each row, ignoring NaN; 0 for a row of NaN only."""
+    """Return the median of each row without NaN, or 0 for a row of only NaN."""
     ordered = np.sort(windows, axis=1)  # NaN last
     count = np.isfinite(ordered).sum(axis=1)
     rows, middle = np.arange(len(ordered)), np.maximum(count - 1, 0)
@@ -86,7 +85,7 @@ def _median(windows: Array) -> Array:
 
 
 def scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
-    """Return how far a limb naturally departs from its own median near each of the given frames.
+    """Return the natural departure of a limb from its median near each of the given frames.
 
     `height` is the distance of the middle joint from the line between the limb's ends, as a
     fraction of the limb's length. The smaller it is, the more the same jitter turns the limb about
@@ -106,8 +105,7 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return the jumps in one frame: departures of at least τ radians, and smaller unusual
-    departures.
+    """Return the jumps in one frame: departures of at least τ radians and unusual smaller ones.
 
     `scale_at` and `steps_at` return the scale of the limb and the movement of its end at the given
     frames.

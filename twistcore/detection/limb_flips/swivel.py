@@ -1,4 +1,4 @@
-"""The swivel of a limb, which is the angle of its middle joint about the line between its ends."""
+"""The swivel of a limb: the angle of its middle joint about the line between its ends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
 from twistcore.work.frozen import dataclass
 
-BENT = 0.03  # share of the limb's length; a middle joint nearer to the line has no angle about it
+BENT = 0.03  # share of the limb's length; a middle joint nearer to the line has no angle
 _FOLDED = 0.02  # share of the limb's length; an end nearer to the first joint defines no line
 _REFINED = 5  # rounds
 _ALIKE = np.radians(40.0)
@@ -22,24 +22,24 @@ _LARGE = np.radians(90.0)  # a turn that may take two frames
 
 @dataclass(frozen=True, eq=False)
 class Swivel:
-    """A limb's rotation about its own line, in radians or in fractions of the limb's length.
+    """The swivel of a limb, about the line from P to E.
 
-    `line`, `child` and `end` are in world space.
+    Angles are in radians, and lengths are fractions of the limb's length. `line`, `child` and `end`
+    are in world space.
 
     Attributes
     ----------
     angle
-        The angle φ of C about the line from P to E, shape (frames,), measured from `side`.
+        The angle φ of C about the line, shape (frames,), measured from `side`.
     side
-        The direction in which C is in most of the clip, fixed in the frame of P's parent, shape
-        (3,).
+        The usual direction of C in the clip, fixed in the frame of P's parent, shape (3,).
     jump
-        How far the limb turned about its line since the previous frame, even if it is straight,
+        The turn of the limb about its line since the previous frame, even if the limb is straight,
         shape (frames,).
     height
         The distance of C from the line, shape (frames,).
     step
-        How far E moved relative to P, shape (frames,).
+        The movement of E relative to P since the previous frame, shape (frames,).
     line
         The unit vector from P to E, shape (frames, 3).
     child
@@ -65,7 +65,7 @@ class Swivel:
 
 
 def swivel_of(motion: Motion, limb: Limb) -> Swivel:
-    """Return the swivel of a limb, with angle and jump 0 in frames with an undefined line."""
+    """Return the swivel of a limb; angle and jump are 0 in frames with an undefined line."""
     to_child, to_end = places(motion, limb)
     length = float(
         np.linalg.norm(to_child, axis=1).mean() + np.linalg.norm(to_end - to_child, axis=1).mean()
@@ -77,7 +77,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     height = np.linalg.norm(aside, axis=1) / length
     side = _usual_side(line, aside, height)
     angle = np.where(lined & (height > 1e-9), _angle(line, aside, side), 0.0)
-    # From here on in the room: motion of P's parent is not motion of the limb.
+    # From here on in world space: motion of P's parent is not motion of the limb.
     above = _global_rotation(motion, int(motion.skeleton.parents[limb.parent]))
     line, aside = rotate(above, line), rotate(above, aside)
     upper = multiply(above, motion.rotations[:, limb.parent])
@@ -108,8 +108,8 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 
     A twist that a child turns back changes one of the rotations and moves no joint; bones that spin
     move no joint either. In a straight limb C's position does not show the turn, so only the two
-    rotations are compared. If they disagree, the smallest turn is taken, unless they agree over two
-    frames, one of which turns the rotations and the other the position.
+    rotations are compared. If they disagree, the smallest turn is returned, unless they agree over
+    two frames, in which first the rotations and then the position turn, or vice versa.
     """
     out = np.zeros(len(line))
     limb = upper, lower, line, aside, height
@@ -125,7 +125,7 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 
 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
-    """Return how far a limb turns from some frames to others, (n,), and where the measures agree.
+    """Return the turn of a limb between frames, (n,), and a mask of where the measures agree.
 
     `before` and `after` each consist of P's rotation and the rotation of the bone before E, both
     (n, 4), the line and C's offset from it, both (n, 3), and the height of C, (n,).
@@ -146,9 +146,7 @@ def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mas
 
 
 def _least_turn(a: Array, b: Array) -> Array:
-    """Return the shortest rotations from unit vectors a to unit vectors b, as quaternions,
-    (n, 4).
-    """
+    """Return the shortest rotations from unit vectors a to unit vectors b, (n, 4)."""
     q = np.concatenate([1.0 + np.einsum("ti,ti->t", a, b)[:, None], np.cross(a, b)], axis=1)
     size = np.linalg.norm(q, axis=1, keepdims=True)
     turn: Array = np.where(size > 1e-6, q / np.maximum(size, 1e-12), [1.0, 0.0, 0.0, 0.0])
@@ -156,7 +154,7 @@ def _least_turn(a: Array, b: Array) -> Array:
 
 
 def _roll(before: Array, after: Array, way: Array, line: Array) -> Array:
-    """Return how far a rotation turns about the line, apart from the line's own rotation, (n,).
+    """Return the turn of a rotation about the line, without the line's own rotation, (n,).
 
     `before` and `after` are the two rotations. `way` is the shortest rotation of the line.
     """
@@ -165,7 +163,7 @@ def _roll(before: Array, after: Array, way: Array, line: Array) -> Array:
 
 
 def _usual_side(line: Array, aside: Array, height: Array) -> Array:
-    """Return the direction from the line in which C is in most of the clip, (3,)."""
+    """Return the usual direction of C from the line, (3,)."""
     size = np.linalg.norm(aside, axis=1, keepdims=True)
     weighed = aside / np.maximum(size, 1e-12) * (height / max(height.max(), 1e-12))[:, None]
     side: Array = medians(weighed, 0)
@@ -183,9 +181,7 @@ def _angle(line: Array, aside: Array, side: Array) -> Array:
 
 
 def angle_about(axis: Array, a: Array, b: Array) -> Array:
-    """Return angles, radians, from a to b about a unit axis perpendicular to both, (n, 3) →
-    (n,).
-    """
+    """Return the angles from a to b about a unit axis perpendicular to both, (n, 3) → (n,)."""
     across = np.einsum("ti,ti->t", np.cross(a, b), axis)
     angle: Array = np.arctan2(across, np.einsum("ti,ti->t", a, b))
     return angle

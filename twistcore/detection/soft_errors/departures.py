@@ -1,4 +1,4 @@
-"""How far a level departs from its natural course, over spans of every length.
+"""Measure how far a level departs from its natural course, over spans of every length.
 
 A level U is the running sum of increments. Over the span [a, a + L], its natural course is a
 bridge, which is the cubic with the same values and slopes at both ends. The departure of U from the
@@ -17,12 +17,12 @@ from twistcore.detection.prediction import Index
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-# Spans in seconds, each about 4/3 to 3/2 of the one before: 8, 12, 16 … 384 frames at 120 Hz.
+# Spans in seconds, each about 4/3 to 3/2 of the previous one: 8, 12, 16 … 384 frames at 120 Hz.
 SPANS = tuple(n / 120.0 for n in (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384))
 SHORTEST = 3  # frames
 PROBES = (0.25, 0.5, 0.75)  # fractions of a span
 SLOPE_SECONDS = 2.0 / 120.0  # the time over which the slopes at the ends are measured
-GRID = 4  # positions of a span's start, for each span length
+GRID = 4  # positions of a span's start within its length
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,7 @@ class Span:
         return max(0, (frames - self.support) // self.step + 1)
 
     def departures(self, level: Array) -> Array:
-        """Return the departures from the bridge, in radians, (…, frames) → (probes, …,
-        positions).
+        """Return the departures from the bridge, radians, (…, frames) → (probes, …, positions).
 
         The departure at position j uses the frames from j·step on.
         """
@@ -69,18 +68,16 @@ class Span:
         return out
 
     def noise(self) -> Array:
-        """Return the standard deviation of departures for white noise with standard deviation 1,
-        (probes,).
-        """
+        """Return the standard deviation of departures for white noise with σ = 1, (probes,)."""
         _, weights = self.nodes(0, 0)
         noise: Array = np.sqrt(1.0 + (weights**2).sum(axis=0))
         return noise
 
     def nodes(self, first: int, many: int) -> tuple[Index, Array]:
-        """Return the frames that `many` departures from position `first` on use, and their weights.
+        """Return the frames used by `many` departures from position `first` on, and their weights.
 
-        The frames are of the probe and of the four ends of its bridge, (5, probes, positions); the
-        weights are those with which :meth:`departures` uses the ends, (4, probes).
+        The frames, (5, probes, positions), are the probe and the four ends of its bridge. The
+        weights, (4, probes), are those of the ends in :meth:`departures`.
         """
         h, n = self.reach, self.length
         inside = [round(probe * n) for probe in PROBES]
@@ -100,7 +97,7 @@ def spans(fps: float, frames: int) -> tuple[Span, ...]:
 
 @cache
 def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, float, float]:
-    """Return the weights of a cubic at the fraction `at` (0…1) of the way through a span.
+    """Return the weights of a cubic at the fraction `at` (0…1) of a span.
 
     The weights are for the levels at four frames: `reach` frames before the span's first frame, the
     first frame, the last frame, and `reach` frames after the last. The cubic keeps both values and

@@ -1,4 +1,4 @@
-"""Explain a departure by a soft error of a chain, which is a free offset or a softened level."""
+"""Explain a departure by a soft error of a chain: a free offset or a softened level."""
 
 from __future__ import annotations
 
@@ -20,40 +20,40 @@ from twistcore.detection.soft_errors.surprise import SMALLEST, Surprise
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-# nats that an interval must gain, in its chain and in its limb: clean motion gains up to 30
+# nats that an interval must gain, in its chain and in its limb; clean motion gains up to 30
 PRIOR = 45.0
 LEVEL_PRICE = 8.0  # price of the four numbers of a softened level
-COVERED = 4.0  # nats for the average cost of a departure, paid for leaving it free
+COVERED = 4.0  # nats for the average cost of a departure, paid if the departure stays
 CLOSE = 3.0  # σ beyond which a residual adds little
-FREE_AT = 10.0  # σ that an offset needs before its course is kept as it is
+FREE_AT = 10.0  # σ from which an offset keeps its course
 LEAST = float(np.radians(2.0))  # smallest error that only natural motion reveals
 HOLE = 3  # frames below the threshold within an interval
-WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # windows around a span, as multiples of its length
+WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # windows around a span, as multiples of the span's length
 SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
 MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which both ends are varied
-# Of the levels around a seed the likeliest are fitted: by the seed's span, their lengths and
-# places; by their length, their onsets. Only spans nearly as long and longer are used: short ones
-# reveal nothing about a level whose ends are off by a frame.
+# The likeliest levels around a seed are fitted. They are chosen by the seed's span, their lengths
+# and positions, then by their length and their onsets. Only spans of nearly this length or more are
+# used: short spans reveal nothing about a level whose ends are off by a frame.
 LENGTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
 PLACES = (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45)
 ONSETS = (0.2, 0.6)
 AS_LONG, WIDENED = 0.6, (1.0, 3.0)
-WIDEST, FARTHEST = 3, 96  # times a seed's span, and frames, within which levels are sought
+WIDEST, FARTHEST = 3, 96  # times a seed's span, and frames, within which levels are searched for
 
-# The cost of an explanation: so many departures more than it has, and so many times as much for
-# levels as for free offsets, measured in processor time.
+# The cost of an explanation, measured in processor time: the number of its departures plus this
+# number, times this factor for levels instead of free offsets.
 TO_BEGIN, LEVELS = 1500, 2
 
 Frames: TypeAlias = tuple[int, int]  # [start, stop)
 
 
 class Tried(NamedTuple):
-    """An offset that was tried, over the frames of a stretch.
+    """An offset that was evaluated, over the frames of a stretch.
 
     Attributes
     ----------
     left
-        The remaining surprise plus the price of the offset, in nats.
+        The remaining surprise plus the cost of the offset, in nats.
     offset
         In radians, shape (frames,).
     sigma
@@ -162,7 +162,7 @@ class Explanations:
         self._free = min(known.values(), key=lambda t: t.left)
 
     def _judge(self, some: set[Frames]) -> None:
-        """Evaluate free offsets over the frame ranges that have not been evaluated yet."""
+        """Evaluate free offsets over frame ranges that have not been evaluated yet."""
         low, high, known = self._low, self._high, self._known
         new = [p for p in sorted(some) if p not in known and low <= p[0] < p[1] <= high]
         if not new:
@@ -178,8 +178,7 @@ class Explanations:
             known[a, b] = Tried(float(left[n]) + self._price * (b - a), offsets[n], sigmas[n])
 
     def _tried_as_level(self, free: Tried, ratio: float) -> Tried:
-        """Return the softened level with the lowest cost, or a clear free offset if that is
-        cheaper.
+        """Return the cheapest softened level, or a clear free offset if that is cheaper.
 
         `ratio` is the largest value of the free offset, in σ.
         """
@@ -228,7 +227,7 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
 
 
 def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
-    """Return the levels around a seed that explain u best, each with the widening of the scales.
+    """Return the levels around a seed that explain u best, and their widening of the scales.
 
     `length` and `middle` describe the seed's span, in frames of the stretch.
     """

@@ -1,4 +1,4 @@
-"""How far natural motion departs from its bridges over every span, measured in the clip itself.
+"""Measure in the clip itself how far natural motion departs from its bridges over every span.
 
 A twist error does not change x + y of a chain. So β(x + y), the part of x that is proportional to
 this sum, is natural, and the remainder u = x − β(x + y) contains the whole error. If P does not
@@ -20,15 +20,15 @@ from twistcore.work.frozen import dataclass
 
 NU = 4.0  # degrees of freedom of Student's t, as in robust_cost
 LOCAL_SECONDS = 0.6  # half window of the local scale, or one and a half spans
-# shares: of the local scale in σ; of the whole clip's scale where there is no local one
+# shares: of the local scale in σ; of the whole clip's scale where no local one exists
 OWN, BORROWED = 0.7, 0.15
-FEWEST, FEWEST_SHARE = 12, 0.06  # clean positions below which the scale of the span before is used
+FEWEST, FEWEST_SHARE = 12, 0.06  # clean positions; with fewer, the previous span's scale is used
 GROWTH = 1.7  # growth of σ with the length of a span, if it cannot be measured
 SAMPLES, STEPS = 800, 8  # samples and steps of the fit of β
 QUIET_SHARE, QUIET = 0.35, 2.2  # the quantile of |u| that errors do not affect, as a share of σ
 BEYOND = 6.0  # σ from which an increment is not natural
-ROUNDED = 0.29  # σ of a level from rounding, as a share of the step of written angles
-CAP = 14.0  # nats: beyond it, all departures are equally unlikely
+ROUNDED = 0.29  # σ of a level that rounding causes, as a share of the step of written angles
+CAP = 14.0  # nats; all larger departures are equally unlikely
 
 
 def cost(z: Array, cap: float = CAP) -> Array:
@@ -67,7 +67,7 @@ class Natural:
 def natural_scales(
     x: Array, y: Array, fps: float, spans: tuple[Span, ...], bad: Mask, step: float = 0.0
 ) -> list[Natural]:
-    """Return the natural scales over every span, measured in the frames that are not marked bad.
+    """Return the natural scales over each span, measured in the frames that are not marked bad.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def _scales(values: Array, clean: Mask, window: int) -> Array:
 
 
 def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array]:
-    """Return the means of `root` and of `clean` within ± window positions, fewer at the ends."""
+    """Return the means of `root` and `clean` within ± window positions, with fewer at the ends."""
     n = root.shape[-1]
     low = np.maximum(np.arange(n) - window, 0)
     high = np.minimum(np.arange(n) + window + 1, n)

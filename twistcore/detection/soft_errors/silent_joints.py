@@ -1,4 +1,4 @@
-"""Joints that never twist, so that any twist of such a joint is an error.
+"""Joints that never twist, so that any twist of them is an error.
 
 A rig may give a joint, such as an elbow, no freedom to twist. The sum of its twist increments, its
 level, is then constant wherever there is no error. Unlike the level of a joint at rest, it is
@@ -18,32 +18,31 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 
 STILL = float(np.radians(2e-4))  # a frame, as rounded to six decimals of text
-STANDS = float(np.radians(0.1))  # how far a constant level may vary
+STANDS = float(np.radians(0.1))  # by how much a constant level may vary
 LEAST_STILL = 0.08  # share of the frames in which the other joint moves
-# Of equal parts of a clip, the share in which it does not turn at all: a joint that only rests for
-# a while does so in one or two.
+# Minimum share of equal parts of a clip in which the joint does not turn at all. A joint that only
+# rests for a while does so in one or two parts.
 PARTS, LEAST_PARTS = 8, 4
-# Share of all frames at the most frequent level, which images of other errors shift.
+# Share of all frames at the most frequent level, which other errors' effects may shift.
 LEAST_STANDING = 0.03
-MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and at least so many frames of it
+MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and a minimum number of frames
 SMALLEST = float(np.radians(1.5))  # a smaller permanent difference is ignored
-MOST = 200  # errors in a limb
-CERTAIN = 200.0  # nats: a joint that does not twist is off its level
-SHORTEST = 8  # frames between cuts, below which nothing is reported
-MOSTLY = 0.75  # share of all frames at rest; all other turns are errors or gaps that were filled
+MOST = 200  # maximum number of errors in a limb
+CERTAIN = 200.0  # nats if a joint that does not twist is off its level
+SHORTEST = 8  # frames between cuts; in shorter pieces, nothing is reported
+MOSTLY = 0.75  # share of all frames at rest; all other turns are errors or filled gaps
 ANSWERED = 1.25  # share of the other joint's turns that may remain after the correction
-ALIKE = 0.05  # difference of that share up to which two chains explain equally much
-CLEARLY = 0.25  # largest ratio of the unanswered share in one chain to that in the other
+ALIKE = 0.05  # difference of that share within which two chains explain equally much
+CLEARLY = 0.25  # largest ratio between the unanswered shares of two chains
 LEFT = 0.3  # share of silent joints' turns that an explanation may leave
-# P turns farther than a silent C turns back if it does so by as much at the beginning and at the
-# end, in step with it. A C that turns back by less than 30 % is not considered.
+# P turns farther than a silent C turns back if the ratio is the same at the beginning and at the
+# end, in step with C. If C turns back less than 30 %, the error is ignored.
 FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1
-BESIDE = 8  # at least so many frames nearby, to measure P's own motion
+BESIDE = 8  # minimum number of frames nearby to measure P's own motion
 
 
 def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
-    """Return the level minus its constant value, in radians, (frames,); None if no value is
-    constant.
+    """Return the level minus its constant value, radians, (frames,), or None if it is not constant.
 
     `increments` and `other` are the increments of the joint and of the other joint of its chain,
     radians, shape (frames,). `cut` is the mask of the clip's cuts. The change of the level across a
@@ -70,14 +69,14 @@ def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
 
 
 def silent_sides(surprise: Surprise) -> dict[int, int]:
-    """Return the rows of the chains with a silent joint, with 1 if it is P and −1 if it is C.
+    """Return the rows of chains with a silent joint, with 1 if the joint is P and −1 if it is C.
 
     If an error of a neighbouring chain would also appear at this joint, the chain is included only
     if that neighbour has a silent joint too, because the two errors cannot be distinguished without
     one.
     """
     many = surprise.limbs.count
-    if surprise.limbs.step:  # if angles are rounded every joint is still from time to time
+    if surprise.limbs.step:  # in rounded angles every joint is still from time to time
         return {}
     still: dict[tuple[int, int], float] = {}
     for row in range(surprise.rows):
@@ -87,7 +86,7 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
     answered = {at for at in still if _answered(*_both_ways(surprise, at[0])[at[1] < 0][1:])}
     found: dict[int, int] = {}
     for (row, side), share in still.items():
-        # The same joint as seen by the neighbouring chain.
+        # The same joint in the signals of the neighbouring chain.
         seen = {(row, side), (row - side * many, -side)} & answered
         if (seen or share >= MOSTLY) and share >= still.get((row, -side), 0.0):
             found[row] = side
@@ -99,9 +98,7 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
 
 
 def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], ...]:
-    """Return (side, silent joint, other joint) with the joints' increments, for both sides of a
-    chain.
-    """
+    """Return (side, silent joint, other joint) with the increments, for both sides of a chain."""
     x, y = surprise.x[row], surprise.y[row]
     return (1, x, y), (-1, y, x)
 
@@ -117,14 +114,14 @@ def _answered(own: Array, other: Array) -> bool:
 
 
 def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
-    """Return the twist error of P that appears at a silent joint of a chain, radians, (frames,)."""
+    """Return P's twist error that a silent joint of the chain shows, radians, (frames,)."""
     x, y = surprise.x[row], surprise.y[row]
     level = standing_level(x, y, surprise.cut) if side > 0 else standing_level(y, x, surprise.cut)
     return None if level is None else side * level
 
 
 def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
-    """Return the errors that appear at silent joints of a limb, found and removed one at a time.
+    """Return the errors that silent joints of a limb show, found and removed one at a time.
 
     `sides` are the rows with a silent joint, as from :func:`silent_sides`. If several silent joints
     twist in the same frames, one error may cause all their turns. In this case, the error whose
@@ -157,7 +154,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
 
 
 def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
-    """Return the ratio of P's turn to a silent C's opposite turn in [start, stop); 1 if unclear.
+    """Return the ratio of P's turn to a silent C's opposite turn in [start, stop), or 1 if unclear.
 
     P's natural motion is estimated with a cubic through nearby frames.
     """
@@ -179,7 +176,7 @@ def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
 
 
 def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
-    """Return the fraction of the silent joints' turns around an error that remains without it."""
+    """Return the share of the silent joints' turns around an error that remains without it."""
     before = _turned(surprise, sides, error)
     _take_out(surprise, error)
     left = _turned(surprise, sides, error)
@@ -190,8 +187,7 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
 def _of_two_chains(
     surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
 ) -> SoftError:
-    """Return the error that the other joint turns back, of equally good errors in the same
-    frames.
+    """Return the one of two equally good errors that the other joint turns back.
 
     Two chains share a silent joint, which does not show to which of them the error belongs.
     """
@@ -205,9 +201,7 @@ def _of_two_chains(
 
 
 def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
-    """Return the turns of both joints that remain without an error, relative to the other joint's
-    turns.
-    """
+    """Return the turns that remain without an error, relative to the other joint's turns."""
     own, other = _both_ways(surprise, error.row)[side < 0][1:]
     at = slice(max(error.start, 1), error.stop + 1)
     left, turned = own[at] + other[at], other[at]

@@ -1,4 +1,4 @@
-"""A soft error, which is a twist error that begins and ends gradually instead of with a jump."""
+"""A soft error: a twist error that begins and ends gradually instead of with a jump."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-SEEN = float(np.radians(0.05))  # a smaller offset counts as none
+SEEN = float(np.radians(0.05))  # a smaller offset is ignored
 # Both joints turn in an error. If one turns by less than this share of the other, and that is clear
 # relative to its natural motion, one joint moved alone. This is checked where the error is
 # steepest, because a soft onset is lost in natural motion.
 SHOWN_IN_BOTH, CLEAR = 0.35, 30.0
-# The other joint turns back at least this share of a silent joint's turn where it is steep; and at
-# most this share of the other joint's turn remains after the correction.
+# The other joint turns back at least this share of a silent joint's turn where the error is steep,
+# and at most this share of the other joint's turn remains after the correction.
 TURNED_BACK, LEFT_OVER = 0.5, 1.5
-AROUND = 8  # frames nearby that show natural motion
-LEAST_BEHIND = 2.0  # an error at an end of the clip must be so many times shorter than the rest
+AROUND = 8  # frames nearby that show the natural motion
+LEAST_BEHIND = 2.0  # an error at an end of the clip must be shorter than the rest by this factor
 
 
 @dataclass(frozen=True, eq=False)
 class SoftError:
-    """The twist error of joint P in the chain of `row`, from frame `start` on.
+    """The twist error of joint P in the chain of `row`, which begins in frame `start`.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class SoftError:
     unsure
         True if the error is reported but not corrected.
     silent
-        True if it shows at a joint that never twists elsewhere in the clip.
+        True if a joint shows the error that never twists elsewhere in the clip.
     """
 
     row: int
@@ -78,7 +78,7 @@ def judged(
     cut
         Mask of the clip's cuts, shape (frames,).
     side
-        1 if the error shows at a P that never twists, −1 if at such a C, 0 if at neither.
+        1 if the error appears at a P that never twists, −1 if at such a C, 0 if at neither.
     last
         True if no chain continues from C, so that an error that only C shows may belong to a joint
         below it.
@@ -109,9 +109,7 @@ def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
 
 
 def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:
-    """True if x turns with the error and y against it; `if_unclear` is returned if this is
-    uncertain.
-    """
+    """True if x turns with the error and y against it; `if_unclear` if this is uncertain."""
     course = np.zeros(len(x) + 1)
     course[error.start : error.stop] = error.offset
     steps = np.diff(course, prepend=course[0])[: len(x)]

@@ -1,4 +1,4 @@
-"""The search for soft errors, which adds to the intervals that are found between jumps."""
+"""Search for soft errors, and add them to the intervals that were found between jumps."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 ROUNDS = 2
-# Work for the searches of a clip, for each frame of each joint, and for so many frames at least:
-# departures to which courses are fitted. So the cost of a clip depends on its size, not on how
-# restless it is.
+# Work for the searches in a clip, per frame of each joint, and for at least this many frames: the
+# number of departures to which courses are fitted. So the cost depends on the size of a clip, not
+# on its restlessness.
 BUDGET, LEAST_FRAMES = 15.0, 100
 NAMED = 5  # number of unsearched spans listed
-KNOWN_FIRST = 10.0  # nats by which jumps may explain a stretch less well
-BESIDE = 2  # frames around an interval in which a departure casts doubt on it
+KNOWN_FIRST = 10.0  # nats by which jumps may be a worse explanation of a stretch
+BESIDE = 2  # frames around an interval in which a departure makes it doubtful
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Known:
     offset
         The error of P from frame `start` on, in radians.
     firm
-        True for an error of a straight limb, which is questioned only if a silent joint explains it
+        True for an error of a straight limb, which is doubted only if a silent joint explains it
         better.
     """
 
@@ -83,7 +83,7 @@ class Searched:
 def soft_errors(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
 ) -> tuple[list[SoftError], list[Known]]:
-    """Return the soft errors of limbs, and the known intervals that these errors replace."""
+    """Return the soft errors of limbs, and the known intervals that they replace."""
     searched = search(limbs, fps, cut, known)
     return searched.found, searched.replaced
 
@@ -106,8 +106,8 @@ def search(
     captured = surprise.x, surprise.y
     if not surprise.spans:
         return Searched([], [], left)
-    # Jumps paired wrongly hide that a joint is silent. But if the limb is straight most of the
-    # time, the constant level is the error.
+    # Wrongly paired jumps hide that a joint is silent. But if the limb is mostly straight, the
+    # constant level is the error.
     straight = {k.row % limbs.count for k in known if k.firm}
     as_captured = {
         r: s for r, s in silent_sides(surprise).items() if r % limbs.count not in straight
@@ -127,7 +127,8 @@ def search(
         for start, stop in off_runs(level, cut):
             unnatural[row, start:stop] = True
         for k in known if row % limbs.count not in straight else ():
-            # A silent joint shows errors to a tenth of a degree, so about right is not enough.
+            # A silent joint shows errors to a tenth of a degree, so a roughly correct interval is
+            # not enough.
             if k.row == row and np.abs(level[k.start : k.stop]).max() > STANDS:
                 unnatural[row, k.start : k.stop] = True
     bad = np.zeros_like(unnatural)
@@ -152,7 +153,7 @@ def search(
     limbs_left = sorted({r % limbs.count for r in np.flatnonzero(unnatural.any(axis=1)).tolist()})
     for i in limbs_left:
         found += silent_errors(surprise, {r: sides[r] for r in surprise.limb(i) if r in sides})
-    # Where a silent joint is still by now, there is no other error.
+    # Where a silent joint is now still, there is no other error.
     standing = {r: v for r, s in sides.items() if (v := silent_level(surprise, r, s)) is not None}
     replaced = [
         k
@@ -217,7 +218,7 @@ def _move(surprise: Surprise, error: SoftError | Known, sign: float) -> None:
 
 
 def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
-    """Return the frame ranges [low, high) that are covered by groups of overlapping errors."""
+    """Return the frame ranges [low, high) covered by groups of overlapping errors."""
     out: list[tuple[int, int]] = []
     for e in sorted(errors, key=lambda e: e.start):
         if out and e.start < out[-1][1]:
@@ -230,7 +231,7 @@ def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
 def _lively_errors(
     surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]
 ) -> tuple[list[SoftError], Mask]:
-    """Return the soft errors of chains whose joints both twist, and the mask of frames not reached.
+    """Return soft errors of chains whose joints both twist, and the mask of frames not reached.
 
     The mask is `left` of :class:`Searched`. There are two rounds. The second round measures the
     natural scales without the errors found in the first. At least half of the budget is kept for
@@ -274,7 +275,7 @@ def _refresh(surprise: Surprise) -> None:
 
 
 def _unnatural(surprise: Surprise) -> Mask:
-    """Return a mask of the frames under any span whose departure is too large, (rows, frames)."""
+    """Return a mask of the frames in any span with too large a departure, (rows, frames)."""
     rows = np.arange(surprise.rows)
     out = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for k, a in enumerate(surprise.at):
@@ -295,10 +296,9 @@ def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
 
 
 def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
-    """Return the sentences about frames that were not searched, one for all chains with equal
-    frames.
+    """Return sentences about frames that were not searched; chains with equal frames share one.
 
-    `left` lists the frame ranges [low, high) that were not searched, by chain name.
+    `left` contains the frame ranges [low, high) that were not searched, keyed by chain name.
     """
     chains: dict[tuple[tuple[int, int], ...], list[str]] = {}
     for name, spans in left.items():
@@ -334,7 +334,7 @@ def confidence(gain: float) -> float:
 
 
 def _evidence(error: SoftError) -> dict[str, Any]:
-    """Return the evidence for a soft error by name, with angles in degrees."""
+    """Return the evidence for a soft error, keyed by name, with angles in degrees."""
     return {
         "gain": error.gain,
         "follows": "a soft onset",

@@ -1,6 +1,4 @@
-"""The search for soft errors of limbs, which starts at large departures and minimises the
-surprise.
-"""
+"""Search limbs for soft errors, starting at large departures and minimising the surprise."""
 
 from __future__ import annotations
 
@@ -17,9 +15,9 @@ from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surpris
 from twistcore.skeleton.rotation import Array
 
 SEED = 18.0  # nats of the three probes of a span
-NEAR = 0.8  # share of SEED at another span of the same place
-OF_LIMB = 0.7  # gain that an interval needs in its limb, as a share of the gain in its own chain
-IN_VAIN = 20  # seeds of a limb in a row without an explanation, after which it is left
+NEAR = 0.8  # share of SEED at another span in the same position
+OF_LIMB = 0.7  # share of the gain in its own chain that an interval must gain in its limb
+IN_VAIN = 20  # successive seeds without an explanation after which a limb is finished
 
 
 def gains(surprise: Surprise, k: int, rows: Index) -> Array:
@@ -33,7 +31,7 @@ def gains(surprise: Surprise, k: int, rows: Index) -> Array:
 
 
 def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) -> bool:
-    """Explain the seeds of several limbs, strongest first; return True if all were examined.
+    """Explain the seeds of several limbs, strongest first. Returns True if all were examined.
 
     `budget` is the amount of work after which no further seed is examined, in units of
     `surprise.work`.
@@ -59,14 +57,12 @@ class Search:
         self._explained: dict[int, dict[Seed, Explanations]] = {}
         self._done: dict[int, Mask] = {r: np.zeros(surprise.frames, dtype=bool) for r in limb}
         self.found: list[SoftError] = []
-        self._in_vain = 0  # seeds since the last that was explained
+        self._in_vain = 0  # seeds since the last one that was explained
         for row in limb:
             self._update(row)
 
     def _update(self, row: int) -> None:
-        """Recompute the gains of a row's spans and their best seeds, and discard the row's
-        explanations.
-        """
+        """Update the gains of a row's spans and their best seeds, and discard its explanations."""
         self._explained[row] = {}
         for k in range(len(self._surprise.at)):
             self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
@@ -104,7 +100,9 @@ class Search:
         return max(seeds, key=lambda s: (round(s.gain), -s.length), default=None)
 
     def explain(self, top: Seed) -> None:
-        """Explain a seed and remove its error; if nothing explains it, mark its frames as done."""
+        """Explain a seed and remove its error, or mark its frames as done if nothing explains
+        it.
+        """
         best = self._best_of_limb(top)
         if best is None:
             self._in_vain += 1
@@ -121,7 +119,7 @@ class Search:
                 self._update(row)
 
     def left(self) -> Mask:
-        """Return a mask of the frames under seeds that were not examined, (frames,)."""
+        """Return a mask of the frames in seeds that were not examined, (frames,)."""
         out = np.zeros(self._surprise.frames, dtype=bool)
         for row, k in self._gain if self.next() is not None else ():
             span, gain = self._surprise.at[k].natural.span, self._gain[row, k]
@@ -153,11 +151,13 @@ class Search:
             return None
         value, k = max(judged)
         best = rivals[-k]
-        # The image of another chain's error is explained at the cost of that chain.
+        # The effect of another chain's error is explained at the cost of that chain.
         return best if value > max(PRIOR, OF_LIMB * best.gain) else None
 
     def _gain_of_limb(self, error: SoftError) -> float:
-        """Return the drop in surprise of a chain and its neighbours without an error, in nats."""
+        """Return how much surprise an error's removal saves in its chain and its neighbours, in
+        nats.
+        """
         margin = len(error.offset) // 2 + 8
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
         rows = self._surprise.beside(error.row)

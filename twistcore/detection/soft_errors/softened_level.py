@@ -1,5 +1,4 @@
-"""The course and the best fit of a softened level, a constant error that begins and ends
-gradually.
+"""The course and the fit of a softened level, a constant error that begins and ends gradually.
 
 Gaps in captures are filled with straight lines or splines, and captures are low-pass filtered
 before they are published. A constant error of the solver then appears as that constant after a ramp
@@ -17,15 +16,15 @@ import numpy as np
 from twistcore.skeleton.rotation import Array
 
 Kernel: TypeAlias = Callable[[Array], Array]
-# Return weighted residuals (n, …) of courses (n, frames), with scales widened by a factor, (n, 1),
-# each.
+# Return weighted residuals (n, …) of courses (n, frames), with scales widened by a factor each, (n,
+# 1).
 Residuals: TypeAlias = Callable[[Array, Array], Array]
 
 STEEPEST = 0.5  # frames
-_DECAY = np.pi * np.sqrt(2.0)  # a period: how fast the filtered step decays
+_DECAY = np.pi * np.sqrt(2.0)  # a period: decay of the filtered step
 _AT = np.array([np.radians(2.0), 1.0, 1.0, 1.0])  # scales of the four numbers
 _STEPS = 1e-3
-# Steps of the fit at one width of the scales, and the least gain of a step in nats.
+# Steps of the fit at one width of the scales, and the smallest gain of a step in nats.
 MOST_STEPS, ENOUGH = 12, 0.05
 NARROWER = 5.0  # factor from one width to the next
 
@@ -77,7 +76,7 @@ def course(levels: Array, kernel: Kernel, frames: int) -> Array:
 
 
 def guess(offset: Array) -> Level | None:
-    """Return a level that resembles any offset (frames,); None if the offset is too flat."""
+    """Return a level that resembles any offset (frames,), or None if the offset is too flat."""
     size = np.abs(offset)
     top = int(size.argmax())
     if size[top] <= 0.0 or len(offset) < 3:
@@ -131,7 +130,7 @@ def all_fitted(
 
 
 class _Descent:
-    """A fit in progress, with its four scaled numbers and the residuals of their course."""
+    """A fit in progress: its four scaled numbers and the residuals of their course."""
 
     def __init__(self, start: Level, kernel: Kernel, coarsest: float, frames: int) -> None:
         self.frames = frames
@@ -164,9 +163,7 @@ class _Descent:
         return False
 
     def is_done(self) -> bool:
-        """True if the fit has ended at the last widening; if it was an earlier one, start the
-        next.
-        """
+        """True if the fit has ended at the last widening; after an earlier one, start the next."""
         if self.ended and self.wider > 1.0:
             self.wider = max(1.0, self.wider / NARROWER)
             self._begin()
@@ -184,7 +181,7 @@ class _Descent:
 
 
 def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
-    """Return the courses of numbers (n, 4), each with the kernel used in its fit, (n, frames)."""
+    """Return the courses of numbers (n, 4), with the kernel of each fit, (n, frames)."""
     out = np.empty((len(numbers), frames))
     kernels = [d.kernel for d in of]
     for kernel in dict.fromkeys(kernels):
@@ -194,7 +191,7 @@ def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
 
 
 def _measure_slopes(of: Sequence[_Descent], frames: int, residuals: Residuals) -> None:
-    """Compute the derivatives of each fit from four more courses, as the next step needs them."""
+    """Compute the derivatives of each fit from four more courses, for the next step."""
     many = len(_AT)
     numbers = np.array([d.number for d in of])
     by = _STEPS * np.maximum(np.abs(numbers), 1.0)

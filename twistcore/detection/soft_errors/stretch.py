@@ -1,7 +1,7 @@
 """The departures of all spans that overlap a stretch of a chain, in one array.
 
-A search tries hundreds of offsets over the same few frames. For all of them each departure uses the
-same frames and has the same scale. So these are collected once, and the departures of every span
+A search evaluates hundreds of offsets over the same few frames. In all of them, each departure uses
+the same frames and has the same scale. So these are collected once, and the departures of all spans
 are computed in one array operation.
 """
 
@@ -17,12 +17,12 @@ from twistcore.detection.soft_errors.natural_scale import NU, cost
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-SIZING = 6  # rounds in which a size is found
+SIZING = 6  # rounds to find a size
 
 
 @dataclass(frozen=True)
 class SpanDepartures:
-    """The departures over one span at the positions from `first` on, which overlap a stretch.
+    """The departures over one span, from position `first` on, that overlap a stretch.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class SpanDepartures:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """All n departures that overlap a stretch of frames, by span, probe and position.
+    """All n departures that overlap a stretch of frames, sorted by span, probe and position.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Stretch:
     lengths: Index
 
     def longer(self, shortest: float) -> Stretch:
-        """Return the stretch with only the departures over spans of at least `shortest` frames."""
+        """Return the stretch with only the departures of spans of at least `shortest` frames."""
         told = slice(int(np.searchsorted(self.lengths, shortest)), None)
         return Stretch(
             self.frames,
@@ -78,9 +78,7 @@ class Stretch:
         )
 
     def departures(self, courses: Array) -> Array:
-        """Return the departures of courses (m, frames), which are 0 outside the stretch, in
-        radians, (m, n).
-        """
+        """Return the departures of courses (m, frames), which are 0 outside, in radians, (m, n)."""
         level = np.zeros((len(courses), self.frames + 1))
         level[:, :-1] = courses
         out: Array = level.take(self.nodes[0], axis=1)
@@ -91,7 +89,7 @@ class Stretch:
         return out
 
     def residuals(self, courses: Array, wider: float | Array = 1.0) -> Array:
-        """Return the weighted residuals of u after courses (m, frames) are removed, (m, n).
+        """Return the weighted residuals of u without courses (m, frames), (m, n).
 
         The sum of their squares is the surprise. `wider` is the factor by which all scales are
         widened, either one number or one for each course, (m, 1).
@@ -123,7 +121,7 @@ class Stretch:
 def stretch(low: int, frames: int, departures: Sequence[SpanDepartures]) -> Stretch:
     """Return the stretch of `frames` frames from `low` on.
 
-    `departures` are the departures by span, the shortest span first.
+    `departures` has one item per span, the shortest span first.
     """
     nodes, weights = [], []
     for t in departures:

@@ -1,8 +1,8 @@
 """The current increments of a limb, and their surprise at every time scale.
 
-Twist errors can be removed from the rotations on trial. This exactly removes their effects on
-neighbouring chains as well. The surprise of a frame range is the sum of the costs of all departures
-there, in u and in x + y, over all spans that fit.
+Twist errors can be removed from the rotations tentatively. This also removes their exact effects on
+neighbouring chains. The surprise of a frame range is the sum of the costs of all departures there,
+in u and in x + y, over all spans that fit.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
 )
 
-# Neighbouring departures of a span are nearly the same: of three probes at four positions a span,
-# so much counts.
+# Neighbouring departures of a span are nearly the same: this is the weight of three probes at four
+# positions per span.
 WEIGHT = 0.175
 SMALLEST = float(np.radians(1.5))  # smaller departures are never examined
 LEAST_AROUND = 6  # frames around an error in which nothing may remain
 SEED_CAP = 20.0  # nats of a probe at which a search begins
-LONGEST = 2.0  # spans up to so many times as long as a stretch are used for it
+LONGEST = 2.0  # spans up to this many times as long as a stretch are used for it
 
 
 @dataclass(eq=False)
@@ -54,7 +54,7 @@ class _AtSpan:
     u: Array
     spread: Array
     total: Array
-    usable: Mask  # (positions,): no cut under it
+    usable: Mask  # (positions,): True without a cut in the span
 
 
 class Surprise:
@@ -75,7 +75,7 @@ class Surprise:
         self.at: list[_AtSpan] = []
 
     def beside(self, row: int) -> list[int]:
-        """Return the row, with the rows of the chains directly above and below it in its limb."""
+        """Return the row and the rows of the chains directly above and below it in its limb."""
         rows = (row - self.limbs.count, row, row + self.limbs.count)
         return [r for r in rows if 0 <= r < self.rows]
 
@@ -84,8 +84,7 @@ class Surprise:
         return list(range(row % self.limbs.count, self.rows, self.limbs.count))
 
     def take_out(self, row: int, start: int, offset: Array) -> None:
-        """Remove a twist error of P from frames [start, start + n) without updating the
-        departures.
+        """Remove a twist error of P from frames [start, start + n), but keep the departures.
 
         Call :meth:`look_again` to update them.
         """
@@ -97,7 +96,9 @@ class Surprise:
         child[at] = normalise(multiply(quaternion_from_axis_angle(axis, offset), child[at]))
 
     def look_again(self, row: int, start: int, stop: int) -> None:
-        """Update increments and departures of a row and its neighbours in frames [start, stop)."""
+        """Update the increments and departures of a row and its neighbours in frames [start,
+        stop).
+        """
         low, high = max(start - 1, 0), min(stop + 1, self.frames)
         for r in self.beside(row):
             k, i = divmod(r, self.limbs.count)
@@ -116,7 +117,7 @@ class Surprise:
         return axis if axis.ndim == 1 else axis[at]
 
     def measure(self, bad: Mask) -> None:
-        """Measure the natural scales in the frames that are not bad, and all departures.
+        """Measure all departures, and the natural scales in the frames that are not bad.
 
         `bad` is the mask of frames, shape (rows, frames).
         """
@@ -176,7 +177,7 @@ class Surprise:
         return stretch(low, frames, told)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
-        """Return the highest gain of any span around an error after the removal of the error, nats.
+        """Return the highest gain of any span around an error after its removal, in nats.
 
         Only spans that extend little beyond the error are used, because there may be another error
         nearby.
@@ -217,7 +218,7 @@ class Surprise:
         )
 
     def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:
-        """Return the offset in [start, stop) without which u follows its bridge, and its σ, in
+        """Return the offset in [start, stop) without which u follows its bridge, and its σ,
         radians.
 
         β and σ are estimated from the spans of similar length at that position.
@@ -249,7 +250,7 @@ class Surprise:
 
 @lru_cache(maxsize=1024)
 def _share(length: int, shorter: int, longer: int) -> float:
-    """Return the position of a length between two others on a logarithmic scale, 0…1."""
+    """Return where a length lies between two others on a logarithmic scale, 0…1."""
     if shorter == longer:
         return 0.0
     share = np.log(length / shorter) / np.log(longer / shorter)

@@ -39,19 +39,18 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-LARGEST = float(np.radians(75.0))  # largest δ, since a larger one would turn the hinge around
+LARGEST = float(np.radians(75.0))  # largest δ; a larger one would turn the hinge around
 CLEAR = 10.0  # ratio to a hinge's spread; a smaller δ may be the hinge's own play
-# times as far off its hinge may δ leave a limb, whose bone is off it by nature when straight
+# factor by which δ may move a limb off its hinge, from which a straight bone naturally deviates
 NEARLY = 1.6
-ROUNDS = 3  # rounds in which jumps that the bent limb contradicts are left out
-AS_LITTLE = float(np.radians(2.0))  # jumps may leave so much more of a counter-turn
-BESIDE = 1  # frames next to an error to which its transitions extend
+ROUNDS = 3  # rounds in which jumps are removed that contradict the bent limb
+AS_LITTLE = float(np.radians(2.0))  # factor of remaining counter-turn that jumps may have
+BESIDE = 1  # frames next to an error that its transitions may cover
 
 
 @dataclass(frozen=True, eq=False)
 class _Jumping:
-    """An interval between jumps, with its error from frame `start` on and the peak frames of its
-    edges.
+    """An interval between jumps: its error from frame `start` on and its edges' peak frames.
 
     `offset` is δ in radians, shape (frames,).
     """
@@ -68,7 +67,7 @@ class _Jumping:
 
 @dataclass(frozen=True, eq=False)
 class Jumps:
-    """The data for finding the intervals between the jumps of a chain. `tau` is in radians."""
+    """The data to find the intervals between a chain's jumps. `tau` is in radians."""
 
     counter: CounterRotation
     row: int
@@ -106,9 +105,9 @@ class Jumps:
 
 @dataclass(frozen=True, eq=False)
 class StraightLimb:
-    """The errors of a limb while it is straight, by start.
+    """The errors of a limb while it is straight, sorted by start.
 
-    `claimed` is the mask of the frames in which they begin and end.
+    `claimed` is the mask of the frames in which the errors begin and end.
     """
 
     errors: tuple[StraightError, ...]
@@ -124,9 +123,9 @@ class StraightLimb:
         return total
 
     def leaves(self, jumps: Jumps) -> Jumps:
-        """Return the jumps that belong to none of these errors and do not contradict the bent limb.
+        """Return the jumps that belong to none of these errors and agree with the bent limb.
 
-        An interval between jumps contradicts it if its removal takes the limb away from its hinge.
+        An interval between jumps does not agree if its removal takes the limb away from its hinge.
         """
         claimed = self.claimed.copy()
         for _ in range(ROUNDS):
@@ -144,11 +143,11 @@ def straight_limb(
 ) -> StraightLimb | None:
     """Return the errors of a chain's straight spells that its jumps do not explain.
 
-    The result is None if there are none, or if the chain has no hinge, for example because it has
-    no grandchild. The bend, not the length, decides which of two spells contains the error. An
-    interval between jumps takes priority only if it brings the bent limb back to its hinge, or if
-    it leaves hardly more counter-turn unexplained. `by_itself` returns the increments of P and C,
-    each (frames,), in radians and without the effect of jumps in neighbouring chains.
+    The result is None if there are no such errors, or if the chain has no hinge, for example
+    because it has no grandchild. The bend, not the length, decides which of two spells contains the
+    error. An interval between jumps takes priority only if it brings the bent limb back to its
+    hinge, or if it leaves hardly more counter-turn unexplained. `by_itself` returns the increments
+    of P and C, each (frames,), in radians and without the effect of jumps in neighbouring chains.
     """
     if chain.grandchild < 0:
         return None
@@ -180,8 +179,9 @@ def straight_limb(
 
 
 def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
-    """Return limbs without errors. `offsets` are the errors in radians, shape (frames,), by row of
-    `increments`.
+    """Return limbs without errors.
+
+    `offsets` are the errors in radians, shape (frames,), keyed by row of `increments`.
     """
     joints = limbs.joints.copy()
     for row, offset in offsets.items():
@@ -239,5 +239,5 @@ def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tu
 
 
 def _hinge_says(jumping: _Jumping, bend: Bend) -> bool | None:
-    """True if removing an interval returns the bent limb to its hinge; None if that is unknown."""
+    """True if the bent limb returns to its hinge without an interval; None if that is unknown."""
     return bend.nearer(jumping.frames, jumping.offset, bend.bent[jumping.frames])

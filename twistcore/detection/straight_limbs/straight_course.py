@@ -19,11 +19,11 @@ from twistcore.skeleton.rotation import Array
 Rows: TypeAlias = tuple[NDArray[np.int64], Array, Array]  # columns, their factors, their values
 
 ROUNDS = 12  # rounds of reweighting
-SELDOM, STEP = 0.05, float(np.radians(12.0))  # price of a change of δ, and its size a second
+SELDOM, STEP = 0.05, float(np.radians(12.0))  # price of a change of δ, and its size per second
 SETTLES = 0.25  # seconds in which a twist comes to rest if nothing determines it
-# Least scale of the change of an increment from frame to frame.
+# Smallest scale of the change of an increment from frame to frame.
 LEAST_SCALE = float(np.radians(0.02))
-ROUNDED = 0.71  # steps of written angles: σ of such a change, from three rounded angles
+ROUNDED = 0.71  # steps of written angles: σ of such a change, which three rounded angles determine
 SAME = 1e-5  # radians: iteration stops below this change
 
 
@@ -36,8 +36,7 @@ def course(
     high: int,
     fps: float,
 ) -> Array:
-    """Return δ in frames [start, stop), in radians; in the rest of the segment [low, high), δ is
-    0.
+    """Return δ in frames [start, stop), in radians. δ is 0 in the rest of the segment [low, high).
 
     `increments` are x and y, each (frames,), in radians, and `scales` are their scales from
     :func:`scale_of`. At the segment's ends δ is free, because the motion before and after is
@@ -76,7 +75,7 @@ def _smooth(
     high: int,
     fps: float,
 ) -> list[Rows]:
-    """Return scaled least-squares equations for a smooth course of both signals and for rest.
+    """Return scaled least-squares equations for a smooth course of both signals, and for rest.
 
     The equations are linear in the unknown δ. The increment into the segment's first frame is left
     out, because it crosses a cut.
@@ -95,12 +94,12 @@ def _smooth(
 
 
 def _columns(frames: NDArray[np.int64], start: int, stop: int) -> NDArray[np.int64]:
-    """Return the index of the unknown δ of each frame, −1 for frames without one."""
+    """Return the index of the unknown δ of each frame, or −1 for frames without one."""
     return np.where((frames >= start) & (frames < stop), frames - start, -1)
 
 
 def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: float) -> Array:
-    """Return the least-squares δ, reweighted so that δ either changes by much or not at all.
+    """Return the least-squares δ, reweighted so that δ changes either by much or not at all.
 
     Parameters
     ----------
@@ -109,9 +108,9 @@ def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: 
     begins, ends
         True if δ is 0 before the first frame and after the last.
     step
-        The smallest change that counts, radians per frame.
+        The smallest change of δ, radians per frame.
     """
-    from scipy.linalg import solveh_banded  # loads as slowly as all the rest, and few clips need it
+    from scipy.linalg import solveh_banded  # loads slowly, and few clips need it
 
     delta = np.zeros(len(right))
     weight = np.full(len(right) + 1, SELDOM / step**2)

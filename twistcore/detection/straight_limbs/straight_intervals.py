@@ -1,4 +1,4 @@
-"""Errors of straight limbs as intervals with their evidence."""
+"""Convert errors of straight limbs to intervals with their evidence."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def confidence(error: StraightError) -> float:
 
 
 def _explained(error: StraightError) -> dict[str, Any]:
-    """Return the evidence for an error by name, with angles in degrees."""
+    """Return the evidence for an error, keyed by name, with angles in degrees."""
     turn, answer = error.turns
     return {
         "follows": STRAIGHT,

@@ -14,20 +14,20 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-BENT = float(np.radians(30.0))  # bend from which a limb's twist is well determined
-# for so long a clip's limb must be bent to show anything about the straight one
+BENT = float(np.radians(30.0))  # bend above which a limb's twist is well determined
+# the time that a clip's limb must be bent to show anything about the straight limb
 ANCHOR_SECONDS = 0.1
 SIDE_KNOWN = float(np.radians(0.5))  # below this bend, the side of the bend is unknown
 WINDOW = 0.13  # seconds of a mirrored transition
-LEAST_TURN = float(np.radians(8.0))  # least turn of either joint in a transition
-LEAST_SHARE = 0.35  # least ratio of the smaller turn to the larger
+LEAST_TURN = float(np.radians(8.0))  # smallest turn of either joint in a transition
+LEAST_SHARE = 0.35  # smallest ratio of the smaller turn to the larger
 EXPLAINED = 0.5  # share of the smaller turn that the change of δ explains
-# seconds, and a share of δ: such a fast change is left to the search for jumps
+# seconds, and share of δ: faster changes are left to the search for jumps
 SHARP, SUDDEN = 0.015, 0.7
-LEAST_CHANGE = float(np.radians(6.0))  # least change of δ in a transition
-NOTHING = float(np.radians(0.5))  # a smaller δ counts as none
-PAUSE = 0.1  # seconds of it that separate two errors
-HINGE, MOSTLY = float(np.radians(2.0)), 0.75  # a hinge's play in the bent limb, and how often
+LEAST_CHANGE = float(np.radians(6.0))  # smallest change of δ in a transition
+NOTHING = float(np.radians(0.5))  # a smaller δ is ignored
+PAUSE = 0.1  # seconds without δ that separate two errors
+HINGE, MOSTLY = float(np.radians(2.0)), 0.75  # a hinge's play in the bent limb, and its quantile
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +59,8 @@ class Bend:
     ) -> bool | None:
         """True if removing the offset brings the limb closer to its hinge axis; None if unknown.
 
-        Frames are weighted by how far the limb is bent. An almost straight limb that bends slightly
-        backward is naturally on the opposite side.
+        Frames are weighted by how far the limb is bent. It is natural for an almost straight limb
+        to be on the opposite side, bent slightly backward.
 
         Parameters
         ----------
@@ -97,8 +97,8 @@ class Spell:
         return int(self.start > self.low) + int(self.stop < self.high)
 
     def windows(self, window: int) -> slice:
-        """Return the windows over the spell and its neighbours, indexed by the frame before each
-        window.
+        """Return the windows over the spell and its neighbours, as indices of the frames before
+        them.
         """
         first, last = max(self.start - window, self.low), min(self.stop, self.high - window)
         return slice(first, max(first, last))
@@ -174,7 +174,7 @@ def spells(
 def errors_in(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
-    """Return the errors of a spell, which are runs of δ that begin or end with opposite turns.
+    """Return the errors of a spell: runs of δ that begin or end with opposite turns.
 
     `delta` is δ in all frames, in radians, and 0 outside the spell.
     """
@@ -182,7 +182,7 @@ def errors_in(
     first = spell.windows(window).start
     turn, answer = _turns(increments, spell, fps)
     change = (delta[window:] - delta[:-window])[spell.windows(window)]
-    # The transition must be what δ explains, not motion next to it.
+    # The transition must be explained by δ and not be motion next to it.
     least = np.maximum(EXPLAINED * np.minimum(np.abs(turn), np.abs(answer)), LEAST_CHANGE)
     clear = np.where(_mirrored(turn, answer) & (change * np.sign(turn) >= least), change, 0.0)
     short = round(SHARP * fps)  # 0 at 30 Hz, where a frame is as long as some transitions
@@ -214,7 +214,7 @@ def left_over(
     spell: Spell,
     fps: float,
 ) -> float:
-    """Return how far P and C still turn against each other after δ is removed, in radians.
+    """Return how far P and C still turn against each other without δ, in radians.
 
     The result is the maximum over windows, minus the pace next to each window. `scales` are the
     scales of both increments. `delta` is δ in all frames, shape (frames,). The quieter signal has
@@ -255,7 +255,7 @@ def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[A
 
 
 def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array]:
-    """Return the sum over each window of a spell, and its excess over the pace next to the window.
+    """Return the sum over each window of a spell, and its excess over the pace next to it.
 
     Only increments of the spell's segment are used; at its ends the outermost value is repeated.
     """
@@ -274,13 +274,11 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
 
 
 def _counter(turn: Array, answer: Array) -> Array:
-    """Return the size of the smaller of two opposite turns, in radians; 0 if they are not
-    opposite.
-    """
+    """Return the size of the smaller of two opposite turns in radians, or 0 for other turns."""
     return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
 
 
 def _mirrored(turn: Array, answer: Array) -> Mask:
-    """Return a mask of where both joints turn in opposite directions by about the same amount."""
+    """Return a mask of the turns in which both joints turn oppositely by about the same amount."""
     large = np.maximum(np.abs(turn), np.abs(answer))
     return _counter(turn, answer) >= np.maximum(LEAST_TURN, LEAST_SHARE * large)

@@ -41,10 +41,10 @@ class Asf:
     skeleton
         A joint at the start of every bone, the root first.
     channels
-        Columns of each joint's numbers in a frame, with letters and columns in reverse order, since
-        Acclaim's X Y Z turns about fixed axes: R = R_z · R_y · R_x.
+        Columns of each joint's numbers in a frame. The axes and their columns are in reverse order,
+        since Acclaim's X Y Z turns about fixed axes: R = R_z · R_y · R_x.
     axes
-        C of every bone, shape (joints, 4), where the local rotation is C · R · C⁻¹.
+        C of every bone, shape (joints, 4); the local rotation is C · R · C⁻¹.
     start
         Offset added to the root's translation, shape (3,).
     radians
@@ -117,7 +117,7 @@ class _Read:
 
 
 def read_asf(path: str | Path) -> Asf:
-    """Read a skeleton file; raise AmcError if it is not valid."""
+    """Read a skeleton file. Raises AmcError if it is not valid."""
     path = Path(path)
     try:
         return parse_asf(read_file(path), path)
@@ -126,7 +126,7 @@ def read_asf(path: str | Path) -> Asf:
 
 
 def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
-    """Parse a skeleton from bytes; raise AmcError (file, line, column, what was expected)."""
+    """Parse a skeleton from bytes. Raises AmcError (file, line, column, expected text)."""
     path = Path(path)
     if instead := wide_instead(data):
         raise AmcError(str(path), instead)
@@ -146,7 +146,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
 
 
 def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list[_Word]]]]:
-    """Yield each keyword's line with the lines below it, as words without comments."""
+    """Yield each keyword's line and the lines below it, as words without comments."""
     if not data or data.isspace():
         raise AmcError(read.path, "expected an ASF, but the file is empty", line=1, column=1)
     head: list[_Word] | None = None
@@ -224,7 +224,7 @@ def _order(read: _Read, word: _Word) -> str:
 
 
 def _dofs(read: _Read, line: list[_Word], known: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the degrees of freedom listed after the first word of a line, in lower case."""
+    """Return the degrees of freedom after the first word of a line, in lower case."""
     out: list[str] = []
     for word in line[1:]:
         dof = word.text.lower()

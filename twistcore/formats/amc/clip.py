@@ -1,4 +1,4 @@
-"""An AMC clip, with its motion and the position of every number in the file."""
+"""An AMC clip: its motion and the position of every number in the file."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class AmcClip(Clip):
 
     @property
     def companions(self) -> Mapping[str, bytes]:
-        """The bytes of the skeleton file, by its name."""
+        """The bytes of the skeleton file, keyed by its name."""
         return {self.asf.path.name: self.asf.data}
 
     @property
@@ -74,9 +74,7 @@ class AmcClip(Clip):
 
     @cached_property
     def _start(self) -> Array | float:
-        """Offset that is added to the translation of the root, the only joint with a
-        translation.
-        """
+        """Offset added to the translation of the root, the only joint with a translation."""
         return self.asf.start if self.asf.start.any() else 0.0
 
     @cached_property
@@ -89,8 +87,9 @@ class AmcClip(Clip):
         return self.values[:, list(self.asf.channels[joint].rotation[::-1])]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and angles, in radians, (frames, 3), for
-        :meth:`as_written`.
+        """Return a joint's Euler order and its angles in radians, (frames, 3).
+
+        The axes are those of :meth:`as_written`.
         """
         layout = self.asf.channels[joint]
         if not layout.rotatable:
@@ -98,7 +97,7 @@ class AmcClip(Clip):
         return layout.order, np.radians(self.values[:, list(layout.rotation)])
 
     def as_written(self, joint: int, q: Array) -> Array:
-        """Return a joint's rotation q, (…, 4), about the bone's own axes, from R = C⁻¹ · q · C."""
+        """Return a joint's rotation q, (…, 4), about the bone's own axes: R = C⁻¹ · q · C."""
         axes = self.asf.axes[joint]
         return multiply(multiply(conjugate(axes), q), axes)
 

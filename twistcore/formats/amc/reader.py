@@ -1,4 +1,4 @@
-"""Parse the bytes of an AMC, with the ASF in the same folder, into a Clip."""
+"""Parse the bytes of an AMC into a Clip, with the ASF in the same folder."""
 
 from __future__ import annotations
 
@@ -32,12 +32,11 @@ _CONTROL = bytes(set(range(32)) - set(b"\t\n\v\f\r"))
 
 
 def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> AmcClip:
-    """Read an AMC file and its skeleton. `fps` is the frame rate. `tell` is called with the
-    progress.
+    """Read an AMC file and its skeleton. `fps` is the frame rate; `tell` is called with progress.
 
     The skeleton is NAME.asf, or SUBJECT.asf with the name up to an underscore, as for CMU's
-    05_02.amc, or the only ASF in the folder. Raises AmcError (file, line, column, what was
-    expected). Harmless assumptions are listed in Clip.warnings.
+    05_02.amc, or the only ASF in the folder. Raises AmcError (file, line, column, expected text).
+    Harmless assumptions are listed in Clip.warnings.
     """
     path = Path(path)
     try:
@@ -55,7 +54,7 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
 
 
 def find_asf(path: Path) -> Path:
-    """Return the path of an AMC's skeleton file; raise AmcError if it cannot be determined."""
+    """Return the path of an AMC's skeleton file. Raises AmcError if it cannot be determined."""
     candidates = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
     words = path.stem.lower().split("_")
     for count in range(len(words), 0, -1):
@@ -79,7 +78,7 @@ def parse_amc(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> AmcClip:
-    """Parse an AMC from bytes with its skeleton; the parameters are those of :func:`read_amc`."""
+    """Parse an AMC from bytes with its skeleton. The parameters are those of :func:`read_amc`."""
     path = Path(path)
     if not data or data.isspace():
         raise AmcError(str(path), "expected an AMC, but the file is empty", line=1, column=1)
@@ -119,9 +118,7 @@ def _skeleton_warning(asf: Asf, warning: ClipWarning) -> ClipWarning:
 
 
 class _Rows:
-    """Parser of frames; each frame is a number, followed by the bones with their numbers in any
-    order.
-    """
+    """Parser of frames, each of which is a number followed by bones with numbers in any order."""
 
     def __init__(self, path: str, data: bytes, asf: Asf) -> None:
         self.warnings: list[ClipWarning] = []
@@ -134,11 +131,11 @@ class _Rows:
         self._bones = {name: (k, count) for k, (name, count) in enumerate(moving)}
         self._number: int | None = None  # number of the current frame
         self._in_order = True
-        self._frame: list[list[bytes]] = []  # words of the frame by bone; empty: not yet read
+        self._frame: list[list[bytes]] = []  # words of the frame, keyed by bone; empty until read
         self._first: list[int] = []  # index of the first number token of each bone
 
     def fail(self, expected: str, line: int, word: int = 0) -> AmcError:
-        """Return the error for a word of a line; lines and words are counted from 0."""
+        """Return the error for a word of a line. Lines and words are counted from 0."""
         raw = self._data.splitlines()[line - 1]
         starts = [found.start() for found in _SOLID.finditer(raw)] or [0]
         column = starts[word] + 1 if word < len(starts) else len(raw.rstrip()) + 1
@@ -233,7 +230,7 @@ class _Rows:
         return self.fail(f"expected {bone} once in frame {self._number}", line)
 
     def _read_keyword(self, own: list[bytes], line: int) -> None:
-        """Read a keyword of the header; raise AmcError for any other word."""
+        """Read a keyword of the header. Raises AmcError for any other word."""
         if not own[0].startswith(b":") or self._number is not None:
             known = (
                 f"a bone of {self._asf.path.name} with degrees of freedom, or the number of a frame"

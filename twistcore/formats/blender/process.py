@@ -72,7 +72,7 @@ def find_blender(named: str | None = None) -> str:
 
     The candidates, in this order, are the given program, the program in the environment variable,
     `blender` on the path, and this Python if it has bpy. Raises TwistError if none is found, or if
-    a program that was named cannot be run.
+    the given program or the program in the variable cannot be run.
     """
     for program, by in ((named, "--blender"), (os.environ.get(VARIABLE), VARIABLE)):
         if program:
@@ -97,7 +97,7 @@ def read_scene(
     fps: float | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Handover:
-    """Open a scene in Blender, sample its skeleton, and wait until Blender has ended.
+    """Open a scene in Blender and sample its skeleton. Returns when Blender has ended.
 
     Raises TwistError with one sentence if Blender finds no skeleton or several, takes too long or
     fails.
@@ -149,10 +149,8 @@ def _command(blender: str, script: Path, job: Path) -> list[str]:
 
 
 def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) -> str:
-    """Run a command to its end, with all its child processes, and return its last line of
-    output.
-    """
-    # As a module, Blender leaves a temporary folder behind: put it into this one.
+    """Run a command with all its child processes, and return its last line of output."""
+    # As a module, Blender leaves a temporary folder behind: create it inside this one.
     own = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))}
     with (folder / "said.txt").open("w+b") as said:
         try:

@@ -15,7 +15,7 @@ from twistcore.formats.blender.process import Handover
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate
 
-# Metres per unit: nearly all programs write FBX in centimetres; glTF is in metres.
+# Metres per unit: nearly all programs write FBX in centimetres, and glTF is in metres.
 SUFFIXES: Mapping[str, float] = MappingProxyType(
     {".fbx": 0.01, ".glb": 1.0, ".gltf": 1.0, ".blend": 1.0}
 )
@@ -26,7 +26,7 @@ _MOVED = 1e-5  # share of the height
 
 @dataclass(frozen=True, eq=False)
 class Converted:
-    """The motion, and notes about data that was left out."""
+    """The motion, and notes about data that is not in it."""
 
     motion: Motion
     notes: tuple[str, ...]

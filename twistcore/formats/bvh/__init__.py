@@ -1,6 +1,4 @@
-"""Read BVH files without guessing, and write them without changing numbers that are not
-corrected.
-"""
+"""Read BVH files without guessing, and write them without changing uncorrected numbers."""
 
 from twistcore.formats.bvh.clip import BvhClip
 from twistcore.formats.bvh.compose import write_motion

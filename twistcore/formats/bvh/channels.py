@@ -12,9 +12,9 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 _ELEMENTS = 1 << 14  # quaternion components of one kind in a block
-_NOTHING = 1e-3  # share of the length in the channels: a shorter OFFSET is ignored
-_STRETCH = 0.5  # share of that length by which a bone may stretch
-_STILL = 0.02  # the same for joints that may place the whole figure: a bone moves less
+_NOTHING = 1e-3  # share of the length in the channels below which an OFFSET is ignored
+_STRETCH = 0.5  # share of that length by which a bone may change
+_STILL = 0.02  # the same for joints that may move the whole figure; a bone moves less
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,11 @@ class JointChannels:
     Attributes
     ----------
     order
-        Letters of its rotation channels in file order, such as 'ZYX'.
+        The axes of its rotation channels in file order, such as 'ZYX'.
     rotation
         The columns of these channels.
     position
-        (axis 0-2, column) of each position channel.
+        The axis, 0-2, and the column of each position channel.
     """
 
     order: str
@@ -37,17 +37,16 @@ class JointChannels:
 
     @property
     def rotatable(self) -> bool:
-        """True if there are rotation channels about three different axes, which allow any
-        rotation.
-        """
+        """True if there are rotation channels about three axes, which allow any rotation."""
         return len(self.order) == 3 and len(set(self.order)) == 3
 
 
 def motion_from_channels(
     skeleton: Skeleton, channels: tuple[JointChannels, ...], values: Array, frame_time: float
 ) -> Motion:
-    """Convert rows of numbers to a motion. `values` are in degrees and length units and have the
-    shape (frames, columns).
+    """Convert rows of numbers to a motion.
+
+    `values` are in degrees and length units and have the shape (frames, columns).
     """
     positioned = tuple(j for j, layout in enumerate(channels) if layout.position)
     positions = np.empty((len(values), len(positioned), 3))
@@ -62,11 +61,10 @@ def motion_from_channels(
 def with_bones_of_channels(
     skeleton: Skeleton, positioned: tuple[int, ...], positions: Array
 ) -> Skeleton:
-    """Return the skeleton with bones from position channels where the header has OFFSET 0.
+    """Return the skeleton with offsets from position channels for joints with OFFSET 0.
 
-    Such a joint gets the median of its positions, (frames, len(positioned), 3), as its offset.
-    Roots keep their OFFSET, and so does a joint that moves the whole figure, such as hips below a
-    reference.
+    Such a joint's offset is the median of its positions, (frames, len(positioned), 3). Roots keep
+    their OFFSET, and so does a joint that moves the whole figure, such as hips below a reference.
     """
     offsets = skeleton.offsets.copy()
     carrying = _carrying(skeleton)
@@ -90,8 +88,8 @@ def with_bones_of_channels(
 def _carrying(skeleton: Skeleton) -> set[int]:
     """Return the joints that may move the whole figure, such as 'Reference' → 'Hips'.
 
-    These joints are the single children from the root on, and the branching joints after these,
-    such as two pairs of hips below one reference.
+    These joints are the single children below the root, and the branching joints below these, such
+    as two pairs of hips below one reference.
     """
     found = set()
     for here in np.flatnonzero(skeleton.parents < 0).tolist():

@@ -1,4 +1,4 @@
-"""A BVH clip, with its motion and the position of every number in the text."""
+"""A BVH clip: its motion and the position of every number in the text."""
 
 from __future__ import annotations
 
@@ -67,8 +67,9 @@ class BvhClip(Clip):
         return self.values[:, list(self.channels[joint].rotation)]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Return a joint's Euler order and angles, in radians, (frames, 3); None without three
-        channels.
+        """Return a joint's Euler order and angles in radians, (frames, 3), or None.
+
+        The result is None for a joint without three channels.
         """
         layout = self.channels[joint]
         return (layout.order, np.radians(self.angles(joint))) if layout.rotatable else None
@@ -95,11 +96,11 @@ class BvhClip(Clip):
 
 
 def token_spans(data: bytes, start: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return start and end offsets of the tokens in data[start:], separated by white space."""
+    """Return start and end offsets of the tokens in data[start:], which white space separates."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     edges = []
     blank = np.True_
-    for a in range(start, len(data), _BLOCK):  # in blocks: a full mask needs as much as the file
+    for a in range(start, len(data), _BLOCK):  # in blocks: a full mask is as large as the file
         solid = buffer[a : a + _BLOCK] > 32
         turned = np.empty(len(solid), dtype=np.bool_)
         np.not_equal(solid[1:], solid[:-1], out=turned[1:])

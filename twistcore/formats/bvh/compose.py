@@ -1,4 +1,4 @@
-"""Write any motion as a new BVH, even with other frames, another rate or another skeleton."""
+"""Write any motion as a new BVH, even with a different length, rate or skeleton."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.skeleton.rotation import Array, euler_from_quaternion
 
 _ORDER = "ZXY"
 _DEEPEST = 100  # tabs
-_ROWS = 1024  # at a time: Python numbers take four times as much memory
+_ROWS = 1024  # at a time, since Python numbers take four times as much memory
 _END = 0.05  # length of an End Site as a share of the skeleton's height
 
 
@@ -94,7 +94,7 @@ def bvh_text(motion: Motion) -> str:
 
 
 def _sites(skeleton: Skeleton) -> list[list[Array]]:
-    """Return the End Sites of every joint."""
+    """Return the End Sites of each joint."""
     sites: list[list[Array]] = [[] for _ in skeleton.names]
     for owner, site in skeleton.ends:
         sites[owner].append(np.array(site))
@@ -109,7 +109,7 @@ def _indent(depth: int) -> str:
 def _described(
     skeleton: Skeleton, joint: int, depth: int, placed: bool, sites: list[Array]
 ) -> list[str]:
-    """Return the lines of a joint that come before the lines of its children."""
+    """Return a joint's lines up to the lines of its children."""
     indent, offset = _indent(depth), skeleton.offsets[joint]
     channels = "6 Xposition Yposition Zposition" if placed else "3"
     lines = [

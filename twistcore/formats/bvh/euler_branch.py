@@ -16,21 +16,21 @@ from twistcore.skeleton.rotation import (
 
 _GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is known, to half of a float's digits
 _TURN = 2.0 * np.pi
-_MOST_TURNS = 2  # more turns go to the far edge; no joint winds up further in one correction
-# The least weight of a frame in the choice of the branch, and the tolerance for angles half a turn
-# off: far above rounding errors, far below any real difference.
+_MOST_TURNS = 2  # more turns are added at the far edge; no correction needs more
+# The smallest weight of a frame in the choice of the branch, and the tolerance for angles half a
+# turn off: far above rounding errors, far below any real difference.
 _LEAST_WEIGHT = 1e-6
 
 
 def continuous_angles(
     order: str, q: Array, own: Array, before: Array | None, after: Array | None
 ) -> Array:
-    """Return the Euler angles of q that move least, in radians, (n, 3).
+    """Return the Euler angles of q that change least over time, in radians, (n, 3).
 
     Every frame has two solutions, each with any number of full turns. The result is the path with
     the smallest Σ|Δchannel| between the fixed angles at both edges. Without fixed edges, a path and
-    the path of the other solutions are equally long. The distances to `own` are then added to the
-    sum, weighted by cos θ where the rotation differs from the file's by θ < 90°.
+    the path of the other solutions are equally long. In this case, the distances to `own` are added
+    to the sum, weighted by cos θ where the rotation differs from the file's by θ < 90°.
 
     Parameters
     ----------
@@ -58,14 +58,12 @@ def continuous_angles(
     path = _cheapest_path(solutions, before, after)
     out = _unwrapped(solutions[np.arange(len(q)), path], before, after)
     if before is None or after is None or (np.abs(after - out[-1]) <= np.pi + 1e-9).all():
-        return out  # every step is the shortest there is, so no path can be shorter
+        return out  # every step has its minimal length, so no path can be shorter
     return _least_with_turns(solutions, out, before, after)
 
 
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
-    """Return (row, channel) of every step of more than half a turn, with row n for the step to
-    `after`.
-    """
+    """Return (row, channel) of each step of more than half a turn; row n is the step to `after`."""
     n = len(angles)
     rows = [angles if before is None else np.vstack([before, angles])]
     every = np.vstack([*rows, after]) if after is not None else rows[0]
@@ -75,7 +73,7 @@ def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> lis
 
 
 def _distance(angles: Array, others: Array) -> Array:
-    """Return Σ|Δchannel| over the last axis, each the shorter way round, in radians."""
+    """Return Σ|Δchannel| over the last axis, each in the shorter direction, in radians."""
     far: Array = np.abs(wrap(angles - others)).sum(axis=-1)
     return far
 
@@ -83,7 +81,7 @@ def _distance(angles: Array, others: Array) -> Array:
 def _cheapest_path(
     solutions: Array, before: Array | None, after: Array | None, extra: Array | None = None
 ) -> NDArray[np.int64]:
-    """Return which solution, 0 or 1, each frame has on the path with the smallest sum of steps.
+    """Return the solution, 0 or 1, of each frame on the path with the smallest sum of steps.
 
     The steps are wrapped, and the path is found with the Viterbi algorithm. `extra` is an
     additional cost of each solution, shape (n, 2).
@@ -94,9 +92,9 @@ def _cheapest_path(
     finish = np.zeros(2) if after is None else _distance(after, solutions[-1])
     if extra is not None:
         start, step = start + extra[0], step + extra[1:, None]
-    # Only the difference of the two costs matters: ahead = cost of solution 1 − of solution 0.
+    # Only the difference of the two costs matters: ahead = cost of solution 1 − cost of solution 0.
     ahead = float(start[1] - start[0])
-    came = []  # whether the best ways to solutions 0 and 1 come from solution 1
+    came = []  # whether the best path to solutions 0 and 1 comes from solution 1
     # Lists: Python iterates over them several times faster than over arrays.
     for stay0, leave0, leave1, stay1 in step.reshape(n - 1, 4).tolist():
         to0, to1 = ahead + leave1, ahead + stay1
@@ -111,7 +109,7 @@ def _cheapest_path(
 
 
 def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Array:
-    """Add full turns so that the angles continue `before` or, if it is None, lead to `after`."""
+    """Add full turns so that the angles continue `before` or, if that is None, lead to `after`."""
     anchor = angles[0] if before is None else before
     out = anchor + np.cumsum(wrap(np.diff(angles, axis=0, prepend=anchor[None])), axis=0)
     if before is None and after is not None:
@@ -122,22 +120,20 @@ def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Arra
 
 # -- without untouched frames around --------------------------------------------------------------
 #
-# Where a joint is rewritten in every frame, only the file's own angles decide between two equally
-# smooth curves. Frames count where the rotation is close to the file's; frames that were turned
-# far count next to nothing.
+# If a joint is rewritten in every frame, only the file's own angles decide between two equally
+# smooth curves. Frames in which the rotation is close to the file's have the greatest weight;
+# frames that were turned far have almost none.
 
 
 def _near_own(order: str, q: Array, own: Array) -> Array:
-    """Return the weight that the file's angles have in each frame, from just above 0 to 1, (n,)."""
+    """Return the weight of the file's angles in each frame, from just above 0 to 1, (n,)."""
     turned = geodesic_angle(quaternion_from_euler(order, own), q)
     weight: Array = np.maximum(np.cos(turned), _LEAST_WEIGHT)
     return weight
 
 
 def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
-    """Return the full turns, in radians, (3,), that bring each channel as a whole nearest to
-    `own`.
-    """
+    """Return the full turns that bring each channel as a whole nearest to `own`, radians, (3,)."""
     off = np.sort((own - angles)[weight >= weight.max() / 2], axis=0)
     # The median, not the mean: where `own` wraps, the majority of frames decides.
     turns: Array = _TURN * np.ceil(off[len(off) // 2] / _TURN - 0.5 - _LEAST_WEIGHT)
@@ -146,22 +142,22 @@ def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
 
 # -- remaining full turns -------------------------------------------------------------------------
 #
-# Between fixed angles on both sides a channel may need one more turn than its shortest steps, for
-# example after a correction through ±180°. Where that turn costs least depends on the branch, so
+# Between fixed angles on both sides a channel may need one turn more than its shortest steps, for
+# example after a correction through ±180°. The best frame for this turn depends on the branch, so
 # branch and turns are chosen together.
 
 
 def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array) -> Array:
-    """Return the path from `before` to `after` with the smallest Σ|Δchannel|, in radians, (n,
-    3).
+    """Return the path from `before` to `after` with the smallest Σ|Δchannel|, radians, (n, 3).
 
     `solutions` are the two solutions in every frame, up to full turns, shape (n, 2, 3). `near` is a
-    path of solutions from `before` on without steps above half a turn, shape (n, 3). The result is
-    exact up to 2 turns, and is found by dynamic programming over the solution and the full turns of
-    each channel relative to `near`.
+    path of solutions that begins at `before` and has no steps above half a turn, shape (n, 3). The
+    result is exact up to 2 turns, and is found by dynamic programming over the solution and the
+    full turns of each channel relative to `near`.
     """
     # Turn 0 of each solution is the one nearest to the path. A solution half a turn away is equally
-    # near on both sides, so two turns more may be only one: hence the second turn to either side.
+    # near on both sides, so two more turns may be only one. Therefore a second turn in each
+    # direction is included.
     base = solutions + _TURN * np.round((near[:, None] - solutions) / _TURN)
     left = np.clip(np.round((after - near[-1]) / _TURN), -_MOST_TURNS, _MOST_TURNS)
     turns = [np.arange(min(t, 0) - 2, max(t, 0) + 3) * _TURN for t in left]
@@ -196,7 +192,7 @@ def _others(channel: int) -> tuple[int, ...]:
 
 
 def _advance(cost: Array, steps: list[tuple[Array, Array]]) -> tuple[Array, list[Array]]:
-    """Return the lowest cost of every state one frame later, and the state that it came from.
+    """Return the lowest cost of every state one frame later, and the state before it.
 
     A state is a solution with the turns of its three channels. Since |Δ| is a sum over the
     channels, they are processed one after another, and each needs only its own turns and the two

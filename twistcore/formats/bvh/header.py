@@ -15,7 +15,7 @@ from twistcore.formats.clip import ClipWarning, some_of
 from twistcore.skeleton.motion import Skeleton
 
 _AXES = {"x": 0, "y": 1, "z": 2}
-_MOST_CHANNELS = 64  # real files have at most 9; a damaged count must not use up memory
+_MOST_CHANNELS = 64  # real files have at most 9; a damaged number must not use up memory
 
 
 @dataclass
@@ -30,13 +30,13 @@ class _Joint:
 
 _WORD = re.compile(r"[{}]|[^\s{}]+", re.ASCII)
 _REST = re.compile(r"[^{\r\n]*")
-# The number of digits is limited, as a word may have any length.
+# The number of digits is limited, since a word may have any length.
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]{0,20},[0-9]{1,20}(?:[eE][+-]?[0-9]{1,4})?")
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class _Words:
-    """The words of the header; line numbers are computed only when they are needed."""
+    """The words of the header. Line numbers are computed only when they are needed."""
 
     def __init__(self, path: str, text: str) -> None:
         self.path = path
@@ -103,7 +103,7 @@ def no_number(expected: str, word: str | None) -> str:
 def parse_header(
     path: str, text: str, warnings: list[ClipWarning]
 ) -> tuple[Skeleton, tuple[JointChannels, ...]]:
-    """Parse the text before MOTION into skeleton and channel layout; raise BvhError if invalid."""
+    """Parse the text before MOTION into skeleton and channel layout. Raises BvhError if invalid."""
     words = _Words(path, text)
     word = words.next()
     if word is None or word.upper() != "HIERARCHY":
@@ -161,7 +161,7 @@ def parse_header(
 
 
 def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipWarning]) -> None:
-    """Add a warning if the joint that was just closed has no OFFSET; None is an End Site."""
+    """Add a warning if the joint that was just closed has no OFFSET. None is an End Site."""
     if closed is None or joints[closed].placed:
         return
     joint = joints[closed]
@@ -225,7 +225,7 @@ def _assemble(
 
 
 def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
-    """Return the names as written, with repeated names shown as 'name #2'."""
+    """Return the names as written; a repeated name becomes 'name #2'."""
     seen: dict[str, int] = {}
     taken = set(names)
     out = []

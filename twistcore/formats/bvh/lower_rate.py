@@ -1,4 +1,4 @@
-"""Reduce a clip's frame rate by dropping rows; the remaining rows keep their bytes."""
+"""Reduce a clip's frame rate by dropping rows. The remaining rows keep their bytes."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from twistcore.work.progress import Tell, nobody
 
 _BLOCK = 1 << 18  # bytes at a time, so that they stay in a core's cache
 _SAMPLE = 1 << 14  # bytes from which the density of numbers is estimated
-LARGEST = 1e100  # sums and products of smaller lengths stay finite
+LARGEST = 1e100  # sums and products of smaller numbers stay finite
 _SPACES = bytes.maketrans(b"\t\n\v\f\r", b"     ")
 # No digit can match in two ways, so a long number that ends in a letter fails at once.
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -31,7 +31,7 @@ _Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """Numbers in reading order (`values`), and how many of them precede each line break
+    """Numbers in reading order (`values`), and the count of numbers before each line break
     (`lines`).
     """
 
@@ -40,7 +40,7 @@ class Numbers:
 
 
 class BadNumberError(ValueError):
-    """Raised if a token is not a number below LARGEST; contains the token and its offset in the
+    """Raised if a token is not a number below LARGEST, with the token and its offset in the
     text.
     """
 
@@ -50,9 +50,7 @@ class BadNumberError(ValueError):
 
 
 def decimal_value(token: bytes) -> float:
-    """Return the value of a decimal number, or NaN for other forms that float() accepts, such as
-    1_000.
-    """
+    """Return the value of a decimal number, or NaN for forms such as 1_000 that float() accepts."""
     return float(token) if _NUMBER.fullmatch(token) else np.nan
 
 
@@ -64,7 +62,7 @@ def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
     """
     tell = tell or nobody
     buffer = np.frombuffer(data, dtype=np.uint8)
-    # Once this much was freed, glibc keeps memory of up to this size. Without that, every block
+    # Once this much memory was freed, glibc keeps blocks up to this size. Without that, every block
     # would need fresh pages, which cost a fifth of the time.
     np.empty(16 * _BLOCK, dtype=np.uint8)
     spans = list(_spans(data, start, len(data)))
@@ -78,12 +76,12 @@ def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
         lines.append(found.lines + filled)
         filled = stop
         tell((b - start) / (len(data) - start))
-    # Surplus space was never touched, so it costs no memory.
+    # Surplus space was never written to, so it costs no memory.
     return Numbers(values[:filled], np.concatenate(lines) if lines else np.zeros(0, np.int64))
 
 
 def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
-    """Yield the spans of blocks in data[start:end], each ending in white space or at the text's
+    """Yield the spans of blocks in data[start:end], which end in white space or at the text's
     end.
     """
     while start < end:
@@ -94,9 +92,7 @@ def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
 
 
 def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
-    """Return a slightly high estimate of the number of values, from the density of the first
-    block.
-    """
+    """Return a slightly high estimate of the number of values, from the first block's density."""
     if not spans:
         return 0
     a, b = spans[0]
@@ -106,7 +102,7 @@ def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
 
 
 def _line_counts(block: _Bytes, marks: NDArray[np.intp]) -> NDArray[np.int64]:
-    """Return for each line break how many of the ascending offsets precede it."""
+    """Return for each line break the number of ascending offsets before it."""
     broken = block == 10
     if (returns := block == 13).any():
         broken |= returns
@@ -116,7 +112,7 @@ def _line_counts(block: _Bytes, marks: NDArray[np.intp]) -> NDArray[np.int64]:
 
 
 def _read_block(block: _Bytes) -> Numbers | None:
-    """Return the numbers of a block; None if a token is not a number."""
+    """Return the numbers of a block, or None if a token is not a number."""
     if (plain := plain_numbers(block)) is not None:
         values, marks = plain
     else:
@@ -135,7 +131,7 @@ def _read_block(block: _Bytes) -> Numbers | None:
 
 
 def _exact(data: bytes, start: int, stop: int) -> Numbers:
-    """Read every token with float(); raise BadNumberError at the first that is not a number."""
+    """Read every token with float(). Raises BadNumberError at the first that is not a number."""
     values, marks = [], []
     for found in _TOKEN.finditer(data, start, stop):
         token = found.group()

@@ -1,4 +1,4 @@
-"""Replace the numbers of corrected joints in corrected frames of a text."""
+"""Replace the numbers of corrected joints in the corrected frames of a text."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from twistcore.skeleton.rotation import Array
 _MIN_DECIMALS = 6
 _MAX_DECIMALS = 15
 _FARTHEST = 2e6 * np.pi  # radians: beyond a million turns an angle loses digits
-_LONG = 40  # bytes; longer numbers are handled one by one
+_LONG = 40  # bytes; longer numbers are processed one by one
 
 
 def turned_numbers(
@@ -28,7 +28,7 @@ def turned_numbers(
 ) -> tuple[NDArray[np.int64], Array, tuple[ChannelJump, ...]]:
     """Return the rotation numbers to write at `changed` (frames, joints), in degrees, and jumps.
 
-    The first result is the index of each number in reading order, the second its new value.
+    The first result is the index of each number in reading order, the second is its new value.
     `values` are the numbers as written, shape (frames, columns). The angles continue those of the
     neighbouring frames. Raises ValueError for a joint without three rotation channels.
     """
@@ -55,7 +55,7 @@ def turned_numbers(
 
 
 def _neighbours(angles: Array, start: int, stop: int) -> tuple[Array | None, Array | None]:
-    """Return the rows before and after a run of frames; None at an end of the clip."""
+    """Return the rows before and after a run of frames, with None at an end of the clip."""
     before = angles[start - 1] if start > 0 else None
     return before, angles[stop] if stop < len(angles) else None
 
@@ -80,7 +80,7 @@ def with_numbers(
     tokens: NDArray[np.int64],
     numbers: Array,
 ) -> bytes:
-    """Return a text with the given tokens replaced by numbers, (n,), and all other bytes kept.
+    """Return a text in which numbers, (n,), replace the given tokens and all other bytes are kept.
 
     `spans` are the byte offsets of the start and end of all tokens, in reading order. A number
     keeps its number of decimals, at least 6, and never gets an exponent.
@@ -89,12 +89,12 @@ def with_numbers(
     tokens, numbers = tokens[order], numbers[order]
     starts, ends = (span[tokens] for span in spans)
     decimals = _decimals(data, starts, ends)
-    # Neighbours separated by one space are written together: far fewer pieces to join.
+    # Neighbours separated by one space are written together, which leaves far fewer pieces to join.
     together = np.zeros(len(tokens), dtype=np.bool_)
     buffer = np.frombuffer(data, dtype=np.uint8)
     together[:-1] = (starts[1:] - ends[:-1] == 1) & (buffer[ends[:-1]] == 32)
     form = 2 * np.clip(decimals, _MIN_DECIMALS, _MAX_DECIMALS) + together
-    # One format call for all numbers: a call for each would take longer than all the rest.
+    # One format call for all numbers: separate calls would take longer than everything else.
     forms = [f"%.{k // 2}f{' ' if k % 2 else chr(10)}" for k in range(2 * _MAX_DECIMALS + 2)]
     text = "".join([forms[k] for k in form.tolist()]) % tuple(numbers.tolist())
     first = np.roll(~together, 1)
@@ -116,7 +116,8 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
         byte, inside = buffer[ends - 1 - back], back < length
         decimals[(byte == 46) & inside] = back
         odd |= ((byte | 32) == 101) & inside
-    # Exponents and very long numbers are rare. Exponents are dropped: only the mantissa counts.
+    # Exponents and very long numbers are rare. Exponents are dropped, since only the mantissa
+    # matters.
     for k in np.flatnonzero(odd).tolist():
         mantissa = data[starts[k] : ends[k]].lower().partition(b"e")[0]
         decimals[k] = len(mantissa.partition(b".")[2])
@@ -124,6 +125,6 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
 
 
 def _runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return the half-open spans [start, stop) of the runs of True, shape (n, 2)."""
+    """Return the spans [start, stop) of the runs of True, shape (n, 2)."""
     edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
     return edges.reshape(-1, 2)

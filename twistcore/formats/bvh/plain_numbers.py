@@ -21,7 +21,7 @@ _Groups = list[tuple[int, _Indices | slice]]
 
 
 def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
-    """Return the numbers in a block of text and the end of each; None if any is not plain.
+    """Return the numbers in a block of text and the end of each, or None if any is not plain.
 
     A plain number has an optional minus sign, up to 4 digits, and 1 to 11 decimals after a point.
     The number is an integer below 2⁵³ divided by a power of ten up to 10²². Both are exact, so
@@ -69,9 +69,7 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
 
 
 def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Do the work of :func:`_points` in a third of the time if all numbers have equally many
-    decimals.
-    """
+    """Return the result of :func:`_points`, three times as fast, for equal numbers of decimals."""
     first = int(point.argmax())
     n = int(end[first:].argmax())
     if not 0 < n <= len(_POWERS) or (point[:-n] ^ end[n:]).any() or end[:n].any():
@@ -81,9 +79,10 @@ def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Gr
 
 
 def _points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Return each number's point (or end) and end, and the numbers grouped by decimals.
+    """Return each number's point and end, and the numbers grouped by their count of decimals.
 
-    The result is None if a number has two points or too many decimals.
+    A number without a point has its end in place of it. The result is None if a number has two
+    points or too many decimals.
     """
     events = np.flatnonzero(point | end)
     is_point = point.take(events)

@@ -25,7 +25,7 @@ _MOTION = re.compile(rb"(?:^|(?<=[\r\n]))[ \t]*MOTION(?=[\s]|$)", re.I)
 _FRAMES = re.compile(rb"\s*Frames[ \t]*:?\s*([^\s:]*)", re.I)
 _FRAME_TIME = re.compile(
     rb"[^\r\n]*[\r\n]\s*Frame[ \t]*Time[ \t]*:?"
-    # The number is on this line, or alone on the next; if it is missing, a row follows.
+    # The number is on this line, or alone on the next line; if it is missing, a row follows.
     rb"(?:[ \t]*(?=[^\s:])|\s*(?=[^\s:]+[ \t]*(?:[\r\n]|\Z))|[ \t]*)([^\s:]*)[^\r\n]*",
     re.I,
 )
@@ -43,9 +43,9 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     path : str or Path
         The file.
     fps : float, optional
-        Frames a second in place of the rate in the file.
+        The frame rate, in frames per second, to use instead of the file's.
     tell : callable, optional
-        Called now and then with the completed share of the work, 0…1.
+        Called repeatedly with the completed share of the work, 0…1.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     ------
     BvhError
         If the file cannot be read without a guess that would move a joint, or has the suffix of
-        another format: file, line, column and what was expected. A subclass of TwistError.
+        another format. The error has the file, line, column and expected text, and is a TwistError.
 
     See Also
     --------
@@ -92,7 +92,7 @@ def parse_bvh(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> BvhClip:
-    """Parse a BVH from bytes; the parameters are those of :func:`read_bvh`."""
+    """Parse a BVH from bytes. The parameters are those of :func:`read_bvh`."""
     path = Path(path)
     name = str(path)
     wide = _wide_text(name, data)
@@ -247,20 +247,20 @@ def _frame_time(
 
 
 def _meant_rate(written: float) -> float:
-    """Return the frame rate that was probably intended by a Frame Time above one second.
+    """Return the frame rate that a Frame Time above one second probably means.
 
-    A whole number or a television rate (29.97) is taken as the rate itself, and any other number as
+    A whole number or a television rate (29.97) is read as the rate itself, and any other number as
     milliseconds.
     """
     whole = any(abs(rate - round(rate)) < 0.005 for rate in (written, 1.001 * written))
     return written if whole else 1000.0 / written
 
 
-# -- which lines make up which frame --------------------------------------------------------------
+# -- assignment of lines to frames ----------------------------------------------------------------
 
 
 def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: int) -> None:
-    """Raise BvhError if a frame does not begin a line; the last row may be incomplete.
+    """Raise BvhError if a frame does not begin a line. The last row may be incomplete.
 
     A frame may be wrapped over several lines, but no line may contain parts of two frames. If one
     does, a number is missing earlier, and all later numbers are in the wrong channel.
@@ -284,14 +284,12 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
 
 
 def _wrong_line(counts: list[tuple[int, int]], columns: int) -> tuple[int, int, int]:
-    """Return the line, and its found and expected counts, of the row that is too short or too
-    long.
-    """
+    """Return the first line whose row is too short or too long, with found and expected counts."""
     usual = Counter(count for _, count in counts).most_common(1)[0][0]
     if usual == columns or columns % usual or len(counts) == 1:
         wrong = next(((n, c) for n, c in counts if c != columns), counts[0])
         return (*wrong, columns)
-    # Wrapped lines: take the pattern from the first frame.
+    # Wrapped lines: the first frame gives the pattern.
     pattern: list[int] = []
     left = columns
     for line, count in counts:

@@ -1,1 +1,1 @@
-"""The registered clip formats, with a file for each."""
+"""The registered clip formats, one file each."""

@@ -1,4 +1,4 @@
-"""AMASS and SMPL, with poses of a body model in a numpy archive."""
+"""AMASS and SMPL: poses of a body model in a numpy archive."""
 
 from twistcore.formats.suffixes import FormatInfo
 

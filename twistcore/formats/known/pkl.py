@@ -1,4 +1,4 @@
-"""AIST++ and ROMP, with SMPL poses in a pickle, which is read without executing it."""
+"""AIST++ and ROMP: SMPL poses in a pickle, which is read without executing it."""
 
 from twistcore.formats.suffixes import FormatInfo
 

@@ -1,6 +1,4 @@
-"""Read poses on SMPL's joints from an .npz or a pickle by array names, and rewrite corrections
-only.
-"""
+"""Read poses of SMPL's joints from an .npz or a pickle, and rewrite only corrected numbers."""
 
 from twistcore.formats.npz.clip import NpzClip, PklClip
 from twistcore.formats.npz.reader import parse_npz, parse_pkl, read_npz, read_pkl

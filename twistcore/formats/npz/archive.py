@@ -1,4 +1,4 @@
-"""The arrays of an .npz, read one by one and replaced in the file's bytes."""
+"""Read the arrays of an .npz one by one, and replace arrays in the file's bytes."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from twistcore.files.kinds import NPZ, found_instead
 from twistcore.formats.bvh.header import quoted
 from twistcore.work.frozen import dataclass
 
-LARGEST = 1 << 31  # bytes that are read into memory at most
-# Limit of a file's unpacked bytes: a constant plus a multiple of its size. Motion shrinks to a
-# third; data that shrinks to a thousandth is a figure without motion, or an attack.
+LARGEST = 1 << 31  # maximum number of bytes that are read into memory
+# Limit of a file's unpacked bytes: a constant plus a multiple of its size. Motion is compressed to
+# a third; data that is compressed to a thousandth is a figure without motion, or an attack.
 _FREE, _RATIO = 1 << 25, 64
-_EMPTY = 1 << 16  # how long an array without elements may be along another axis
+_EMPTY = 1 << 16  # maximum of the other lengths of an array without elements
 _NUMBER = 8  # bytes of a number in memory
-_AS_NUMPY = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # other methods unpack without a limit
+_AS_NUMPY = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # other methods have no limit
 _NPY = ".npy"
 _DESCRIPTOR = 1 << 3  # flag: sizes and checksum follow the data
 _ENCRYPTED = 1 << 0
@@ -35,7 +35,7 @@ _HEADER = 30  # bytes of a member's header without name and extra field
 
 
 def names_in(path: Path) -> list[str] | None:
-    """Return the array names in an .npz without reading arrays; None if it is not a valid .npz."""
+    """Return the array names in an .npz without reading arrays, or None if it is not valid."""
     try:
         with zipfile.ZipFile(path) as archive:
             return [name.removesuffix(_NPY) for name in archive.namelist()]
@@ -45,9 +45,7 @@ def names_in(path: Path) -> list[str] | None:
 
 @dataclass(frozen=True, eq=False)
 class Archive:
-    """An .npz file, with its path for messages, its bytes, and the ZIP information of each
-    member.
-    """
+    """An .npz file: its path for messages, its bytes, and the ZIP information of each member."""
 
     path: Path
     data: bytes = field(repr=False)
@@ -57,13 +55,11 @@ class Archive:
         return name in self.infos
 
     def described(self) -> str:
-        """Return the array names for use in a message, short and on one line."""
+        """Return the array names for a message, short and on one line."""
         return described_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array by name; raise NpzError if it is damaged or has objects, which can run
-        code.
-        """
+        """Return an array. Raises NpzError if it is damaged or has objects, which can run code."""
         return self._member(name)[1]
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
@@ -83,14 +79,14 @@ class Archive:
         return self._packed(contents)
 
     def raw(self, name: str) -> bytes:
-        """Return the unpacked bytes of a member; raise NpzError if it is damaged."""
+        """Return the unpacked bytes of a member. Raises NpzError if it is damaged."""
         info = self.infos[name]
         try:
             with (
                 zipfile.ZipFile(io.BytesIO(self.data)) as archive,
                 archive.open(info) as member,
             ):
-                # Without a count everything is unpacked before the declared size is checked.
+                # Without a count, everything would be unpacked before the declared size is checked.
                 return member.read(max(info.file_size, 1))
         except Exception:
             raise self._damaged(name) from None
@@ -157,7 +153,7 @@ class Archive:
 
 
 def described_names(names: Iterable[str]) -> str:
-    """Return names for use in a message, short and on one line."""
+    """Return names for a message, short and on one line."""
     every = list(names)
     more = f" and {len(every) - 12} more" if len(every) > 12 else ""
     text = "".join(c if c.isprintable() else "?" for c in ", ".join(every[:12])[:500])
@@ -165,7 +161,7 @@ def described_names(names: Iterable[str]) -> str:
 
 
 def open_archive(path: Path, data: bytes) -> Archive:
-    """Open an .npz without unpacking its members; raise NpzError if it is not valid."""
+    """Open an .npz without unpacking its members. Raises NpzError if it is not valid."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             infos = archive.infolist()

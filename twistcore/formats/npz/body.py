@@ -18,7 +18,7 @@ from twistcore.work.frozen import dataclass
 
 Triple: TypeAlias = tuple[float, float, float]
 
-BODY = 22  # joints before the hands, the same in all models
+BODY = 22  # joints without the hands, the same in all models
 _BODY_NAMES = (
     "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2",
     "left_ankle", "right_ankle", "spine3", "left_foot", "right_foot", "neck", "left_collar",
@@ -53,7 +53,7 @@ _ENDS: dict[str, Triple] = {
 
 @dataclass(frozen=True, eq=False)
 class BodyModel:
-    """A model's joints, with bone lengths that are known without the model's files.
+    """A model's joints, with bone lengths that do not come from the model's files.
 
     Attributes
     ----------
@@ -82,7 +82,9 @@ def _hand(side: str) -> list[tuple[str, str]]:
 
 
 def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
-    """Return a joint's offset in metres, mirrored for the right side; None if it has no length."""
+    """Return a joint's offset in metres, mirrored for the right side, or None if it has no
+    length.
+    """
     left = name.replace("right_", "left_")
     if left not in shares:
         return None
@@ -91,7 +93,7 @@ def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
 
 
 def _model(below: list[tuple[str, str]]) -> BodyModel:
-    """Return a model of the body's 22 joints and then `below`, joints given with their parents."""
+    """Return a model with the body's 22 joints followed by `below`, joints with their parents."""
     names = (*_BODY_NAMES, *(name for name, _ in below))
     parents = (*_BODY_PARENTS, *(names.index(above) for _, above in below))
     offsets = [_offset(name, _SHARES) or (0.0, 0.0, 0.0) for name in names]

@@ -28,9 +28,9 @@ class NpzClip(Clip):
     poses
         Rotation vectors, radians, in the file's dtype, shape (frames, 3 joints).
     parts
-        The arrays that contain the poses; together, they have every number once.
+        The arrays that together contain every number of the poses once.
     place
-        Name of the array of the root's position, '' if there is none.
+        Name of the array with the root's position, or an empty string.
     trans
         The root's position, shape (frames, 3), with `scale` units per metre, minus the root's rest
         position `rest`, shape (3,).
@@ -56,7 +56,7 @@ class NpzClip(Clip):
 
     @property
     def columns(self) -> int:
-        """Number of values in a pose and a position together."""
+        """Number of values in a pose and its position together."""
         return int(self.poses.shape[1]) + 3
 
     def read_motion(self) -> Motion:
@@ -83,8 +83,8 @@ class NpzClip(Clip):
     ) -> Patch:
         """Return the bytes with the rotation vectors at `changed` (frames, joints) from `motion`.
 
-        If `positions` is True, also write the root positions that differ. All other numbers keep
-        their bits, and other arrays are kept, except arrays that repeat `poses`, which are updated.
+        If `positions` is True, also write the root positions that differ. All other numbers and
+        arrays are kept bit by bit, except arrays that repeat `poses`, which are updated.
         """
         arrays: dict[str, NDArray[Any]] = {}
         jumps: list[ChannelJump] = []
@@ -110,9 +110,7 @@ class NpzClip(Clip):
     def _turned(
         self, joint: int, changed: NDArray[np.bool_], q: Array
     ) -> tuple[Array, list[ChannelJump]]:
-        """Return a joint's changed vectors, (n, 3), and the steps of over half a turn that
-        remain.
-        """
+        """Return a joint's changed vectors, (n, 3), and the remaining steps of over half a turn."""
         own, out, jumps = self._vectors(joint), [], []
         edges = np.flatnonzero(np.diff(changed, prepend=False, append=False)).reshape(-1, 2)
         for start, stop in edges.tolist():
@@ -131,6 +129,6 @@ class NpzClip(Clip):
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class PklClip(NpzClip):
-    """A pickle of poses, as in AIST++, read and rewritten without executing it."""
+    """A pickle of poses, such as AIST++ has, read and rewritten without executing it."""
 
     format = "pkl"

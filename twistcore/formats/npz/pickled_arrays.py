@@ -1,6 +1,6 @@
 """Read arrays, lists, dicts, strings and numbers from a pickle without executing anything.
 
-A pickle may name any function and have it called. Here, no name is looked up. The few names that
+A pickle can name any function to be called. Here, no name is looked up. The few names that
 numpy and joblib write for arrays are mapped to classes of this module, and all other names to an
 object that ignores all operations. Bytes become arrays of plain numbers here and not in numpy's own
 unpickling, which trusts the file about its memory. The position of the bytes in the file is kept,
@@ -24,7 +24,7 @@ _KEY = 1 << 60  # integers up to this size hash as themselves
 
 
 class Unreadable:
-    """An object of an unsupported class; all operations on it are ignored."""
+    """An object of an unsupported class, which ignores all operations."""
 
     kind = "object"
 
@@ -52,7 +52,7 @@ class Unreadable:
 
 
 class _Dtype(Unreadable):
-    """Replacement for numpy.dtype, with its type code and byte order."""
+    """A replacement for numpy.dtype with its type code and byte order."""
 
     def __init__(self, letters: object = "", *_: object) -> None:
         self.letters, self.order = str(letters), "="
@@ -61,7 +61,7 @@ class _Dtype(Unreadable):
         self.order = str(state[1])
 
     def plain(self) -> np.dtype[Any]:
-        """Return the numpy dtype; raise ValueError unless it is a dtype of plain numbers."""
+        """Return the numpy dtype. Raises ValueError unless it is a dtype of plain numbers."""
         found = np.dtype(self.letters)
         if self.order in ("<", ">"):
             found = np.dtype(self.order + found.str[1:])
@@ -71,7 +71,7 @@ class _Dtype(Unreadable):
 
 
 class _Array(Unreadable):
-    """Replacement for numpy.ndarray, which is created empty and then given its state."""
+    """A replacement for numpy.ndarray, which is created empty and then given its state."""
 
     value: Any = None
 
@@ -85,7 +85,7 @@ class _Array(Unreadable):
 
 
 class _Inline(Unreadable):
-    """Placeholder of joblib for an array whose bytes follow in the stream."""
+    """A placeholder of joblib for an array whose bytes follow in the stream."""
 
     state: Any = None
 
@@ -104,7 +104,7 @@ class _Inline(Unreadable):
 
 
 def _check_keys(keys: list[Any]) -> None:
-    """Raise UnpicklingError for large integer keys, which may all collide in a dict."""
+    """Raise UnpicklingError for large integer keys, whose hashes may all collide in a dict."""
     if any(isinstance(key, int) and abs(key) > _KEY for key in keys):
         raise pickle.UnpicklingError("too many keys")
 
@@ -177,16 +177,16 @@ class Places:
     """Offsets of the arrays' bytes in the pickle from which they were read."""
 
     def __init__(self) -> None:
-        self._starts: dict[int, tuple[Any, int]] = {}  # by id() of the object with the bytes
+        self._starts: dict[int, tuple[Any, int]] = {}  # keyed by id() of the object with the bytes
 
     def note(self, held: Any, start: int) -> None:
-        """Remember the offset of some bytes, and keep a reference to `held`, so that its id() stays
+        """Remember the offset of some bytes, and keep `held` alive so that its id() stays
         unique.
         """
         self._starts[id(held)] = held, start
 
     def of(self, array: NDArray[Any]) -> int | None:
-        """Return the offset of an array's first byte; None if the file has no such bytes."""
+        """Return the offset of an array's first byte, or None if the file has no such bytes."""
         held: Any = array
         while isinstance(held, np.ndarray):
             held = held.base
@@ -196,8 +196,9 @@ class Places:
 
 
 class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes between opcodes
-    """Unpickler for these names; `source` is in memory, so false lengths cannot exhaust the
-    memory.
+    """An unpickler that looks up no names.
+
+    `source` is in memory, so that false lengths cannot exhaust the memory.
     """
 
     inherited: ClassVar[dict[int, Callable[[Any], None]]] = pickle._Unpickler.dispatch
@@ -296,12 +297,12 @@ def read_pickle_places(data: bytes) -> tuple[Any, Places]:
     places = Places()
     try:
         return _plain(_Reader(io.BytesIO(data), places).load()), places
-    except Exception as error:  # a damaged pickle fails in as many ways as there are opcodes
+    except Exception as error:  # damaged pickles can raise almost anything
         raise ValueError(f"the pickle is incomplete or damaged ({type(error).__name__})") from None
 
 
 def _plain(found: Any) -> Any:
-    """Return the contents with all placeholders in dicts and lists replaced by their arrays."""
+    """Return the contents with the placeholders in dicts and lists replaced by their arrays."""
     seen: dict[int, Any] = {}
     todo: list[tuple[Any, Any, Any]] = []
 

@@ -1,4 +1,4 @@
-"""The array names of poses on SMPL's joints, and the columns of each joint.
+"""The names of arrays with poses of SMPL's joints, and the columns of each joint.
 
 AMASS [Mahmood et al. 2019] has `poses`, `trans`. Its SMPL-X release repeats `poses` in parts; other
 files have only the parts, with the names of AMASS or of the package smplx. AIST++ [Li et al. 2021]
@@ -42,7 +42,7 @@ _JAWS, _EYES = (("pose_jaw",), ("jaw_pose",)), (("pose_eye",), ("leye_pose", "re
 class PosePart:
     """An array with some of the joints of the poses, such as 'pose_body' of SMPL-X.
 
-    `start` and `stop` are the range of its numbers within a frame's pose.
+    Its numbers are [start, stop) within a frame's pose.
     """
 
     name: str
@@ -52,7 +52,7 @@ class PosePart:
 
 @dataclass(frozen=True)
 class PoseNames:
-    """The array names of one layout.
+    """The array names in one layout of a file.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class PoseNames:
     scale
         The units of the position per metre.
     rate
-        Frames per second if the file has none, with the data set they come from, or None.
+        The frame rate if the file has none, with the data set it is from, or None.
     left
         Arrays of joints that are not read and stay unchanged.
     """
@@ -79,14 +79,14 @@ class PoseNames:
 
 
 def has_pose_names(names: Collection[str]) -> bool:
-    """True if the names are the names of poses; poses of a single video frame do not count."""
+    """True if the names are those of poses. Poses of a single video frame are not included."""
     parts = _first(_ROOTS, names) and _first(_BODIES, names) and _first(_PLACES, names)
     video = {"results", "sequence_results"}.issubset(names)
     return POSES in names or SMPL_POSES in names or bool(parts) or video
 
 
 def find_pose_names(arrays: Arrays) -> PoseNames | None:
-    """Return the layout of a file, or None if its names are unknown; raises NpzError."""
+    """Return the layout of a file, or None if its names are unknown. Raises NpzError."""
     if POSES in arrays:
         return _whole(arrays, POSES, TRANS)
     if SMPL_POSES in arrays:
@@ -103,7 +103,7 @@ def _whole(
     scale: float = 1.0,
     rate: tuple[float, str] | None = None,
 ) -> PoseNames:
-    """Return the layout in which one array has all joints."""
+    """Return the layout with all joints in one array."""
     shape = arrays.array(poses).shape
     width = (
         3 * shape[1] if len(shape) == 3 and shape[2] == 3 else shape[1] if len(shape) == 2 else 0
@@ -128,7 +128,7 @@ def _scale(arrays: Arrays) -> float:
 
 
 def _by_parts(arrays: Arrays) -> PoseNames | None:
-    """Return the layout with separate arrays for root, body and, if complete, hands and face."""
+    """Return the layout with arrays for root, body and, if complete, hands and face."""
     root, body, place = (_first(names, arrays) for names in (_ROOTS, _BODIES, _PLACES))
     if not (root and body and place):
         return None
@@ -163,8 +163,8 @@ def _part(name: str, joints: tuple[str, ...]) -> PosePart:
 
 
 def _width(arrays: Arrays, name: str) -> int:
-    """Return the number of values in a frame, or 0 if they are not rotation vectors of one
-    person.
+    """Return the number of values in a frame, or 0 if they are not one person's rotation
+    vectors.
     """
     shape: tuple[int, ...] = arrays.array(name).shape
     if len(shape) == 3 and shape[2] == 3:

@@ -30,7 +30,7 @@ from twistcore.work.progress import Tell, nobody
 
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")
 _ASSUMED_FPS = 30.0
-_FRAMES = 1_000_000  # hours of motion
+_FRAMES = 1_000_000  # maximum hours of motion
 # Names of poses in files of pose estimators, which another command reads.
 _ELSEWHERE = (
     "global_orient", "root_orient", "body_pose", "pose_body", "pose_world", "pose", "pred_rotmat",
@@ -62,7 +62,7 @@ def parse_npz(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> NpzClip:
-    """Parse an .npz from bytes; the parameters are those of :func:`read_npz`."""
+    """Parse an .npz from bytes. The parameters are those of :func:`read_npz`."""
     archive = open_archive(Path(path), data)
     names = find_pose_names(archive)
     if names is None and (video := read_video_poses(archive)) is not None:
@@ -79,7 +79,7 @@ def parse_pkl(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> PklClip:
-    """Parse a pickle from bytes; the parameters are those of :func:`read_pkl`."""
+    """Parse a pickle from bytes. The parameters are those of :func:`read_pkl`."""
     pickled = open_pickle(Path(path), data)
     return PklClip(**_read(data, pickled, find_pose_names(pickled), fps, tell or nobody))
 
@@ -100,7 +100,7 @@ def _bytes_of(path: Path, what: str) -> bytes:
 def _read(
     data: bytes, arrays: Arrays, names: PoseNames | None, fps: float | None, tell: Tell
 ) -> dict[str, Any]:
-    """Return the arguments for creating a clip."""
+    """Return the arguments to create a clip."""
     path = arrays.path
     if names is None:
         raise _no_poses(arrays)
@@ -148,7 +148,7 @@ def _no_poses(arrays: Arrays) -> NpzError:
 
 
 def _poses(arrays: Arrays, names: PoseNames) -> NDArray[Any]:
-    """Return the rotation vectors, (frames, 3 joints); raise NpzError if some are not valid."""
+    """Return the rotation vectors, (frames, 3 joints). Raises NpzError if any is not valid."""
     path = arrays.path
     found: list[NDArray[Any]] = []
     for part in names.parts:
@@ -196,9 +196,7 @@ def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "
 
 
 def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float:
-    """Return the seconds per frame from the file or, if they are unusable, from the layout or 30
-    fps.
-    """
+    """Return the seconds per frame from the file or else from the layout, or else for 30 fps."""
     rate, whose = names.rate or (_ASSUMED_FPS, "")
     assumed = f"{rate:g} frames per second are assumed (set another rate with the commands' --fps)"
     if whose:
@@ -223,8 +221,8 @@ def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float
 def _skeleton(archive: Arrays, joints: int, warnings: list[str]) -> tuple[Skeleton, Array]:
     """Return the skeleton and the root's rest position, (3,), from the file or a template.
 
-    The file may have 'offsets', from the parent, or 'J', positions at rest, for all joints or for
-    the body's first ones.
+    The file may have 'offsets' from the parent, or 'J', positions at rest, for all joints or for
+    the first joints of the body.
     """
     body = BODIES[joints]
     offsets = body.offsets.copy()
@@ -265,7 +263,7 @@ def _repeated(
     names: tuple[str, ...],
     warnings: list[str],
 ) -> tuple[PosePart, ...]:
-    """Return the arrays that repeat numbers of the poses, bit for bit."""
+    """Return the arrays that repeat numbers of the poses, bit by bit."""
     found = []
     parts = {part.name for part in layout.parts}
     those = repr(POSES) if POSES in parts else "the poses that are read"

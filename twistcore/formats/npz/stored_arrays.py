@@ -1,4 +1,4 @@
-"""Arrays of a file by name, with the same interface for archives and for pickles."""
+"""The named arrays of a file, with the same interface for archives and for pickles."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ from twistcore.work.frozen import dataclass
 
 
 class Arrays(Protocol):
-    """Interface of :class:`Archive <twistcore.formats.npz.archive.Archive>` and similar files."""
+    """The interface of :class:`Archive <twistcore.formats.npz.archive.Archive>` and similar
+    files.
+    """
 
     @property
     def path(self) -> Path:
@@ -29,11 +31,11 @@ class Arrays(Protocol):
     def __contains__(self, name: object) -> bool: ...
 
     def described(self) -> str:
-        """Return the names for use in a message, short and on one line."""
+        """Return the names for a message, short and on one line."""
         ...
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array by name; raise NpzError if it is damaged or does not contain numbers."""
+        """Return an array. Raises NpzError if it is damaged or does not contain numbers."""
         ...
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
@@ -43,7 +45,7 @@ class Arrays(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class PickledDict:
-    """A pickle of arrays by name, read without executing it.
+    """A pickle of named arrays, read without executing it.
 
     Attributes
     ----------
@@ -52,7 +54,7 @@ class PickledDict:
     data
         The bytes of the file.
     names
-        The contents by name.
+        The contents, keyed by name.
     places
         The offsets of the arrays' bytes.
     """
@@ -66,11 +68,11 @@ class PickledDict:
         return name in self.names
 
     def described(self) -> str:
-        """Return the names for use in a message, short and on one line."""
+        """Return the names for a message, short and on one line."""
         return described_names(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array by name, which may be a list of plain numbers; NpzError for anything
+        """Return an array, which may be a list of plain numbers. Raises NpzError for anything
         else.
         """
         found = self.names[name]
@@ -85,7 +87,7 @@ class PickledDict:
         return values
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the bytes with the given arrays instead of the old ones, and all other bytes
+        """Return the bytes with the given arrays in place of the old ones; all other bytes are
         kept.
 
         Raises NpzError if the pickle has an old protocol, which stores arrays with another length.
@@ -123,7 +125,7 @@ def put(
 
 
 def open_pickle(path: Path, data: bytes) -> PickledDict:
-    """Open a pickle of arrays by name; raise NpzError for any other contents."""
+    """Open a pickle of named arrays. Raises NpzError for any other contents."""
     if instead := found_instead(data, PICKLE):
         raise NpzError(f"{path}: {instead}")
     try:

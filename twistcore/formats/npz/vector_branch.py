@@ -10,15 +10,15 @@ import numpy as np
 from twistcore.skeleton.rotation import Array, logarithm
 
 _TURN = 2.0 * np.pi
-_NONE = 1e-9  # radians: a smaller rotation has no defined axis
+_NONE = 1e-9  # radians; a smaller rotation has no defined axis
 _MOST_TURNS = 8  # in each direction; no file has more, and the cost grows with the square
-_OWN = 1e-3  # weight of the distance to the file's own vector compared with the steps
+_OWN = 1e-3  # weight of the distance to the file's own vector, compared with the steps
 
 
 def continuous_vectors(
     q: Array, own: Array, before: Array | None = None, after: Array | None = None
 ) -> Array:
-    """Return rotation vectors of q, (n, 4) -> (n, 3), in radians, with the smallest Σ|Δv|.
+    """Return rotation vectors of q with the smallest Σ|Δv|, in radians, (n, 4) → (n, 3).
 
     `own` are the file's vectors in these frames, shape (n, 3), which decide between equally short
     paths. `before` and `after` are the vectors of the neighbouring frames, shape (3,), or None at
@@ -26,7 +26,7 @@ def continuous_vectors(
     """
     short = logarithm(q)
     angle = np.linalg.norm(short, axis=1)
-    # For unturned frames, take the axis about which the file makes whole turns.
+    # For frames without rotation, use the axis about which the file makes whole turns.
     axis = np.where(angle[:, None] > _NONE, short, own)
     size = np.linalg.norm(axis, axis=1)
     axis = axis / np.where(size > _NONE, size, 1.0)[:, None]
@@ -44,7 +44,7 @@ def continuous_vectors(
 
 
 def _cheapest(choices: Array, cost: Array) -> list[int]:
-    """Return the choice in each frame on the path with the least cost, then length (Viterbi)."""
+    """Return the choice in each frame on the path with the lowest cost, then length (Viterbi)."""
     steps = np.linalg.norm(choices[1:, None] - choices[:-1, :, None], axis=3)  # (from, to)
     here, came = cost[0], []
     for step, own in zip(steps, cost[1:], strict=True):

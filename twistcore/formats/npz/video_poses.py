@@ -1,10 +1,11 @@
-"""Poses that ROMP and BEV estimated in a video [Sun et al. 2021]: a dict of persons by frame.
+"""Poses that ROMP and BEV estimated in a video [Sun et al. 2021].
 
-`results` of `video_results.npz` is an object that numpy would unpickle. Here, it is read without
-running any code (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Its frames are
-dicts with a row for each person: `smpl_thetas` (persons, 72), `cam_trans` (persons, 3) and, if
-people were tracked, `track_ids`. Earlier versions have a list of dicts with `poses` (72,).
-`sequence_results` repeats the rows by person.
+`results` of `video_results.npz` is a dict of persons in each frame, which numpy would unpickle.
+Here, it is read without running any code (:mod:`pickled_arrays
+<twistcore.formats.npz.pickled_arrays>`). Its frames are dicts with a row for each person:
+`smpl_thetas` (persons, 72), `cam_trans` (persons, 3) and, if people were tracked, `track_ids`.
+Earlier versions have a list of dicts with `poses` (72,). `sequence_results` repeats the rows,
+sorted by person.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _NUMBERS = 72
 
 @dataclass(frozen=True, eq=False)
 class _Object:
-    """An archive member that consists of one object, with its bytes and its contents."""
+    """An archive member that consists of one object: its bytes and its contents."""
 
     raw: bytes = field(repr=False)
     start: int  # offset of its pickle
@@ -43,7 +44,7 @@ class _Object:
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """One person in one frame, with the frame's arrays and the person's row in them."""
+    """One person in one frame: the frame's arrays and the person's row in them."""
 
     frame: int
     who: Any
@@ -96,14 +97,14 @@ class VideoPoses:
 
     @property
     def filled(self) -> NDArray[np.bool_]:
-        """Mask of the frames in which the person was not seen, which are not written."""
+        """Mask of the frames in which the person was not seen. These frames are not written."""
         frames = np.array([row.frame for row in self.rows]) - self.rows[0].frame
         filled = np.ones(frames[-1] + 1, dtype=np.bool_)
         filled[frames] = False
         return filled
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return THETAS or PLACE, one row per frame from the person's first to last frame.
+        """Return THETAS or PLACE, with one row per frame from the person's first to last frame.
 
         Frames in which the person was not seen are filled: rotations by slerp, positions linearly.
         """
@@ -150,7 +151,7 @@ class VideoPoses:
         put(contents[member], self.path, one.places, there, fresh, one.start)
 
     def _repeated(self, name: str) -> dict[int, NDArray[Any]]:
-        """Return the arrays of 'sequence_results' that have the same numbers, by frame."""
+        """Return the arrays of 'sequence_results' that have the same numbers, keyed by frame."""
         sequences = self.objects.get(SEQUENCES)
         every = sequences.found if sequences is not None else None
         own = every.get(self.rows[0].who) if isinstance(every, dict) else None
@@ -170,7 +171,7 @@ class VideoPoses:
 
 
 def read_video_poses(archive: Archive) -> VideoPoses | None:
-    """Return the person who was seen in most frames of a video's results; None for other data.
+    """Return the person seen in most frames of a video's results, or None for other data.
 
     Raises NpzError.
     """
@@ -182,7 +183,7 @@ def read_video_poses(archive: Archive) -> VideoPoses | None:
         return None
     frames = objects[RESULTS].found
     if isinstance(frames, list) or (isinstance(frames, dict) and _pose(frames) is not None):
-        frames = {"": frames}  # results of a picture
+        frames = {"": frames}  # results of a single image
     if not isinstance(frames, dict):
         return None
     rows = [row for k, frame in enumerate(frames.values()) for row in _rows(k, frame)]
@@ -204,7 +205,7 @@ def read_video_poses(archive: Archive) -> VideoPoses | None:
 
 
 def _object(archive: Archive, name: str) -> _Object | None:
-    """Return a member that consists of one object; None if it has plain numbers or is damaged."""
+    """Return a member that consists of one object, or None for plain or damaged data."""
     raw = archive.raw(name)
     try:
         start, _, dtype, _ = npy_header(raw)
@@ -218,7 +219,7 @@ def _object(archive: Archive, name: str) -> _Object | None:
 
 def _rows(frame: int, found: Any) -> Iterator[_Row]:
     """Yield a row for each person in a frame."""
-    if isinstance(found, list):  # a dict a person
+    if isinstance(found, list):  # one dict per person
         for who, one in enumerate(found):
             if isinstance(one, dict) and (pose := _pose(one)) is not None and pose.ndim == 1:
                 place = _numbers(one, _PLACES, 3)
@@ -277,7 +278,7 @@ def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
 
 
 def _turned(rows: NDArray[Any], times: Array) -> Array:
-    """Return the rotation vectors at times between rows, (times, numbers), by slerp."""
+    """Return the rotation vectors at times between rows by slerp, (times, numbers)."""
     before = np.minimum(times.astype(np.intp), len(rows) - 1)
     after = np.minimum(before + 1, len(rows) - 1)
     q = exponential(np.asarray(rows, dtype=np.float64).reshape(len(rows), -1, 3))

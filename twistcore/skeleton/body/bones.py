@@ -1,4 +1,4 @@
-"""The bones of a limb, and the pieces that a bone may be divided into."""
+"""The bones of a limb, and the pieces into which a bone may be divided."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ import numpy as np
 from twistcore.skeleton.body.parts import Bone
 from twistcore.skeleton.body.shape import Shape
 
-_NUMBERED = np.radians(5.0)  # least bend of a joint that only its number distinguishes from a piece
-_UNKNOWN = np.radians(1.0)  # least bend of a joint whose name is unknown
-_BENT = np.radians(10.0)  # with a smaller largest bend, pieces and joints of a limb look the same
+_NUMBERED = np.radians(5.0)  # smallest bend of a joint that only its number tells from a piece
+_UNKNOWN = np.radians(1.0)  # smallest bend of a joint whose name is unknown
+_BENT = np.radians(10.0)  # largest bend up to which pieces and joints of a limb look the same
 _FOOT = 0.35  # share of a limb's longest bone; a shorter bone below shin or forearm ends the limb
 _NEARLY = 0.8  # share of the longest pair of bones; such a pair is preferred farther from the trunk
 _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
@@ -36,7 +36,7 @@ def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> l
     for child, parent in pairwise(path):
         if not left:
             break
-        if not shape.solid[child]:  # at its parent's place: no bone
+        if not shape.solid[child]:  # at its parent's position: no bone
             continue
         segment = _SEGMENT_OF.get(shape.names[parent].roles) if parent in shape.said else None
         if segment in segments:
@@ -63,9 +63,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
     evident = any(shape.bend(here, below) > _BENT for below, here, _ in triples[: highest + 1])
 
     def known_below(k: int) -> list[str]:
-        """Return the roles of the joints below the k-th that are not pieces, without the end's
-        roles.
-        """
+        """Return the roles of the joints below the k-th, without pieces and the end's roles."""
         return [r for j, r in zip(path[1:k], named[1:k], strict=True) if r and j not in out]
 
     for k, (below, here, above) in enumerate(triples, 1):
@@ -77,7 +75,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
             if bend < _NUMBERED if evident else not _ambiguous(shape, path[:k], here):
                 out.add(here)
         elif evident and bend < _UNKNOWN:
-            # Clavicle → shoulder01 → upper arm → forearm: one of two collars is a piece.
+            # Clavicle → shoulder01 → upper arm → forearm: one of the two collars is a piece.
             collars = {shape.first_role(j, name.side) for j in (here, above)} == {"shoulder"}
             if (collars and len(known_below(k)) > 1) or (not name.roles and k < highest):
                 out.add(here)
@@ -85,9 +83,9 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
 
 
 def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
-    """True if a joint's word may mean two bones and no joint below it is the lower of the two.
+    """True if a joint's word may mean two bones and no joint below it is the lower one.
 
-    `below` lists the joints of the limb under it, from the end back.
+    `below` lists the joints of the limb below it, from the end back to the joint.
     """
     name = shape.names[joint]
     inner = (shape.names[j] for j in below[1:])
@@ -95,11 +93,9 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
 
 
 def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
-    """Return the bones down to the end of a limb, without short ones after its two longest
-    bones.
+    """Return the bones down to the end of a limb, without short ones after its two longest.
 
-    `segments` are the names of the bones of an arm or leg, which ends with its two longest bones.
-    Bones are then returned only up to there.
+    `segments` are the names of the bones of an arm or leg. The two longest bones end the limb.
     """
     pairs = [(p, c) for p, c in pairwise(joints) if shape.solid[c]]
     if len(pairs) < 2:
@@ -131,10 +127,10 @@ def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] =
 
 
 def lower_pair(sums: Sequence[float]) -> int:
-    """Return the index of thigh and shin, or of arm and forearm, among the pairs of a limb's bones.
+    """Return the index of thigh and shin, or of arm and forearm, among a limb's pairs of bones.
 
     `sums` are the total lengths of each pair of neighbouring bones, the pair at the trunk first.
-    The longest pair is chosen or, of pairs of nearly that length, the one farthest from the trunk,
-    since a collar may be as long as a forearm.
+    The longest pair is chosen or, of several pairs of nearly that length, the one farthest from the
+    trunk, since a collar may be as long as a forearm.
     """
     return max(k for k, both in enumerate(sums) if both >= _NEARLY * max(sums))

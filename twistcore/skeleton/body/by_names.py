@@ -12,14 +12,14 @@ from twistcore.skeleton.joint_names import FEET, HANDS, TOES
 
 ROLES = {"arm": ("shoulder", "arm", "forearm", "hand"), "leg": ("upleg", "leg", "foot")}
 _STUB = 0.4  # share of the next bone; a shorter bone is a hip joint or collar bone
-_WORDS = {"hand": HANDS, "foot": FEET}  # the first word first
+_WORDS = {"hand": HANDS, "foot": FEET}  # keyed by side and kind, the likeliest first
 
-# Joints of a limb from its end up to the root, and the index of the bone that the first one ends.
+# Joints of a limb from its end up to the root, and the index of the bone that the first joint ends.
 Path = tuple[list[int], int]
 
 
 def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
-    """Return the limbs that have a known name for their end or for a joint above it."""
+    """Return the limbs that have a known name for their end or for a joint above the end."""
     paths = {limb: path for limb in LIMBS if (path := _path_to_tip(shape, *limb))}
     taken = {j for path, _ in paths.values() for j in path}
     for limb in LIMBS:
@@ -49,7 +49,7 @@ def _lines_of(
 
 
 def _bare_root(shape: Shape, joint: int) -> bool:
-    """True for a root that has several lines of joints below it and whose name is not a limb's."""
+    """True for a root with several lines of joints below it and without a limb's name."""
     return (
         shape.parents[joint] not in shape.joints
         and not shape.names[joint].roles
@@ -74,7 +74,8 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
         known = {r for j in above for r in shape.roles(j, side) if r in roles[:-1]}
         stem = shape.names[joint].stem
         word = words.index(stem) if stem in words else -1
-        # Prefer a wrist above the hand; if a wrist is next to it, a helper, the one with fingers.
+        # Prefer a wrist above the hand. If the wrist is next to the hand and so a helper, prefer
+        # the one with fingers.
         below = any(j in tips for j in above)
         return (-len(known), below, -shape.reach[joint], -word, joint)
 
@@ -83,7 +84,7 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
 
 
 def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
-    """Return the path to the end of a limb of which only joints above the end have known names.
+    """Return the path to the end of a limb in which only joints above the end have known names.
 
     `taken` are the joints that belong to other limbs.
     """
@@ -112,14 +113,12 @@ def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> P
         line.insert(0, below)
         here = below
         at += not helper and shape.solid[below] and not (at == 0 and _is_stub(shape, below))
-    # From here up the hierarchy decides, as above a hand.
+    # From here up, the hierarchy decides, as above a hand.
     return (line, at - 1) if at > 0 else None
 
 
 def _is_stub(shape: Shape, joint: int) -> bool:
-    """True for a joint after a bone far shorter than the next one, such as LHipJoint →
-    LeftUpLeg.
-    """
+    """True for a joint after a bone far shorter than the next one: LHipJoint → LeftUpLeg."""
     below = _main_child(shape, joint)
     return below is not None and shape.lengths[joint] < _STUB * shape.lengths[below]
 
@@ -129,7 +128,7 @@ def _called(shape: Shape, side: str, role: str) -> list[int]:
 
 
 def _main_child(shape: Shape, joint: int) -> int | None:
-    """Return the child on the same side that starts the longest line; None for an end."""
+    """Return the child on the same side that begins the longest line, or None for an end."""
     sides = ("", shape.names[joint].side)
     own = [c for c in shape.children[joint] if shape.names[c].side in sides]
     below = [c for c in own if not shape.names[c].other]
@@ -139,7 +138,7 @@ def _main_child(shape: Shape, joint: int) -> int | None:
 
 
 def toe_of(shape: Shape, side: str, foot: int) -> int:
-    """Return the nearest joint below a foot that is named as a toe of its side; −1 for none."""
+    """Return the nearest joint below a foot that is named as a toe of its side, or −1."""
     below = list(shape.children[foot])
     for j in below:
         below.extend(shape.children[j])

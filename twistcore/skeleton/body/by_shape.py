@@ -17,9 +17,7 @@ _SMALL_LIMB = 0.35  # share of the longest bone; a line of shorter bones is a ne
 
 
 def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
-    """Return the limbs along lines of unnamed joints; the neck of a body with legs is not a
-    limb.
-    """
+    """Return the limbs along lines of unnamed joints, except the neck of a body with legs."""
     found = [limb for line in lines if (limb := unnamed_line(shape, line))]
     sizes = [max(shape.lengths[b.child] for b in line.bones) for line in found]
     least = _SMALL_LIMB * max(sizes, default=0.0)
@@ -27,7 +25,7 @@ def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLin
 
 
 def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
-    """Return the limb along a line of unnamed joints; None if it has fewer than two bones."""
+    """Return the limb along a line of unnamed joints, or None if it has fewer than two bones."""
     bones = unnamed_bones(shape, joints)
     if not bones:
         return None
@@ -37,7 +35,7 @@ def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
 
 
 def _pointed_at(shape: Shape, end: int, below: int) -> int:
-    """Return the joint below a limb's end if the end is bent like a foot; a hand is not bent."""
+    """Return the joint below a limb's end if the end is bent like a foot, unlike a hand."""
     if below < 0 or not (shape.solid[below] and shape.solid[end]):
         return -1
     along = rotate(shape.motion.rotations[:, end], normalise(shape.offsets[below]))
@@ -67,7 +65,7 @@ def lines_by_shape(
 
 
 def _toe(shape: Shape, side: str, foot: int) -> int:
-    """Return the joint that a foot points to, a named toe or the next joint, or −1 for none."""
+    """Return the joint to which a foot points, a named toe or the next joint, or −1."""
     named = toe_of(shape, side, foot)
     return named if named >= 0 else _pointed_at(shape, foot, shape.below[2].get(foot, -1))
 
@@ -78,10 +76,10 @@ def _candidates(
     kind: str,
     known: Mapping[tuple[str, str], LimbLine],
 ) -> list[list[int]]:
-    """Return the lines that may be arms or legs, which start at the joint with the opposite
-    limb.
+    """Return the lines that may be arms or legs.
 
-    Without an opposite limb, arms are searched on the trunk above the legs, and legs near the root.
+    They begin at the joint with the opposite limb. Without an opposite limb, arms are searched for
+    on the trunk above the legs, and legs near the root.
     """
     anchors = {k: _anchors(shape, known, k) for k in BONES}
     if anchors[kind]:
@@ -91,7 +89,7 @@ def _candidates(
 
 
 def _anchors(shape: Shape, known: Mapping[tuple[str, str], LimbLine], kind: str) -> set[int]:
-    """Return the joints of the trunk from which the known limbs of a kind start."""
+    """Return the joints of the trunk from which the known limbs of a kind begin."""
     return {shape.parents[line.bones[0].parent] for (_, k), line in known.items() if k == kind}
 
 
@@ -106,7 +104,7 @@ def _across(shape: Shape, known: Mapping[tuple[str, str], LimbLine]) -> Array | 
 
 
 def _side(shape: Shape, line: Sequence[int], across: Array | None) -> str:
-    """Return the side of a line, from its names or its position at rest; '' if unknown."""
+    """Return the side of a line, from its names or its position at rest, or '' if unknown."""
     named = {shape.names[j].side for j in line} - {""}
     if len(named) == 1:
         return named.pop()

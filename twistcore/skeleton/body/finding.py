@@ -1,4 +1,4 @@
-"""Search for a body's limbs, and report the limbs that are not found."""
+"""Search for a body's limbs, and report the limbs that were not found."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from twistcore.skeleton.people import find_people, joint_names
 def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({})) -> Body:
     """Return the limbs of all people in a motion's skeleton.
 
-    `said` are the user's meanings of single joints, by name, such as 'left hand' or 'helper'; see
-    :func:`joint_as_said`.
+    `said` are the user's meanings of single joints, such as 'left hand' or 'helper', keyed by joint
+    name (see :func:`joint_as_said`).
     """
     return _found(motion, said) if said else _as_found(motion)
 

@@ -1,4 +1,4 @@
-"""Offsets between joints, and whether they are long enough to have a direction."""
+"""Offsets between joints, and whether an offset is long enough to have a direction."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def bone_offset(motion: Motion, joint: int) -> Array:
 
 
 def shortest(skeleton: Skeleton) -> float:
-    """Return the length, in the file's unit, up to which an offset is too short for a direction."""
+    """Return the length, in the file's unit, up to which an offset has no direction."""
     return _ZERO * skeleton.height
 
 

@@ -1,4 +1,4 @@
-"""The parts of a body, which are bones, limbs, and the limbs that were not found."""
+"""The parts of a body: bones, limbs, and the limbs that were not found."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Bone:
 
 @dataclass(frozen=True)
 class LimbLine:
-    """A limb, with its bones from the trunk outwards and the joint below its end.
+    """A limb: its bones from the trunk outwards, and the joint below its end.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class LimbLine:
     kind
         'arm', 'leg' or ''.
     below
-        The joint that the last joint points to (a toe), or −1.
+        The joint to which the last joint points (a toe), or −1.
     by_shape
         True if its end was found by the shape of the skeleton.
     person
@@ -78,7 +78,7 @@ class Unexamined:
     why
         A clause with the reason.
     side, kind, person
-        As in :class:`LimbLine`.
+        The same as in :class:`LimbLine`.
     """
 
     limb: str
@@ -103,14 +103,16 @@ class Unexamined:
         return " of ".join(word for word in (self.limb, self.person) if word)
 
     def to_json(self) -> dict[str, str]:
-        """Return the limb, its side ('Left', 'Right' or ''), its person and the reason, by key."""
+        """Return a dict of the limb, its side ('Left', 'Right' or ''), its person and the
+        reason.
+        """
         entry = {"limb": self.limb, "side": self.side, "why": self.why}
         return entry | ({"person": self.person} if self.person else {})
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """The limbs of a skeleton, of one or more people, and the meanings of its joints.
+    """The limbs of one or more people in a skeleton, and the meanings of its joints.
 
     Attributes
     ----------
@@ -132,9 +134,7 @@ class Body:
 
     @cached_property
     def taken_for(self) -> tuple[str, ...]:
-        """Return the role of each joint, such as 'Left Arm', 'Left Hand', 'piece of Left Arm', or
-        ''.
-        """
+        """Return each joint's role: 'Left Arm', 'Left Hand', 'piece of Left Arm' or ''."""
         out = [""] * len(self.skeleton)
         for line in self.lines:
             for bone in reversed(line.bones):

@@ -1,4 +1,4 @@
-"""The shape of a skeleton, with lengths, lines of joints, and how far joints bend."""
+"""The shape of a skeleton: lengths, lines of joints, and how far joints bend."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
 _SHORT_LINE = 0.15  # share of the skeleton's longest line; a shorter line is a finger or a foot
-_WHOLE_BONE = 0.6  # share of the bone above; a forearm is this long, a finger is not
-_FINGERS = 3  # lines of bones from one joint of a limb that make it the end
+_WHOLE_BONE = 0.6  # share of the bone above: a forearm is this long, a finger is not
+_FINGERS = 3  # number of lines of bones from a joint of a limb that make it the end
 
 
 class Shape:
@@ -52,12 +52,12 @@ class Shape:
         self._bends: dict[tuple[int, int], float] = {}
 
     def roles(self, joint: int, side: str) -> tuple[str, ...]:
-        """Return the roles that a joint of a side may have by its name, the likeliest first."""
+        """Return the roles that a joint's name may mean on a side, the likeliest first."""
         name = self.names[joint]
         return name.roles if name.side == side and not name.other else ()
 
     def first_role(self, joint: int, side: str) -> str:
-        """Return the likeliest of a joint's roles, or ''."""
+        """Return the likeliest role of a joint, or ''."""
         roles = self.roles(joint, side)
         return roles[0] if roles else ""
 
@@ -71,9 +71,7 @@ class Shape:
         return [j for j in ancestors(self.skeleton, joint) if j in self.joints]
 
     def bend(self, joint: int, below: int) -> float:
-        """Return how much the angle between the bones above and below a joint varies, in
-        radians.
-        """
+        """Return how much the angle between the bones above and below a joint varies, radians."""
         if (joint, below) not in self._bends:
             self._bends[joint, below] = self._bend_of(joint, below)
         return self._bends[joint, below]
@@ -89,9 +87,7 @@ class Shape:
 
     @cached_property
     def out_of_it(self) -> list[bool]:
-        """Return a mask of the joints of the head, fingers and props, and of all joints below
-        them.
-        """
+        """Return a mask of the joints of head, fingers and props, and all joints below them."""
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
             out[joint] |= parent >= 0 and out[parent]
@@ -104,9 +100,7 @@ class Shape:
 
     @cached_property
     def below(self) -> tuple[list[int], list[float], dict[int, int]]:
-        """Return for each joint the number and total length of bones below it, and the next
-        child.
-        """
+        """Return for each joint the number and length of bones below it, and the next child."""
         bones = [0] * len(self.names)
         far = [0.0] * len(self.names)
         main: dict[int, int] = {}
@@ -128,9 +122,9 @@ class Shape:
         return max((self.below[1][j] for j in self.joints), default=0.0)
 
     def lines(self, taken: set[int]) -> list[list[int]]:
-        """Return the lines of joints that start from the trunk and contain no joint in `taken`.
+        """Return the lines of joints that begin at the trunk and contain no joint in `taken`.
 
-        A joint belongs to the trunk if two long lines start from it or from a joint below it.
+        A joint belongs to the trunk if two long lines begin at it or at a joint below it.
         """
         bones, far, main = self.below
         longest = self._longest
@@ -158,7 +152,7 @@ class Shape:
         return lines
 
     def _misnamed_end(self, line: Sequence[int]) -> list[int]:
-        """Return a joint below a line that is named as a finger or prop but ends a whole bone.
+        """Return a joint below a line that has a finger's or prop's name but ends a whole bone.
 
         Such a joint has children, like a hand, and two whole bones above it. The result is a list
         with at most one joint.

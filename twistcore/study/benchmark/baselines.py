@@ -1,4 +1,4 @@
-"""Common alternatives [Choi26 §2]: filters, projections, and interpolation with known truth.
+"""Common alternatives [Choi26 §2]: filters, projections, and interpolation of known errors.
 
 These methods filter the sign-continuous quaternion components of the chains' joints and renormalise
 them. They do not use the hierarchy, so they cannot distinguish a twist error from a motion.
@@ -30,7 +30,7 @@ Correct = Callable[[Array, float, Sequence[Gap]], Array]
 
 @dataclass(frozen=True)
 class Baseline:
-    """A method in the benchmark's table other than a detector.
+    """A method in the benchmark's table that is not a detector.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class Baseline:
         The function that takes sign-continuous rotations (frames, joints, 4), frames per second and
         the wrong frames, and returns corrected rotations of the same shape.
     oracle
-        True if it is given the true intervals and changes only the target's joints.
+        True if the method is given the true intervals and changes only the target's joints.
     whole_body
         True if one joint's result depends on other joints.
     """
@@ -75,7 +75,7 @@ def _savgol(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
 
 
 def _kalman(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
-    """Filter with a steady-state constant-velocity Kalman filter, that is, an α-β filter."""
+    """Filter with a steady-state constant-velocity Kalman filter, also called α-β filter."""
     index = KALMAN_ACCELERATION / (fps * fps * KALMAN_NOISE)
     r = (4.0 + index - np.sqrt(8.0 * index + index * index)) / 4.0
     alpha = 1.0 - r * r
@@ -103,7 +103,7 @@ def _pchip(q: Array, _fps: float, gaps: Sequence[Gap]) -> Array:
     at = np.setdiff1d(np.arange(len(q)), good)
     known = continuous(q[good])
     out = q.copy()
-    inside = np.clip(at, good[0], good[-1])  # beyond the clip's ends the last pose is held
+    inside = np.clip(at, good[0], good[-1])  # beyond the clip's ends, the last pose is repeated
     out[at] = interpolate.PchipInterpolator(good, known, axis=0)(inside)
     return out
 

@@ -1,4 +1,4 @@
-"""Run one clip with all protocols, methods and seeds in a single task of a worker process."""
+"""Run all protocols, methods and seeds on one clip, as a single task of a worker process."""
 
 from __future__ import annotations
 
@@ -34,24 +34,24 @@ class BenchmarkSettings:
 
     @property
     def auditor(self) -> str:
-        """Return the detector whose detections in the clean clip count as natural events."""
+        """Return the detector whose detections in the clean clip are natural events."""
         if AUDITOR in DETECTORS:
             return AUDITOR
         return next((m for m in self.methods if m in DETECTORS), next(iter(DETECTORS)))
 
     def to_json(self) -> dict[str, Any]:
-        """Return the settings by name."""
+        """Return the settings, keyed by name."""
         return {**{k: list(v) for k, v in vars(self).items()}, "auditor": self.auditor}
 
 
 @dataclass(frozen=True, eq=False)
 class ClipResult:
-    """The stored result of a clip, which takes a few kilobytes for a clip of any length.
+    """The stored result of a clip, which has a few kilobytes for a clip of any length.
 
     Attributes
     ----------
     clip
-        Path below the folder.
+        Path relative to the folder.
     micros
         Duration of the capture in µs.
     dropped
@@ -69,7 +69,7 @@ class ClipResult:
     problems: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """Return the result as JSON data, which is one line of the file that --resume reads."""
+        """Return the result as JSON data: one line of the file that --resume reads."""
         return {
             **vars(self),
             "tallies": [[*vars(k).values(), t.values()] for k, t in self.tallies.items()],
@@ -79,7 +79,7 @@ class ClipResult:
 
 
 def result_from_json(document: Mapping[str, Any]) -> ClipResult:
-    """Return the result from its JSON data; raise KeyError, TypeError or ValueError if damaged."""
+    """Return the result from its JSON data. Raises KeyError, TypeError or ValueError if damaged."""
     counts = [field.name for field in fields(Tally)]
     tallies = {
         Key(*key): Tally(**dict(zip(counts, values, strict=True)))
@@ -97,8 +97,9 @@ def result_from_json(document: Mapping[str, Any]) -> ClipResult:
 
 
 def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
-    """Run the benchmark on one clip. `name` is the clip's name in the results; its stem seeds the
-    errors.
+    """Run the benchmark on one clip.
+
+    `name` is the clip's name in the results. Its stem seeds the errors.
     """
     problems: list[str] = []
     try:

@@ -1,4 +1,4 @@
-"""A clip prepared for a protocol, without T-pose, with its chains, limbs and natural events."""
+"""Prepare a clip for a protocol, without a T-pose, with chains, limbs and natural events."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from twistcore.skeleton.motion import Motion
 from twistcore.study.evaluation import chain_joints
 from twistcore.synthesis import Protocol, independent_chains, prepare
 
-SHORTEST = 16  # frames: enough for two intervals and some frames around them
+SHORTEST = 16  # frames, enough for two intervals and some frames around them
 AUDITOR = DEFAULT_METHOD
 STRAIGHTENS = ("", "Arm", "UpLeg")  # segments whose child is an elbow or a knee, or unknown
 
@@ -39,7 +39,7 @@ class CleanScene:
     dropped
         Number of leading frames of the file before the capture.
     events
-        What the auditing detector found in the clean motion.
+        The events that the auditing detector found in the clean motion.
     """
 
     clip: str
@@ -52,14 +52,12 @@ class CleanScene:
 
     @cached_property
     def groups(self) -> tuple[tuple[Chain, ...], ...]:
-        """Return groups of chains and limbs that share joints; no error spreads to another
-        group.
-        """
+        """Return groups of chains and limbs that share joints, so errors stay in their group."""
         return limbs(self.motion.skeleton, (*self.chains, *self.limbs))
 
     @property
     def targets(self) -> tuple[Chain, ...]:
-        """Return the protocol's targets, which are all chains, all limbs, or all chains that can be
+        """Return the protocol's targets: all chains, all limbs, or all chains that can be
         straight.
         """
         if self.protocol.straight:
@@ -75,15 +73,11 @@ class CleanScene:
 
     @cached_property
     def eventful(self) -> frozenset[str]:
-        """Return names of chains and limbs with a natural event, which the audited table
-        excludes.
-        """
+        """Return names of chains and limbs with natural events, which the audited table omits."""
         return with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Yield each pass's index and targets, which are a chain, a limb, or a chain and the one
-        below it.
-        """
+        """Yield each pass's index and targets: a chain, a limb, or a chain and the next one."""
         if self.protocol.clean:
             return ()
         if self.protocol.together > 1:

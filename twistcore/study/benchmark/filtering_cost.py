@@ -1,4 +1,4 @@
-"""Measure the cost of a method on a clean clip as lag and loss of peak speed [Choi26 §4.2.3]."""
+"""Measure the cost of a method on a clean clip: lag and loss of peak speed [Choi26 §4.2.3]."""
 
 from __future__ import annotations
 
@@ -11,15 +11,13 @@ from twistcore.study.benchmark.clip_scene import CleanScene
 from twistcore.study.evaluation import chain_joints
 
 LONGEST_LAG = 0.25  # seconds
-LASTING = (
-    0.05  # seconds: a peak is a mean over this time, so that noise of one frame is not the fastest
-)
+LASTING = 0.05  # seconds; a peak is a mean over this time, to suppress noise of single frames
 _MICRO = 1e-6
 
 
 @dataclass(frozen=True)
 class Fidelity:
-    """The cost for one clip and method, in integers, so that a stored result equals a new one.
+    """The cost for one clip and method, in integers, so that stored and new results are equal.
 
     Attributes
     ----------
@@ -46,8 +44,8 @@ def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
     event are excluded, so that the peak is motion and not an error. The result is None if no joint
     remains or nothing moves. The peak is the highest mean speed over 50 ms of the fastest joint,
     compared with the peak of the same joint after filtering. The lag is the shift with the highest
-    cross-correlation of the speeds minus their means, summed over joints, refined to a fraction of
-    a frame by a parabola.
+    cross-correlation of the speeds minus their means, summed over joints. A parabola refines it to
+    a fraction of a frame.
     """
     eventful = chain_joints([c for c in scene.chains if c.name in scene.eventful])
     joints = np.setdiff1d(scene.joints, eventful)
@@ -74,13 +72,13 @@ def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
 
 
 def _lasting(speed: Array, window: int) -> Array:
-    """Return the mean speed over every window of frames, (frames − window + 1, joints)."""
+    """Return the mean speed in each window of frames, (frames − window + 1, joints)."""
     mean: Array = np.lib.stride_tricks.sliding_window_view(speed, window, axis=0).mean(axis=-1)
     return mean
 
 
 def _lag(before: Array, after: Array, longest: int) -> float:
-    """Return the lag of `after` in frames, which is the best shift up to `longest` frames."""
+    """Return the lag of `after` in frames: the best shift up to `longest` frames."""
     a, b = before - before.mean(axis=0), after - after.mean(axis=0)
     longest = min(longest, len(a) // 2)
     shifts = range(-longest, longest + 1)

@@ -1,4 +1,4 @@
-"""The simplest correction that uses anatomy, which turns every bent limb onto its hinge axis."""
+"""The simplest anatomical correction, which turns every bent limb onto its hinge axis."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ WHY = (
     "turns P so that C bends to the side to which it bends in most of the clip, and C back, where "
     "the limb is bent by 10° or more; mistakes pronation and rotation of the joint for errors"
 )
-_CLEAR, _BENT = 30.0, 10.0  # least bend in degrees to measure the hinge, and to impose it
+_CLEAR, _BENT = 30.0, 10.0  # smallest bend in degrees to measure the hinge and to apply it
 _FEWEST = 0.1  # seconds of clear bend
 
 
 def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
-    """Return the offsets to remove, in radians, (frames,), by chain, for all chains with a
-    hinge.
+    """Return the offsets to remove, in radians, (frames,), for all chains with a hinge.
+
+    The dict is keyed by chain name.
     """
     out = {}
     for chain in chains:

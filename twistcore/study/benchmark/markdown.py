@@ -205,7 +205,7 @@ def _event_parts(summary: BenchmarkSummary) -> list[str]:
 
 
 def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    """Return a Markdown table with aligned columns, with numbers aligned to the right."""
+    """Return a Markdown table with aligned columns; numbers are aligned to the right."""
     columns = []
     for title, *cells in zip(head, *lines, strict=True):
         width = max(map(len, (title, *cells)))
@@ -221,9 +221,7 @@ def _listed(
     rows: Iterable[tuple[Sequence[str], Mapping[str, Any]]],
     columns: Sequence[tuple[str, str, int]],
 ) -> str:
-    """Return a table whose rows begin with their names. `columns` are given as (title, key,
-    decimals).
-    """
+    """Return a table whose rows begin with their names, with columns (title, key, decimals)."""
     lines = [[*own, *(_number(values[k], n) for _, k, n in columns)] for own, values in rows]
     return table([*names, *(title for title, _, _ in columns)], lines)
 

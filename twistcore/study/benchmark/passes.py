@@ -48,7 +48,7 @@ def all_methods() -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class MethodResult:
-    """The result of a method, with the corrected rotations and the intervals found, by chain."""
+    """The result of a method: the corrected rotations, and the detected intervals of each chain."""
 
     rotations: Array
     found: dict[str, list[Gap]]
@@ -81,11 +81,11 @@ def apply_method(
     Parameters
     ----------
     chains
-        The chains, and also the limbs if their flips should be found.
+        The chains, and the limbs if their flips should be found.
     wrong
         The frames that are truly wrong, for methods with known truth.
     tau
-        τ in radians by chain, by default the automatic τ.
+        τ in radians, keyed by chain name, by default the automatic τ.
     """
     if method in BASELINES:
         return MethodResult(_filtered(BASELINES[method], motion, chains, wrong), {})
@@ -145,8 +145,7 @@ def clean_run(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun
 
 
 def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
-    """Return the false alarms by chain and limb and, without injection, also the unwanted
-    changes.
+    """Return the false alarms in each chain and limb and, without injection, unwanted changes.
 
     Chains that are not targets of the protocol have an entry only if something was found in them.
     """
@@ -155,7 +154,7 @@ def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
     for chain in (*scene.chains, *scene.limbs):
         tally = Tally(alarms=len(clean.outcome.found.get(chain.name, [])))
         if scene.protocol.clean:
-            # A joint that two chains share counts once, with the chain that comes first.
+            # A joint that two chains share is counted once, with the first of the chains.
             own = [j for j in chain_joints([chain]).tolist() if j not in counted]
             counted.update(own)
             change = clean.change[:, np.isin(scene.joints, own)]
@@ -240,9 +239,10 @@ def _run_pass(
 
 
 def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
-    """Return the desired rotations, which for limbs are without the clip's own flips.
+    """Return the desired rotations; in limbs, these exclude the clip's own flips.
 
-    If a limb's flip is corrected in the clean clip, a method that also corrects it makes no error.
+    If a limb's flip is corrected in the clean clip, a method that also corrects the flip makes no
+    error.
     """
     truth = scene.motion.rotations
     for limb in scene.limbs:
@@ -266,9 +266,7 @@ def _reach(scene: CleanScene, method: str, targets: Sequence[Chain]) -> tuple[Ch
 def _interval_tally(
     outcome: MethodResult, clean: CleanRun, chain: Chain, true: Sequence[InjectedError]
 ) -> Tally:
-    """Compare the found intervals with the true ones, ignoring those also found in the clean
-    clip.
-    """
+    """Compare detected intervals with true ones, ignoring those also found in the clean clip."""
     if chain.name not in outcome.found:
         return Tally()
     found = outcome.found[chain.name]
@@ -289,8 +287,8 @@ def _damage_tally(
 ) -> Tally:
     """Count the clean (joint, frame) pairs that the method changed by more than 1°.
 
-    A pair that is changed in the same way in the clean clip counts as natural, and any other pair
-    as damage.
+    A pair that is changed in the same way in the clean clip is counted as natural, and any other
+    pair as damage.
     """
     near = np.isin(scene.joints, chain_joints(reach))
     joints = scene.joints[near]
@@ -315,9 +313,7 @@ def _damage_tally(
 
 
 def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
-    """Return the angle between two sets of rotations of some joints, in radians, (frames,
-    joints).
-    """
+    """Return the angle between two rotations of some joints, in radians, (frames, joints)."""
     p, q = before[:, joints], after[:, joints]
     out = np.zeros(p.shape[:-1])
     changed = (p != q).any(axis=-1)

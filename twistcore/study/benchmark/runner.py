@@ -1,4 +1,4 @@
-"""Run all clips of a folder in a pool of processes, reporting progress; a run can be resumed."""
+"""Run all clips of a folder in a pool of processes, with progress and resumption."""
 
 from __future__ import annotations
 
@@ -33,8 +33,7 @@ PART_SCHEMA = "twistcore.benchmark-part/1"
 class BenchmarkSummary:
     """The data for the tables, which grow in memory by one line per clip.
 
-    Sums are integers, so the order in which clips arrive does not matter; `sort` sorts the
-    lists.
+    Sums are integers, so that the order of the clips does not matter; `sort` sorts the lists.
     """
 
     clips: int = 0
@@ -66,7 +65,7 @@ class BenchmarkSummary:
 
 
 def find_clips(folder: Path) -> dict[str, Path]:
-    """Return the BVH files below a folder by relative path, or a single file by its name."""
+    """Return the BVH files below a folder, or a single file, keyed by relative path."""
     if folder.is_file():
         return {folder.name: folder}
     return clips_by_name(folder, suffixes=BVH)
@@ -81,7 +80,7 @@ def run_benchmark(
     resume: bool = False,
     counter: Callable[[int, int], AbstractContextManager[TellName]] = clip_counter,
 ) -> BenchmarkSummary:
-    """Run every clip that is not in `partial` yet; Ctrl+C ends the run early, keeping the results.
+    """Run every clip that is not in `partial` yet. Ctrl+C ends the run and keeps the results.
 
     The returned summary's `missing` is the number of clips that were not run. Raises FormatError if
     the file was written with other settings.
@@ -89,11 +88,11 @@ def run_benchmark(
     Parameters
     ----------
     partial
-        A JSON-lines file with one line per clip, each flushed at once.
+        A JSON-lines file with one line per clip, each flushed immediately.
     resume
         True to continue this file instead of overwriting it.
     counter
-        As :func:`~twistcore.work.progress.clip_counter`.
+        The same as :func:`~twistcore.work.progress.clip_counter`.
     """
     summary = BenchmarkSummary()
     stamps = {name: _stamp(path) for name, path in clips.items()}
@@ -129,7 +128,7 @@ def run_benchmark(
 def _results(
     todo: Sequence[str], clips: dict[str, Path], settings: BenchmarkSettings, workers: int
 ) -> Iterator[ClipResult]:
-    """Yield results as they arrive; a clip that fails is recorded and does not end the run."""
+    """Yield results as they arrive. A clip that fails is recorded and does not end the run."""
     items = [(clips[name], name) for name in todo]
     for (_, name), result in each(functools.partial(_run_item, settings), items, workers):
         if isinstance(result, Exception):
@@ -143,7 +142,7 @@ def _run_item(settings: BenchmarkSettings, item: tuple[Path, str]) -> ClipResult
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Return a file's size and modification time, by which a clip edited since is recognised."""
+    """Return a file's size and modification time, which show whether it was edited."""
     try:
         status = path.stat()
     except OSError:  # missing, or a broken link: reading it raises the error
@@ -190,7 +189,7 @@ def _partial_file(
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a" if append else "w", encoding="utf-8") as file:
         if append:
-            file.write("\n")  # the last line may have been cut short
+            file.write("\n")  # the last line may be incomplete
         else:
             head = {"schema": PART_SCHEMA, "settings": settings.to_json()}
             file.write(json.dumps(head, ensure_ascii=False) + "\n")

@@ -1,4 +1,4 @@
-"""Benchmark results by protocol, method, side and segment, in rows, CSV and JSON."""
+"""Benchmark results of each protocol, method, side and segment, as rows, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -29,9 +29,7 @@ FAST_SHARE = 0.1
 
 @dataclass(frozen=True)
 class BenchmarkRow:
-    """One row, with the results of a method under a protocol, for a side ('' for both) and
-    segment.
-    """
+    """The results of a method under a protocol, for a segment and a side ('' for both)."""
 
     protocol: str
     method: str
@@ -42,9 +40,7 @@ class BenchmarkRow:
     minutes: float
 
     def to_json(self) -> dict[str, Any]:
-        """Return the row as rounded JSON, in degrees and per cent, with null where nothing was
-        counted.
-        """
+        """Return the row as rounded JSON in degrees and per cent, with null for missing values."""
         t = self.tally
         detector = self.method in DETECTORS
         found = detector and t.truths > 0
@@ -82,8 +78,9 @@ class BenchmarkRow:
 
 
 def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[BenchmarkRow]:
-    """Return rows for each protocol, first of all clips and then of audited ones, by side and
-    segment.
+    """Return the rows of each protocol, of all clips and then of audited ones, sorted.
+
+    They are sorted by side and segment.
     """
     minutes = summary.micros / MICRO / 60.0
     rows = []
@@ -109,9 +106,7 @@ def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[Be
 
 
 def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
-    """Return the (side, segment) of every row, first the segments of each side, and last all
-    together.
-    """
+    """Return (side, segment) of each row: the segments of each side, then all together."""
     both = {(k.side, k.segment) for k in keys}
     sides = sorted({side for side, _ in both if side})
     segments = sorted({segment for _, segment in both}, key=segment_order)
@@ -134,7 +129,7 @@ def _percent(part: int, whole: int) -> float | None:
 
 
 def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[dict[str, Any]]:
-    """Return lag and peak speed on clean clips, as medians over all and over the fastest tenth."""
+    """Return lag and peak speed on clean clips: medians over all and over the fastest tenth."""
     out = []
     for method in settings.methods:
         measured = [f for _, f in summary.fidelity.get(method, [])]
@@ -171,7 +166,7 @@ def label_of(method: str) -> str:
 
 
 def why_of(method: str) -> str:
-    """Return one line that describes a method and why it is compared."""
+    """Return a line that describes a method and the reason to compare it."""
     if method in BASELINES:
         return BASELINES[method].why
     if method == HINGE:
@@ -181,7 +176,7 @@ def why_of(method: str) -> str:
 
 
 def protocol_text(name: str) -> str:
-    """Return one line that describes a protocol; P0 is called P0-all here."""
+    """Return a line that describes a protocol. P0 is called P0-all here."""
     protocol = parse_protocol(name)
     if protocol.clean:
         return protocol.text
@@ -223,6 +218,6 @@ def benchmark_to_json(
 
 
 def rows_to_csv(rows: Iterable[BenchmarkRow]) -> str:
-    """Return CSV with one line per row, with empty cells where nothing was counted."""
+    """Return CSV with one line per row and empty cells for missing values."""
     documents = [row.to_json() for row in rows]
     return csv_text(documents[0], documents) if documents else ""

@@ -1,4 +1,4 @@
-"""Counts and sums in integers, which are equal in any order and on any machine."""
+"""Counts and sums in integers, which are the same in any order and on any machine."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ MICRO = 1_000_000  # angles are summed in millionths of a degree
 
 @dataclass(frozen=True)
 class Tally:
-    """Counts and sums over any number of passes; angles in µ°, their squares in µ°².
+    """Counts and sums over any number of passes. Angles are in µ°, their squares in µ°².
 
     Attributes
     ----------
     frames
-        Number of error frames, with their error before and after, and the numbers of frames that
-        are corrected and that become worse by more than half a degree.
+        Number of error frames. Further fields have their error before and after, and the numbers of
+        frames that are corrected and that become worse by more than half a degree.
     pairs
         Clean (joint, frame) pairs of all chains.
     damaged

@@ -1,5 +1,5 @@
-"""The ratios that QuaMo must reach, their bounds, and the best ratios observed where one is
-missed.
+"""The ratios that QuaMo must reach, their bounds, and the best observed ratios for missed
+bounds.
 """
 
 from __future__ import annotations
@@ -30,8 +30,9 @@ PAPER_STEPS = (
 )
 
 
-# The best ratios seen with methods that use only the past, or little more information, and the
-# conditions, by level: from benchmarks/quamo_bounds.py on the 37 clips of docs/quamo-study.md.
+# The best ratios observed with methods that use only the past, or little more information, and the
+# conditions, keyed by level: from benchmarks/quamo_bounds.py on the 37 clips of
+# docs/quamo-study.md.
 TaskBound = Mapping[str, tuple[float, str]]
 _LATER = "even with a delay of 80 ms"
 ACCEL_BOUND: TaskBound = {"A": (0.46, "at MPJPE ≤ 1.02"), "B": (0.53, _LATER)}
@@ -42,7 +43,7 @@ G_MPJPE_BOUND: TaskBound = {"A": (0.97, _ORACLE), "B": (0.97, _ORACLE)}
 
 
 class Demand(NamedTuple):
-    """A ratio of two methods in a metric, with the paper's value and the bar that it must meet.
+    """A ratio of two methods in a metric, with the paper's value and the bar to reach.
 
     `bar` is None if the ratio is reported but not checked.
 
@@ -57,7 +58,7 @@ class Demand(NamedTuple):
     task
         The best ratio observed, if measured.
     plain
-        True if required only without systematic noise.
+        True if the ratio is required only without systematic noise.
     """
 
     what: str
@@ -129,10 +130,9 @@ TURNS = tuple(
 
 @dataclass(frozen=True)
 class BoundCheck:
-    """A row of the table, with a ratio and its bound.
+    """A row of the table: a ratio and its bound.
 
-    `above` is True if the ratio must be at least
-    the bound.
+    `above` is True if the ratio must be at least the bound.
 
     Attributes
     ----------
@@ -156,14 +156,14 @@ class BoundCheck:
 
     @property
     def met(self) -> bool:
-        """True if the mean over seeds is within the bound."""
+        """True if the mean over seeds meets the bound."""
         if self.bound is None:
             return True
         return self.value >= self.bound if self.above else self.value <= self.bound
 
     @property
     def verdict(self) -> str:
-        """Return, as Markdown, whether the bound is met and, if not, the best ratio observed."""
+        """Return in Markdown whether the bound is met and, if not, the best ratio observed."""
         if self.bound is None:
             return ""
         if self.met:
@@ -184,7 +184,7 @@ class BoundCheck:
 def bound_checks(
     scores: Scores, c: NoiseCondition, demands: Sequence[Demand]
 ) -> Iterator[BoundCheck]:
-    """Yield one row for every demand whose two methods were run."""
+    """Yield one row for each demand whose two methods were run."""
     for d in demands:
         if d.plain and c.systematic:
             continue

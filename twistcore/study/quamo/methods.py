@@ -1,4 +1,4 @@
-"""The methods in QuaMo's tables, which are trackers, rivals, other representations and networks."""
+"""The methods in QuaMo's tables: trackers, rivals, other representations and networks."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _TRAIN_SEED = 100  # not used by any table
 
 
 def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
-    """Return a constant offset, fitted on other subjects, and the tuned rivals, causal ones
+    """Return the constant offset, fitted on other subjects, and the tuned rivals, causal ones
     first.
     """
 
@@ -70,9 +70,7 @@ def hand_both_ways(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Ar
 
 
 def root_in_substeps(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Track with hand-tuned gains, and the root in six Euler steps per frame [Le26 supplement
-    F].
-    """
+    """Track with hand-tuned gains, the root in six Euler steps per frame [Le26 supplement F]."""
     q, _ = hand_method()(clip, q_hat, r_hat)
     return q, track_places(r_hat, NETWORK_DT, Gains(), _ROOT_SUBSTEPS)
 
@@ -88,9 +86,7 @@ def hand_methods() -> dict[str, Method]:
 
 
 def representation_methods() -> dict[str, Method]:
-    """Return methods with hand-tuned gains on other representations, which keep the root's
-    position.
-    """
+    """Return hand-tuned methods for other representations that keep the root's position."""
 
     def method(rep: Representation) -> Method:
         return lambda _, q_hat, r_hat: (
@@ -102,7 +98,7 @@ def representation_methods() -> dict[str, Method]:
 
 
 def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False) -> Method:
-    """Return a method that tracks each clip with the network trained without the clip's subject."""
+    """Return a method that tracks each clip with the network trained without its subject."""
     way = track_both_ways if both_ways else track
 
     def run(sequence: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
@@ -115,15 +111,14 @@ def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False
 
 
 def turning_clips(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
-    """Return the clips whose root turns through a discontinuity of some representation."""
+    """Return the clips in which the root passes a discontinuity of some representation."""
     return tuple(s for s in sequences if full_turns(s.q))
 
 
 def measured_lags(
     sequences: Sequence[Sequence24], methods: Mapping[str, Method]
 ) -> dict[str, Array]:
-    """Return each method's lags of joints and root position on noise-free clips, in
-    milliseconds.
+    """Return each method's lags of joints and root position on noise-free clips in milliseconds.
 
     Joints are measured relative to the root, over all clips together.
     """

@@ -1,5 +1,4 @@
-"""Seeded synthetic noise with error levels A and B, which does not imitate an estimator's
-errors.
+"""Seeded synthetic noise with error levels A and B, which imitates no pose estimator.
 
 The levels match only the size and the speed that are reported for the errors of video pose
 estimators [Le26 Table 1].
@@ -17,7 +16,7 @@ from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.skeleton.rotation import Array, exponential, multiply
 
 SMOOTH_SECONDS = 0.75
-DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera sees depth worst
+DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera measures depth worst
 
 
 @dataclass(frozen=True)
@@ -50,12 +49,11 @@ LEVELS = {
 
 @dataclass(frozen=True)
 class Noise:
-    """The noise to add, given by its level and by whether half of the bias's variance is
-    systematic.
+    """The noise to add: its level, and whether half of the bias's variance is systematic.
 
-    The systematic part is constant within a clip and drawn for each clip separately, so no method
-    can memorise it. The total size is the same with and without it. `bursts` is the number of
-    occlusions per minute, in each of which a limb loses its input (it freezes, then jumps back).
+    The systematic part is constant within a clip and drawn for each clip separately, so that no
+    method can memorise it. The total size is the same with and without it. `bursts` is the number
+    of occlusions per minute, in each of which a limb loses its input (it freezes, then jumps back).
     """
 
     level: NoiseLevel

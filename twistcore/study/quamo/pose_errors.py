@@ -1,4 +1,4 @@
-"""Measure the errors of a tracked motion, compared with the true motion.
+"""Measure the errors of a tracked motion compared with the true motion.
 
 Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26 §4.3].
 """
@@ -17,7 +17,7 @@ METRICS = ("MPJPE", "P-MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
 
 @dataclass(frozen=True)
 class Errors:
-    """The error metrics, in millimetres, except Accel in mm per frame² and FS in per cent."""
+    """The error metrics, in millimetres; Accel is in mm per frame² and FS in per cent."""
 
     mpjpe: float
     p_mpjpe: float
@@ -33,9 +33,7 @@ class Errors:
 
 
 def errors(found: Array, truth: Array) -> Errors:
-    """Return all metrics of positions (frames, 24, 3) in mm, with the foot contacts of the
-    truth.
-    """
+    """Return all metrics of positions (frames, 24, 3) in mm; foot contacts are the truth's."""
     here, there = root_aligned(found), root_aligned(truth)
     return Errors(
         mpjpe=mean_distance(here[:, 1:], there[:, 1:]),
@@ -57,15 +55,15 @@ def lag_parts(found: Array, truth: Array, dt: float) -> tuple[float, float]:
     """Return −Σ (x − x*)·v* and Σ v*·v*, the numerator and denominator of the lag of positions.
 
     `found` and `truth` are x and x*, (frames, …, 3), and v* is the velocity of the truth. The
-    quotient is, to first order, the delay of x* in seconds that brings it nearest to x. Add up the
-    sums of all clips before dividing them.
+    quotient is, to first order, the delay of x* in seconds that makes it most similar to x. Add up
+    the sums of all clips before dividing them.
     """
     velocity = np.gradient(truth, dt, axis=0)
     return -float(((found - truth) * velocity).sum()), float((velocity**2).sum())
 
 
 def procrustes(found: Array, truth: Array) -> Array:
-    """Rotate, scale and move `found` onto `truth` in every frame, without reflection."""
+    """Rotate, scale and shift `found` onto `truth` in each frame, without reflection."""
     centre_f, centre_t = found.mean(axis=1, keepdims=True), truth.mean(axis=1, keepdims=True)
     x, y = found - centre_f, truth - centre_t
     u, s, vt = np.linalg.svd(np.einsum("fji,fjk->fik", x, y))

@@ -1,8 +1,7 @@
 """The reports of `quamo evaluate` and `quamo ablation`, with all checks and tables.
 
 Both reports are written as Markdown and as JSON. The paper's column comes from other data [Le26
-Tables 1, 3], so only ratios to the input can be compared at all, and no ratio reproduces the
-paper's.
+Tables 1, 3]. So only ratios to the input can be compared, and none reproduces the paper's.
 """
 
 from __future__ import annotations
@@ -169,7 +168,7 @@ def ablation_report(
 
 
 def _known(sequences: Sequence[Sequence24], networks: Networks) -> tuple[Sequence24, ...]:
-    """Return the clips of subjects for which every variant with networks has a network."""
+    """Return the clips of subjects for which every trained variant has a network."""
     trained = [set(by_subject) for by_subject in networks.values() if by_subject]
     return tuple(s for s in sequences if all(s.subject in t for t in trained))
 
@@ -185,9 +184,7 @@ def _heading(sequences: Sequence[Sequence24], seeds: Sequence[int]) -> str:
 
 
 def _tables(scores: Scores, methods: Mapping[str, Method]) -> list[str]:
-    """Return the tables of metrics at each noise level; with systematic noise, they have only
-    ratios.
-    """
+    """Return the tables of metrics at each noise level; only ratios with systematic noise."""
     return [
         ratios_to_markdown(f"noise {c}, ratios", scores, list(methods), c)
         if c.systematic
@@ -202,7 +199,7 @@ def _paper_steps() -> str:
 
 
 def _drift() -> list[tuple[str, float, float, float]]:
-    """Return name, speed (rad/s), and errors in degrees with exact and first-order integration."""
+    """Return name, speed (rad/s), and errors in degrees of exact and first-order integration."""
     found = []
     for name, speed in SPEEDS:
         exact, first_order = np.degrees(open_loop_drift(speed, NETWORK_DT)).tolist()

@@ -56,7 +56,7 @@ REPRESENTATIONS = (
 
 
 def coordinates(q: Array, representation: Representation) -> Array:
-    """Return the principal coordinates of rotations, (…, 4) -> (…, 3), independently per frame."""
+    """Return the principal coordinates of rotations, (…, 4) → (…, 3), frame by frame."""
     if representation.order:
         return euler_from_quaternion(representation.order, q)
     return logarithm(q)
@@ -72,7 +72,9 @@ def from_coordinates(x: Array, representation: Representation) -> Array:
 def track_coordinates(
     q_hat: Array, dt: float, representation: Representation, gains: Gains
 ) -> Array:
-    """Track rotations (frames, …, 4) as three numbers each, starting at rest on the first frame."""
+    """Track rotations (frames, …, 4) as three numbers each, beginning at rest on the first
+    frame.
+    """
     reference = coordinates(q_hat, representation)
     x = np.empty_like(reference)
     x[0] = reference[0]
@@ -88,7 +90,7 @@ def track_coordinates(
 
 
 def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array:
-    """Track root positions (frames, …, 3) as the tracker does, starting at rest on the first frame.
+    """Track root positions (frames, …, 3) as the tracker does, from rest on the first frame.
 
     `steps` is the number of Euler steps within a frame, all towards the same reference. Earlier
     work uses six [Le26 supplement F].
@@ -104,8 +106,9 @@ def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array
 
 
 def full_turns(q: Array) -> bool:
-    """True if a clip's root turns through ±180° in any representation. `q` has the shape (frames,
-    joints, 4).
+    """True if a clip's root turns through ±180° in any representation.
+
+    `q` has the shape (frames, joints, 4).
     """
     return any(
         bool((np.abs(np.diff(coordinates(q[:, 0], rep), axis=0)) > np.pi).any())
@@ -114,9 +117,10 @@ def full_turns(q: Array) -> bool:
 
 
 def open_loop_drift(speed: float, dt: float) -> tuple[float, float]:
-    """Return the errors in radians after 100 steps at a constant speed (rad/s), as a pair.
+    """Return the errors of both integrations in radians after 100 steps at a constant speed
+    (rad/s).
 
-    The first is the error of exact integration, the second of first-order integration.
+    The first is the error of exact integration, the second is the error of first-order integration.
     """
     steps = 100
     axis = np.array([0.36, 0.48, 0.8])

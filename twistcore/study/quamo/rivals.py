@@ -1,11 +1,11 @@
-"""The rivals that a tracker must beat, which are causal filters, smoothers of a whole clip and an
-offset.
+"""The rivals that a tracker must beat: causal filters, smoothers of whole clips, and an offset.
 
 Each rival has separate settings for rotations and for the root's position. The settings are the
-best of a grid on the training subjects at no higher MPJPE (and GRE) than our tracker's. `python -m
-benchmarks.quamo_tune_rivals FOLDER` repeats the choice and prints the rule. Linear filters act on
-the four components of the quaternions, each in the hemisphere of the previous one, and scale the
-result to unit length, because components have no wrap and prefer no direction of turning.
+best of a grid on the training subjects for which the MPJPE (and GRE) is no higher than our
+tracker's. `python -m benchmarks.quamo_tune_rivals FOLDER` repeats the choice and prints the rule.
+Linear filters act on the four components of the quaternions, each in the hemisphere of the previous
+one, and scale the result to unit length, because components have no wrap and prefer no direction of
+turning.
 """
 
 from __future__ import annotations
@@ -34,9 +34,7 @@ Smooth = Callable[[Array, float, Setting], Array]  # (frames, …), frame time i
 
 @dataclass(frozen=True)
 class Rival:
-    """A filter with its settings for rotations (`turning`) and for the root's position
-    (`moving`).
-    """
+    """A filter with settings for rotations (`turning`) and for the root's position (`moving`)."""
 
     name: str
     causal: bool
@@ -106,8 +104,9 @@ def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
-    """Fit a polynomial around each frame and take its middle. `setting` is the window in frames and
-    the degree.
+    """Fit a polynomial around each frame and return its middle.
+
+    `setting` is the window in frames and the degree.
     """
     del dt
     frames, degree = (int(v) for v in setting)
@@ -157,7 +156,8 @@ RIVALS = (
 def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
     """Return the mean rotation vector of each joint from the input to the truth, (joints, 3).
 
-    `pairs` are (q̂, q) of training clips. A systematic error common to all clips would appear here.
+    `pairs` are (q̂, q) of training clips. A systematic error that all clips share would appear
+    here.
     """
     each = [logarithm(multiply(q, conjugate(q_hat))) for q_hat, q in pairs]
     mean: Array = np.concatenate(each).mean(axis=0)

@@ -1,6 +1,4 @@
-"""Prepare clips for networks and tables, with 24 joints, in metres, at 25 Hz, with their
-subject.
-"""
+"""Prepare clips for networks and tables: 24 joints, metres, 25 Hz, and the subject."""
 
 from __future__ import annotations
 
@@ -24,9 +22,7 @@ HELD_OUT = ("01", "05", "06", "14")
 
 @dataclass(frozen=True, eq=False)
 class Sequence24:
-    """A true motion at 25 Hz, with q (frames, 24, 4), r (frames, 3) and offsets (24, 3) in
-    metres.
-    """
+    """A true motion at 25 Hz: q (frames, 24, 4), r (frames, 3) and offsets (24, 3) in metres."""
 
     name: str
     subject: str
@@ -42,7 +38,7 @@ class Sequence24:
 
 
 def read_sequence(path: Path) -> Sequence24:
-    """Read a BVH clip without frame 0, which in CMU's BVH releases was not captured.
+    """Read a BVH clip without frame 0, which is not captured in CMU's BVH releases.
 
     Lengths are in CMU's unit. The subject is the part of the file name before '_'.
     """
@@ -62,9 +58,7 @@ def read_sequence(path: Path) -> Sequence24:
 
 
 def windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, ...]:
-    """Split clips into consecutive pieces of `frames` frames [Le26 §4.2], and drop the
-    remainder.
-    """
+    """Split clips into pieces of `frames` frames [Le26 §4.2], and drop the remainder."""
     return tuple(
         replace(s, name=f"{s.name} {at}", q=s.q[at : at + frames], r=s.r[at : at + frames])
         for s in sequences
@@ -73,7 +67,7 @@ def windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, .
 
 
 def read_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
-    """Return all BVH clips in a folder, sorted by name, and a sentence for each unusable one.
+    """Return the BVH clips of a folder, sorted by name, and a sentence for each unusable one.
 
     Raises TwistError if there is no BVH.
     """

@@ -1,4 +1,4 @@
-"""The scores of methods for every noise level and seed, as tables and as JSON."""
+"""The scores of methods at every noise level and seed, as tables and as JSON."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from twistcore.study.quamo.pose_errors import METRICS, errors
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.synthesis import generator
 
-# A method: a function of noisy versions of a clip, of a subject not used in training, that returns
-# poses (frames, versions, 24, 4) and root places (frames, versions, 3).
+# A method: a function of noisy versions of a clip, whose subject was not used in training. It
+# returns poses (frames, versions, 24, 4) and root positions (frames, versions, 3).
 Method = Callable[[Sequence24, Array, Array], tuple[Array, Array]]
 
 _ORDER = tuple(LEVELS.values())
@@ -23,7 +23,7 @@ _ORDER = tuple(LEVELS.values())
 
 @dataclass(frozen=True)
 class NoiseCondition:
-    """The noise behind a table, which is a level with or without its systematic part."""
+    """The noise of a table: a level, with or without its systematic part."""
 
     level: str
     systematic: bool
@@ -42,7 +42,7 @@ CONDITIONS = tuple(NoiseCondition(level, s) for level in LEVELS for s in (False,
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Metrics by method and condition, (seeds, len(METRICS)), averaged with frames as weights."""
+    """Metrics of each method and condition, (seeds, len(METRICS)), averaged over frames."""
 
     by_method: Mapping[tuple[str, NoiseCondition], Array]
     clips: tuple[str, ...]
@@ -82,7 +82,7 @@ def score_methods(
     Set `from_truth` to True to shift the input's root so that it begins where the truth begins
     [Le26 §4.2].
     """
-    # A method runs all conditions and seeds of a clip at once: far fewer steps.
+    # A method runs all conditions and seeds of a clip at once, which takes far fewer steps.
     draws = [(condition, k) for condition in conditions for k in range(len(seeds))]
     table = {
         (name, c): np.zeros((len(seeds), len(METRICS)))
@@ -113,7 +113,7 @@ def noisy_clip(sequence: Sequence24, noise: Noise, seed: int) -> tuple[Array, Ar
 
 
 def scores_to_json(scores: Scores) -> dict[str, Any]:
-    """Return the means and the values of each seed, by method and condition."""
+    """Return the means and each seed's values, by method and condition."""
     return {
         "clips": list(scores.clips),
         "metrics": list(METRICS),
@@ -131,9 +131,7 @@ def scores_to_json(scores: Scores) -> dict[str, Any]:
 
 
 def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseCondition) -> str:
-    """Return the table of one condition, with the metrics of each method and their ratios to the
-    input.
-    """
+    """Return the table of one condition: each method's metrics and their ratios to the input."""
     rows = []
     for method in methods:
         mean, ratio = scores.mean(method, condition), scores.ratio(method, condition)

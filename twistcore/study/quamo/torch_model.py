@@ -21,7 +21,7 @@ Step = Callable[..., tuple[Tensor, Tensor, Tensor, Tensor]]
 
 
 def import_torch() -> Any:
-    """Return PyTorch, limited to one thread; a TwistError says what to install if it is missing."""
+    """Return PyTorch, limited to one thread. Raises TwistError with advice if it is missing."""
     try:
         import torch
     except ImportError:
@@ -32,7 +32,7 @@ def import_torch() -> Any:
 def unroll(
     torch: Any, w: dict[str, Tensor], q_hat: Array, r_hat: Array, step: Step
 ) -> tuple[Tensor, Tensor]:
-    """Return the tracked q (windows, frames, 24, 4) and r (…, 3), with the steps of Tracker."""
+    """Return the tracked q (windows, frames, 24, 4) and r (…, 3), stepping like Tracker."""
     first = np.where(q_hat[:, 0, :, :1] < 0.0, -q_hat[:, 0], q_hat[:, 0])
     delta = np.stack(
         [increment(q_hat[:, t], q_hat[:, t - 1]) for t in range(1, q_hat.shape[1])], axis=1
@@ -51,7 +51,7 @@ def unroll(
 
 
 def make_step(torch: Any, variant: str, compiled: bool = False) -> Step:
-    """Return a function of tensors that does one state-space step with ControlNet's gains.
+    """Return a function of tensors for one state-space step with ControlNet's gains.
 
     Set `compiled` to True to fuse the step with torch.compile. This needs a C++ compiler and about
     a minute at the start, and halves the time of an epoch.
@@ -140,7 +140,7 @@ def _moved(torch: Any, q: Tensor, phi: Tensor, exact: bool) -> Tensor:
     if not exact:
         turn = torch.cat([torch.ones_like(phi[..., :1]), 0.5 * phi], dim=-1)
         return torch.nn.functional.normalize(_multiply(torch, turn, q), dim=-1)
-    # The floor keeps the gradient of the norm finite where φ = 0.
+    # The floor keeps the gradient of the norm finite at φ = 0.
     half = 0.5 * (phi * phi).sum(dim=-1, keepdim=True).clamp_min(1e-12).sqrt()
     turn = torch.cat([torch.cos(half), (0.5 * torch.sin(half) / half) * phi], dim=-1)
     return _multiply(torch, turn, q)

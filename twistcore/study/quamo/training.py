@@ -38,7 +38,7 @@ from twistcore.study.quamo.torch_model import (
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """The settings of a training, whose defaults are the settings of the shipped weights."""
+    """The settings of a training run. The defaults are those of the shipped weights."""
 
     variant: str = "full"
     seed: int = 0
@@ -54,8 +54,8 @@ class TrainingSettings:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Training windows with q_hat, q (windows, frames, 24, 4), r_hat, r (…, 3) and offsets
-    (windows, 24, 3).
+    """Training windows: q_hat, q (windows, frames, 24, 4), r_hat, r (…, 3), offsets (windows, 24,
+    3).
     """
 
     q_hat: Array
@@ -72,7 +72,7 @@ def train(
     compiled: bool = False,
     tell: Callable[[str], None] = print,
 ) -> Network:
-    """Train on these clips; continue from `checkpoint` if it exists and has the same settings.
+    """Train on these clips, continuing from a `checkpoint` with the same settings if there is one.
 
     Raises TwistError if PyTorch is not installed or if no clip is as long as a window.
     """
@@ -127,7 +127,7 @@ def batches(
     settings: TrainingSettings,
     epoch: int,
 ) -> Iterator[Batch]:
-    """Yield an epoch's windows in random order, randomly mirrored and rotated, with fresh noise.
+    """Yield an epoch's windows in random order, randomly mirrored and rotated, with new noise.
 
     The batches depend only on the settings' seed and on the epoch, so a resumed run gives the same
     result.
@@ -171,7 +171,7 @@ def _pose_statistics(
 
 
 def _spread(sequences: Sequence[Sequence24]) -> Array:
-    """Return the standard deviation of each joint's rotation vectors, (24, 3); 0 for the root."""
+    """Return the standard deviation of each joint's rotation vectors, (24, 3), 0 for the root."""
     spread: Array = np.concatenate([logarithm(s.q) for s in sequences]).std(axis=0)
     spread = np.maximum(spread, spread[list(MIRROR)])
     spread[0] = 0.0
@@ -181,8 +181,8 @@ def _spread(sequences: Sequence[Sequence24]) -> Array:
 def _augmented(
     sequence: Sequence24, rng: np.random.Generator, spread: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    # Change the posture: turn every joint by a constant of the size of its usual movement, so
-    # that the network learns how far a joint turns, not how these people hold themselves.
+    # Change the posture: turn every joint by a constant angle of its usual size of movement, so
+    # that the network learns how far a joint turns, not the posture of these people.
     posture = rng.standard_normal(spread.shape) * spread
     q, r, offsets = multiply(exponential(posture), sequence.q), sequence.r, sequence.offsets
     if rng.random() < 0.5:
@@ -217,9 +217,9 @@ def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> T
 
 
 def _settings_text(settings: TrainingSettings) -> str:
-    """Return the settings as text for checkpoints, in which the class keeps its old name.
+    """Return the settings as text for checkpoints.
 
-    Earlier checkpoints are accepted for this reason.
+    The text has the class's old name, so that earlier checkpoints are accepted.
     """
     return repr(settings).removeprefix("Training")
 
