@@ -18,6 +18,7 @@ program. Only the standard library is used here, since nothing else is installed
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import sys
 import time
@@ -46,10 +47,19 @@ def default_clip() -> Path:
     raise SetupError("There is no sample clip in assets/. Name a BVH file: python3 dev.py run CLIP")
 
 
+def copy_in_out(clip: Path) -> Path:
+    """Return a copy of a clip in out/, so that the program writes nothing into assets/."""
+    copy = places.OUT / clip.name
+    if not copy.exists():
+        copy.parent.mkdir(exist_ok=True)
+        shutil.copyfile(clip, copy)
+    return copy
+
+
 def command_run(args: list[str]) -> int:
     """Open the program; without a screen, run a demonstration and list its results."""
     if has_screen() or {"--demo", "--screenshot", "--help", "-h", "--version"} & set(args):
-        words = args or [str(default_clip())]
+        words = args or [str(copy_in_out(default_clip()))]
         with screen() as env:
             return start([str(places.PYTHON), "-m", "inspector", *words], env, Path.cwd())
     began = time.time() - 1  # some file systems store whole seconds
@@ -97,7 +107,8 @@ def list_results(began: float) -> None:
         ".bvh": "corrected motion: only accepted intervals have changed",
         ".html": "report, for a browser",
         ".csv": "report as a table",
-        ".json": "report or session, for programs",
+        ".replay.json": "session: repeats the export, and opens in the window",
+        ".json": "report, for programs",
         ".py": "markers of the intervals, for an animation program",
         ".srt": "subtitles",
         ".webm": "film",
@@ -108,7 +119,8 @@ def list_results(began: float) -> None:
     names = [legible(file.relative_to(places.OUT).as_posix()) for file in files]
     width = max(map(len, names), default=0)
     for file, name in zip(files, names, strict=True):
-        say(f"  {name:<{width}}  {kinds.get(file.suffix.lower(), '')}".rstrip())
+        kind = next((kinds[k] for k in kinds if file.name.lower().endswith(k)), "")
+        say(f"  {name:<{width}}  {kind}".rstrip())
     say("With a screen, the same command opens the window.")
 
 

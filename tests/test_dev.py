@@ -413,6 +413,22 @@ def test_the_default_clip_is_the_one_with_a_truth(tmp_path, monkeypatch):
     assert dev.default_clip().name == "walk_injected.bvh"
 
 
+def test_the_sample_is_opened_as_a_copy_so_that_nothing_is_written_next_to_it(
+    tmp_path, monkeypatch
+):
+    commands = []
+    monkeypatch.setattr(places, "OUT", tmp_path / "out")
+    monkeypatch.setattr(dev, "has_screen", lambda: True)
+    monkeypatch.setattr(dev, "start", lambda command, *_: commands.append(command[3:]) or 0)
+    monkeypatch.setattr(dev, "screen", lambda: contextlib.nullcontext({}))
+    copy = tmp_path / "out" / dev.default_clip().name
+    for _ in range(2):  # the second time, the copy is there
+        assert dev.command_run([]) == 0
+    assert dev.command_run(["mine.bvh"]) == 0
+    assert commands == [[str(copy)], [str(copy)], ["mine.bvh"]]
+    assert copy.read_bytes() == dev.default_clip().read_bytes()
+
+
 @pytest.fixture
 def started(tmp_path, monkeypatch, no_screen):
     """The commands that are started on a virtual screen; the program leaves a report."""

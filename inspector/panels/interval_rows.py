@@ -167,6 +167,8 @@ class IntervalModel(RowModel[ListRow]):
         decided = count - every.count(Decision.UNDECIDED)
         one = every[0] if len(set(every)) == 1 else None
         decision = MARKS[one] if one else tr("{done} of {count}", done=decided, count=count)
+        if all(j.verdict == SEEN for j in group.members):
+            decision = tr("✓ seen")
         start = min(j.interval.start for j in group.members)
         name = of_core(group.name)
         label = f"{of_core(chain.label)} ({count})"

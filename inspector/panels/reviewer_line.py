@@ -11,8 +11,10 @@ from inspector.widgets.building import hbox, tool_button
 
 
 class ReviewerLine(QFrame):
-    """A line for the reviewer's name. Enter saves the name, also for earlier decisions without
-    one.
+    """A line for the reviewer's name. Enter saves it, also for earlier decisions without a name.
+
+    The line does not take the focus when it appears: the keys continue to decide about intervals
+    until the user clicks the field.
     """
 
     def __init__(self, document: Document, settings: Settings) -> None:
@@ -39,8 +41,7 @@ class ReviewerLine(QFrame):
 
     def _ask(self) -> None:
         if not self._settings.reviewer_asked and self.isHidden():
-            self.show()
-            self.name.setFocus()  # or the letters of the name would decide about intervals
+            self.show()  # without the focus, since the next key is usually another decision
 
     def _look(self) -> None:
         """Hide the line if the name was entered elsewhere."""

@@ -28,6 +28,7 @@ from twistcore.formats.reading import own_name, same_format
 _Made = TypeVar("_Made")
 
 SESSION_SUFFIX = ".twist.json"
+SESSION_PATTERNS = f"*{SESSION_SUFFIX}* *{REPLAY_SUFFIX}"  # for a file dialog
 JOURNAL_SUFFIX = ".journal"
 # Several crashes may leave several journals. `.unanswered` is from an older version.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")

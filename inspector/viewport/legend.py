@@ -38,10 +38,11 @@ def frame_legend(
     if chain is not None:
         degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
     swivel = isinstance(chain, Limb)
+    title = of_core(chain.label) if chain is not None else ""
     text = legend_text(
         theme,
         "split" if scene.split else document.show,
-        of_core(chain.label) if chain is not None else "",
+        fault.joint if title and fault and fault.joint else title,
         degrees,
         tracked=scene.accompanied,
         swivel=swivel,

@@ -21,7 +21,7 @@ from inspector.folder.remembered_folders import (
 from inspector.language import chosen_language, plural, tr, tr_as
 from inspector.session.export_files import Export, ExportChoice
 from inspector.session.leftovers import unsaved_among
-from inspector.session.session_files import SESSION_SUFFIX, is_session, written
+from inspector.session.session_files import SESSION_PATTERNS, is_session, written
 from inspector.widgets.background import OneTask
 from inspector.widgets.file_dialog import ask_files, ask_folder
 from inspector.widgets.labels import as_entry, as_tip
@@ -98,7 +98,7 @@ class FileActions(Saving):
 
     def open_dialog(self) -> None:
         """Ask for a file and open it."""
-        patterns = tr("Motion and sessions") + f" ({CLIP_PATTERNS} *{SESSION_SUFFIX}*)"
+        patterns = tr("Motion and sessions") + f" ({CLIP_PATTERNS} {SESSION_PATTERNS})"
         pattern = f"{patterns};;" + tr("All files") + " (*)"
         ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
 

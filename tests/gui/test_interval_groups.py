@@ -19,6 +19,7 @@ from tests.conftest import ASSETS
 from tests.gui.windows import act, close_window, decisions, open_clip, press
 from twistcore.detection import Kind
 from twistcore.review import Decision
+from twistcore.review.model import SEEN
 
 KEY, CTRL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 FOUND = 15  # intervals of the clip: a spike, two groups
@@ -222,6 +223,19 @@ def test_a_filter_decides_what_is_in_a_group(qtbot, kick):
     assert len(decided(kick)) == 5  # A and R never judge what is not listed
     kick.intervals.search.clear()
     assert texts(kick, "decision")[1] == "5 of 12"
+
+
+def test_a_group_without_corrections_is_seen_not_accepted(kick):
+    rows = kick.intervals.table.model().sourceModel()
+    kick.document.decide(Decision.ACCEPTED, [j.id for j in kick.document.intervals])
+    group = next(row for row in things(kick) if isinstance(row, GroupRow))
+    jumps = tuple(j for j in group.members if j.verdict == SEEN)
+    assert 0 < len(jumps) < len(group.members)
+    said = [
+        rows.describe(row).texts[PLACE["decision"]]
+        for row in (group, replace(group, members=jumps))
+    ]
+    assert said == ["✓ accepted", "✓ seen"]
 
 
 @pytest.mark.parametrize("order", [Qt.SortOrder.AscendingOrder, Qt.SortOrder.DescendingOrder])

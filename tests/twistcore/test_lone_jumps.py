@@ -209,7 +209,7 @@ def test_the_report_tells_the_turn_the_speed_and_that_it_was_seen(tmp_path):
     turn = f"{seen['delta_deg']:+.2f}° at {seen['speed_deg_s']:,.0f}°/s"
     assert re.search(f"<td>lone jump .*LeftFoot.*{re.escape(turn)}</td>", text)
     assert '<td class="seen">seen</td>' in text
-    assert f"LeftLeg lone jump {np.degrees(jump.size):+.1f}" in markers.read_text("utf-8")
+    assert f"LeftFoot lone jump {np.degrees(jump.size):+.1f}" in markers.read_text("utf-8")
 
 
 def test_a_jump_and_a_twist_in_the_same_frames_are_two_findings():

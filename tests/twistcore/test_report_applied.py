@@ -8,10 +8,11 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from tests.conftest import ASSETS
 from tests.twistcore import amc_files
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped, spun
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.export.replay import accepted_motion
 from twistcore.formats.amc import read_amc
@@ -136,12 +137,34 @@ def test_a_lone_jump_is_told_alike_wherever_it_stands(tmp_path):
     assert all('<td class="n">–</td>' in cells and "°</td>" not in cells for _, cells in told)
 
 
+def test_a_jump_of_a_joint_is_listed_with_its_joint_and_its_angle():
+    """Its chain is only the place in the list; another joint may have jumped."""
+    clip = read_clip(ASSETS / "kick.bvh")
+    found = analyse(clip).detect()
+    review = Review.of(found)
+    review.accept()
+    refined = accepted_motion(clip, found.chains_and_limbs, review.state)
+    report = Report(clip, found.chains_and_limbs, review.state, refined)
+    page = clip_page(report_to_json(report), report)
+    jumps = [i for i in found if i.kind in (Kind.JOINT_JUMP, Kind.SPIKE)]
+    assert len(jumps) > 0
+    for i in jumps:
+        angle = abs(np.degrees(i.shown))
+        assert f"<td>{i.kind} of {i.joint}, {angle:.2f}°</td>" in page
+    before, after = page.split("examined again")
+    listed = r"<td>(?:joint jump|spike) of \w+, [\d.]+°</td>"
+    assert len(re.findall(listed, before)) == len(jumps)
+    assert len(re.findall(listed, after)) == len(re.findall(r"<td>(?:joint jump|spike)", after)) > 0
+
+
 def test_a_find_is_named_by_its_chain_and_the_pictures_say_what_they_show():
     """Right leg is a limb, Right Leg a chain: the name that tells them apart stands beside it."""
     found = [flip(), constant("LeftForeArm", 40, 45, 0.9)]
     report = reviewed(CLIP, (*CHAINS, *LIMBS), found, (1, 2))
     drawn = Drawn(((b"before", b"after"),) * 2)
     page = clip_page(report_to_json(report), report, drawn)
+    assert page.count("The pictures show frame") == 2
+    assert "The pictures show" not in clip_page(report_to_json(report), report)
     heads = dict(re.findall(r'<h3>([^<]*) <span class="soft small">([^<]*)</span> <span', page))
     assert heads == {"Right leg": "RightUpLeg-RightFoot", "Left ForeArm": "LeftForeArm"}
     after = re.findall(r'alt="The same frame ([^"]*)"', page)

@@ -101,7 +101,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
             write_clip_report(arguments.report, report)
     done = correctable(clip.motion, chains, applied)
     count = counted_words(done, found, "corrected")
-    count += f"{shown_only(found)}{_left(name, len(applied), found)}"
+    count += _left(name, len(applied), found)
     if not found.not_examined:
         remark(f"{arguments.output}: {count}{without_limbs(found.analysis.unexamined)}")
     if arguments.session:
@@ -166,12 +166,14 @@ def apply_command(arguments: argparse.Namespace) -> int:
 
 
 def _left(clip: str, applied: int, found: Iterable[Interval]) -> str:
-    """Return text such as '; 2 left for a person to judge: twist-inspector walk.bvh', or ''."""
+    """Return text such as '; not corrected: 1 spike; judge them: twist-inspector walk.bvh'."""
     left = sum(i.repairable for i in found) - applied
-    if not left:
+    words = (f", {left} left for a person to judge" if left else "") + shown_only(found)
+    if not words:
         return ""
-    where = "" if clip == clip_name(STANDARD_INPUT) else f": twist-inspector {shlex.quote(clip)}"
-    return f"; {left} left for a person to judge{where}"
+    window = f"; judge them: twist-inspector {shlex.quote(clip)}"
+    window = "" if clip == clip_name(STANDARD_INPUT) else window
+    return f"; not corrected: {words.removeprefix(', ')}{window}"
 
 
 def _least(asked: float | None) -> float:
@@ -286,8 +288,8 @@ def diff_command(arguments: argparse.Namespace) -> int:
     for m in difference.moved:
         say(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {m.frames} frames")
     say(
-        f"{len({j.joint for j in difference.joints})} joints rotate differently, in "
-        f"{difference.frames} frames; joints move by at most "
+        f"rotations differ in {count_of(len({j.joint for j in difference.joints}), 'joint')} and "
+        f"{count_of(difference.frames, 'frame')}; joints move by at most "
         f"{difference.max_position_of_height:.1e} of the height"
     )
     return 0

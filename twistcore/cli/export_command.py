@@ -13,6 +13,8 @@ from twistcore.files.atomic import write_atomically
 from twistcore.formats.reading import read_clip
 from twistcore.review import read_session
 
+_PROGRAMS = {"blender": "Blender", "maya": "Maya", "motionbuilder": "MotionBuilder"}
+
 
 def export_command(arguments: argparse.Namespace) -> int:
     """Write the script and return the exit code."""
@@ -37,8 +39,9 @@ def export_command(arguments: argparse.Namespace) -> int:
         raise TwistError(f"{arguments.session}: {error}") from None
     write_atomically(arguments.output, text.encode("utf-8"))
     joints = int((clip.motion.rotations != corrected.rotations).any(axis=(0, 2)).sum())
-    count = count_of(len(accepted), "interval")
-    remark(f"{arguments.output}: {count} on {joints} joints, for {arguments.script}")
+    count = f"{count_of(len(accepted), 'interval')} on {count_of(joints, 'joint')}"
+    where = f"run it in {_PROGRAMS[arguments.script]}, in the scene of the clip"
+    remark(f"{arguments.output}: {count}; {where}")
     return _tell_place(arguments, state.tracking is not None and state.tracking.place)
 
 

@@ -47,6 +47,9 @@ def blender_markers(
 
 
 def _what(judged: Judged) -> str:
-    """Return the chain's name, followed by the kind if it is not a counter-twist."""
-    kind = judged.interval.kind
-    return judged.interval.chain + ("" if kind == Kind.COUNTER_TWIST else f" {kind}")
+    """Return the chain's name, or the joint's if it errs alone, and the kind, unless this is a
+    counter-twist.
+    """
+    interval = judged.interval
+    name = interval.chain if interval.repairable or not interval.joint else interval.joint
+    return name + ("" if interval.kind == Kind.COUNTER_TWIST else f" {interval.kind}")

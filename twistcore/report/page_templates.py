@@ -10,6 +10,7 @@ from urllib.parse import quote
 
 import jinja2
 
+from twistcore.detection.kind import plural_name
 from twistcore.files.version import __version__
 
 GENERATOR = "twistcore report"  # the generator named at the start of a page
@@ -33,6 +34,7 @@ def _environment() -> jinja2.Environment:
     environment.filters |= {
         "when": _when,
         "plural": _plural,
+        "kinds": plural_name,
         "degrees": _degrees,
         "href": _href,
         "thousands": _thousands,

@@ -107,5 +107,7 @@ def add_correction(parser: argparse.ArgumentParser) -> None:
         "without a confidence is corrected (default: 0.5, and all without a confidence)",
     )
     parser.add_argument(
-        "--include-open", action="store_true", help="also correct intervals that are open"
+        "--include-open",
+        action="store_true",
+        help="also correct open intervals, except kinds that are never corrected automatically",
     )
