@@ -73,11 +73,8 @@ class CostPlot(TauPlot):
         self.axes["left"].setTextPen(QColor(theme.after))
         self.axes["right"].setTextPen(QColor(theme.rejected))
 
-    def show_curve(self, curve: TauCurve | None, suggested: float = 0.0) -> None:
-        """Show the curve of a chain or the sum of several, or nothing if it is not measured yet.
-
-        `suggested` is the suggested τ in radians.
-        """
+    def show_curve(self, curve: TauCurve | None) -> None:
+        """Show the curve of a chain or the sum of several, or nothing if it is not measured yet."""
         self.touch()
         known = curve is not None and curve.drawn is not None
         self.band.setVisible(known)
@@ -95,8 +92,13 @@ class CostPlot(TauPlot):
         self.alarms.setData(np.concatenate([x[:1], middle, x[-1:]]), curve.alarms)
         most = max(4.0, 1.15 * float(curve.alarms.max()))
         self._alarms_view.setYRange(0.0, most, padding=0.08)
-        place = float(np.log10(np.degrees(suggested)))
-        self.mark.setData([place], [100.0 * curve.at(suggested)[0]])
+
+    def show_suggestion(self, curve: TauCurve, suggested: float) -> None:
+        """Mark the suggested τ, in radians, of the curve that is shown."""
+        self.touch()
+        if curve.errors:
+            place = float(np.log10(np.degrees(suggested)))
+            self.mark.setData([place], [100.0 * curve.at(suggested)[0]])
 
     def _fit(self) -> None:
         self._alarms_view.setGeometry(self.view.sceneBoundingRect())

@@ -53,10 +53,15 @@ class Request:
 
 @dataclass(frozen=True)
 class Capture:
-    """The measured frames [first, stop) of the clip, without blends at the clip's ends."""
+    """The measured frames [first, stop) of the clip, without blends at the clip's ends.
+
+    presumed: the spans (chain, start, stop) of sure intervals that were taken for errors although
+    nobody judged them.
+    """
 
     first: int
     stop: int
+    presumed: tuple[tuple[str, int, int], ...] = ()
 
 
 def measure(pipe: Connection, request: Request) -> None:
@@ -90,7 +95,8 @@ def measure(pipe: Connection, request: Request) -> None:
             rig=request.rig,
             left_out=request.left_out,
         )
-        pipe.send(Capture(tuning.first, tuning.first + tuning.clean.motion.frames))
+        stop = tuning.first + tuning.clean.motion.frames
+        pipe.send(Capture(tuning.first, stop, tuning.presumed))
         left = [name for name in request.wanted if name in tuning.names]
         while left:
             while pipe.poll():

@@ -16,6 +16,12 @@ from inspector.tuning.bar_frames import BarFrames
 from inspector.tuning.cost_plot import CostPlot
 from inspector.tuning.strength_histogram import Histogram
 from inspector.tuning.tau_costs import Costs
+from inspector.tuning.tau_words import (
+    cost_parts,
+    difference_text,
+    presumed_text,
+    suggestion_text,
+)
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption, inked, plain_text
@@ -23,7 +29,6 @@ from inspector.widgets.theme import Colours
 from twistcore.detection import DETECTORS
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
-from twistcore.tuning.cost_words import band_words, count_words, fsr_words
 
 _NO_COSTS = tr(
     "The cost of τ is measured for chains only. Limbs and twist bones use their automatic τ."
@@ -69,6 +74,7 @@ class CurvesPage(QWidget):
         document.frame_changed.connect(self._show_place)
         document.numbering_changed.connect(self._show_place)
         self.strength_words, self.cost_words, self.state = Caption(), Caption(), Caption(soft=True)
+        self.presumed = Caption(soft=True)
         steps = [action_button(actions[name], short) for name, short in _STEPS.items()]
         for button in steps:
             button.setAutoRaise(True)
@@ -78,6 +84,7 @@ class CurvesPage(QWidget):
             self.cost_words,
             (self.cost, 1),
             self.state,
+            self.presumed,
             owner=self,
             margins=(0, 4, 0, 0),
             spacing=2,
@@ -102,8 +109,7 @@ class CurvesPage(QWidget):
         self._floor = float(np.degrees(document.detector.automatic_tau(name)))
         for plot in (self.histogram, self.cost):
             plot.show_floor(self._floor)
-        curve = self._costs.curves.get(name)
-        self.cost.show_curve(curve, self._wishes.suggested(curve) if curve else 0.0)
+        self.cost.show_curve(self._costs.curves.get(name))
         self.cost.setVisible(self._has_costs)
         self._show_place()
 
@@ -121,8 +127,11 @@ class CurvesPage(QWidget):
         for plot in (self.histogram, self.cost):
             plot.show_tau(degrees, held=held and plot.tau_line.moving)
 
-    def show_words(self, degrees: float) -> None:
-        """Update the captions above the plots and the line of text below them."""
+    def show_words(self, degrees: float, before: float | None = None) -> None:
+        """Update the captions above the plots and the lines of text below them.
+
+        `before` is τ at the beginning of a drag, in radians, or None if τ is not being dragged.
+        """
         self.strength_words.set_text(self._strength_text(degrees))
         left = int((~self._counted).sum())
         out = plural(
@@ -131,17 +140,26 @@ class CurvesPage(QWidget):
             left,
         )
         self.strength_words.setToolTip(out if left else "")
-        self.cost_words.set_text(self._cost_text() if self._has_costs else _NO_COSTS)
-        found = len(self._document.review.state.of_chain(self._document.chain))
-        at = plural(
-            "{n} interval at τ {tau:.2f}°", "{n} intervals at τ {tau:.2f}°", found, tau=degrees
-        )
-        parts = [at]
-        if (curve := self._costs.curves.get(self._document.chain)) is not None:
-            cost = curve.cost(float(np.radians(degrees)))
-            alarms = tr("false alarms {count}", count=count_words(cost))
-            parts += [f"FSR {fsr_words(cost)}", alarms]
-            self.state.setToolTip(of_core(band_words(cost)))
+        document = self._document
+        tau = document.review.state.tau[document.chain]
+        present = tau if before is None else before
+        curve = self._costs.curves.get(document.chain)
+        if curve is not None:
+            self.cost.show_suggestion(curve, self._wishes.suggested(curve, present))
+        self.cost_words.set_text(self._cost_text(present) if self._has_costs else _NO_COSTS)
+        parts, tip = cost_parts(self._costs, document.method, document.chain, tau)
+        if parts and before is not None:
+            parts.insert(0, self._difference(before, tau))
+        elif not parts:
+            found = len(document.review.state.of_chain(document.chain))
+            at = plural(
+                "{n} interval at τ {tau:.2f}°", "{n} intervals at τ {tau:.2f}°", found, tau=degrees
+            )
+            parts = [at]
+        self.state.setToolTip(tip)
+        words = presumed_text(self._costs, document.chain, tau)
+        self.presumed.set_plain(words)
+        self.presumed.setVisible(bool(words))
         if self._has_costs and (progress := self.progress()):
             parts.append(progress)
         self.state.set_plain(" · ".join(parts))
@@ -164,14 +182,17 @@ class CurvesPage(QWidget):
         words.append(_inked(f"╌ {name} {self._floor:.2f}°", theme.soft))
         return "  ".join(words)
 
-    def _cost_text(self) -> str:
+    def _cost_text(self, present: float) -> str:
         theme = self._colours.theme
         words = [_inked("━ FSR", theme.after), _inked(tr("■ false alarms"), theme.rejected)]
         if (curve := self._costs.curves.get(self._document.chain)) is not None:
-            suggested = np.degrees(self._wishes.suggested(curve))
-            suggestion = tr("▼ suggested {tau:.2f}°", tau=suggested)
-            words.append(_inked(suggestion, theme.accepted))
+            text = suggestion_text(self._wishes, curve, present, self._difference)
+            words.append(_inked(f"▼ {text}", theme.accepted))
         return "  ".join([tr("Errors injected into this clip"), *words])
+
+    def _difference(self, before: float, now: float) -> str:
+        document = self._document
+        return difference_text(self._costs, document.method, document.chain, before, now)
 
     @property
     def _has_costs(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ from inspector.tuning.wishes import Wishes
 from inspector.widgets.tables import RowModel, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.detection import DETECTORS
-from twistcore.tuning import Cost, TauCurve, cost_of_all
+from twistcore.tuning import TauCurve
 from twistcore.tuning.cost_words import alarm_words, band_words, count_words, fsr_words
 
 _KINDS = ("suggested", "automatic")
@@ -27,7 +27,7 @@ _TIPS = (
         "Share of injected error frames that are repaired, with its confidence interval from the "
         "draws"
     ),
-    tr("False alarms in this clip"),
+    tr("False alarms: intervals listed at this τ that you rejected"),
 )
 
 
@@ -82,12 +82,11 @@ class DetectorsModel(RowModel[_Line]):
         texts, tips = [label if kind == _KINDS[0] else _AUTOMATIC], [_AT[kind]]
         for method in self.methods:
             curves = self._costs.by(method)
-            tau_text, cost = "", None
-            if chain and chain in curves:
-                tau = self._tau(curves[chain], kind)
-                tau_text, cost = f"{np.degrees(tau):.2f}°", curves[chain].cost(tau)
-            elif not chain:
-                cost = self._total(curves, kind)
+            measured = {k: self._tau(c, kind) for k, c in curves.items() if chain in ("", k)}
+            there = 1 if chain else len(self._costs.names)
+            known = self._costs.cost(method, measured) if len(measured) == there else None
+            cost = known[0] if known else None
+            tau_text = f"{np.degrees(measured[chain]):.2f}°" if chain in measured else ""
             if cost is None:
                 unknown = "…" if self._costs.coming(method) else "–"
                 texts += [unknown if chain else "", unknown, unknown]
@@ -96,11 +95,6 @@ class DetectorsModel(RowModel[_Line]):
                 texts += [tau_text, fsr_words(cost, 0, unit=""), count_words(cost)]
                 tips += ["", of_core(band_words(cost)), of_core(alarm_words(cost))]
         return _Line(chain, kind, tuple(texts), tuple(tips))
-
-    def _total(self, curves: Mapping[str, TauCurve], kind: str) -> Cost | None:
-        if len(curves) < len(self._costs.names):
-            return None
-        return cost_of_all([(curve, self._tau(curve, kind)) for curve in curves.values()])
 
     def _tau(self, curve: TauCurve, kind: str) -> float:
         return self._wishes.suggested(curve) if kind == _KINDS[0] else curve.automatic

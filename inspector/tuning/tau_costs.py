@@ -5,9 +5,11 @@ from __future__ import annotations
 import multiprocessing
 from collections import OrderedDict
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import reduce
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from operator import add
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -19,7 +21,8 @@ from twistcore.detection import DETECTORS
 from twistcore.review import Decision, Judged, ReviewState
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.helper import Helper
-from twistcore.tuning import TauCurve
+from twistcore.tuning import Cost, TauCurve, cost_of_all
+from twistcore.tuning.listed_intervals import ListCounts, list_counts
 from twistcore.tuning.verdicts_of import is_verdict, verdicts_in
 
 _POLL_MS = 30
@@ -72,6 +75,8 @@ class Costs(QObject):
         wishes.changed.connect(self._check)
         # The parts of the key, to avoid making a new key whenever τ moves.
         self._judged: tuple[object, ...] | None = None
+        # Of the detector in use, by capture, chain and τ.
+        self._counted: dict[tuple[Capture | None, str, float], ListCounts] = {}
 
     # -- what views read ----------------------------------------------------------------------
 
@@ -88,6 +93,41 @@ class Costs(QObject):
     def capture(self) -> Capture | None:
         """The frames of the clip without blends at its ends, or None before any measurement."""
         return self._here.capture
+
+    def counts(self, method: str, chain: str, tau: float) -> ListCounts | None:
+        """Return how many intervals a detector lists at τ radians; None if that is not known.
+
+        They are exact for the detector in use, and of the nearest measured τ for another one.
+        """
+        data, state = self._document.data, self._document.review.state
+        if data is None or method != state.method or chain not in state.tau:
+            curve = self.by(method).get(chain)
+            return curve.counts_at(tau) if curve is not None else None
+        key = self.capture, chain, tau
+        if key not in self._counted:
+            left_out = [*state.left_out]
+            if (capture := self.capture) is not None:
+                left_out += [(0, capture.first), (capture.stop, self._document.frames)]
+            spans = [span for span in left_out if span[0] < span[1]]
+            detector = self._document.detector
+            counts = list_counts(detector, chain, tau, verdicts_in(state), spans)
+            self._counted[key] = counts
+        return self._counted[key]
+
+    def cost(self, method: str, tau: Mapping[str, float]) -> tuple[Cost, ListCounts] | None:
+        """Return the cost of τ, in radians by chain, and the numbers of listed intervals.
+
+        The false alarms of the cost are the listed intervals that were rejected. Returns None if
+        one of the chains is not measured.
+        """
+        curves = self.by(method)
+        counts = [self.counts(method, name, t) for name, t in tau.items() if name in curves]
+        known = [count for count in counts if count is not None]
+        if not tau or len(known) < len(tau):
+            return None
+        together = reduce(add, known)
+        cost = cost_of_all([(curves[name], t) for name, t in tau.items()])
+        return replace(cost, alarms=float(together.rejected)), together
 
     @property
     def _here(self) -> _Measured:
@@ -168,6 +208,7 @@ class Costs(QObject):
             return
         another = self._judged is None or self._judged[0] is not data.clip
         self._judged = judged
+        self._counted.clear()
         spans = [
             (j.decision, j.interval.chain, j.interval.start, j.interval.stop) for j in verdicts
         ]

@@ -13,15 +13,18 @@ from inspector.tuning.tau_costs import Costs
 from inspector.widgets.tables import RowModel, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.detection import DETECTORS
-from twistcore.tuning import Cost, Profile, cost_of_all
-from twistcore.tuning.cost_words import alarm_words, band_words
+from twistcore.tuning import Cost, Profile
+from twistcore.tuning.cost_words import alarm_words, band_words, count_words
+from twistcore.tuning.listed_intervals import ListCounts
 
-_HEADS = ("τ", "FSR", tr("alarms"))
+_HEADS = ("τ", "FSR", tr("listed"), tr("alarms"))
 _TIPS = (
     tr("Threshold of the chain"),
     tr("Share of injected error frames that are repaired at this τ, in this clip"),
-    tr("False alarms in this clip at this τ"),
+    tr("Intervals listed at this τ, and in brackets those corrected automatically"),
+    tr("False alarms: intervals listed at this τ that you rejected"),
 )
+_WIDTH = len(_HEADS)
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ class _Line:
 class ComparisonModel(RowModel[_Line]):
     """The rows of the table: one for each chain, and a last one for all chains.
 
-    Each set of τ has three columns.
+    Each set of τ has four columns.
     """
 
     def __init__(self, document: Document, colours: Colours, costs: Costs) -> None:
@@ -59,12 +62,12 @@ class ComparisonModel(RowModel[_Line]):
         return thing.chain
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return a row for display. Values that are the same in both sets of τ are dimmed."""
-        sets = [thing.texts[k : k + 3] for k in range(1, len(thing.texts), 3)]
+        """Return a row for display; values that are the same in both sets of τ are dimmed."""
+        sets = [thing.texts[k : k + _WIDTH] for k in range(1, len(thing.texts), _WIDTH)]
         colours: dict[int, str] = {}
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):
             colour = self.theme.soft if len(set(column)) == 1 else self.theme.text
-            colours |= {1 + 3 * n + k: colour for n in range(len(sets))}
+            colours |= {1 + _WIDTH * n + k: colour for n in range(len(sets))}
         return TableRow(thing.texts, colours=colours, tips=thing.tips)
 
     # -- content ------------------------------------------------------------------------------
@@ -124,13 +127,15 @@ class ComparisonModel(RowModel[_Line]):
             tau = column.profile.tau.get(chain)
             texts.append("" if not chain else "–" if tau is None else f"{np.degrees(tau):.2f}°")
             tips.append("")
-            cost = self._cost(column, chain) if chain else self._total(column)
-            if cost is None or np.isnan(cost.fsr):
-                texts += 2 * [self._unknown(column, chain)]
-                tips += 2 * [""]
+            known = self._cost(column, (chain,) if chain else self._costs.names)
+            if known is None or np.isnan(known[0].fsr):
+                texts += (_WIDTH - 1) * [self._unknown(column, chain)]
+                tips += (_WIDTH - 1) * [""]
             else:
-                texts += [f"{100 * cost.fsr:.1f} %", f"{cost.alarms:.3g}"]
-                tips += [of_core(band_words(cost)), of_core(alarm_words(cost))]
+                cost, counts = known
+                listed = f"{counts.listed:.0f} ({counts.automatic:.0f})"
+                texts += [f"{100 * cost.fsr:.1f} %", listed, count_words(cost)]
+                tips += [of_core(band_words(cost)), "", of_core(alarm_words(cost))]
         return _Line(chain, tuple(texts), tuple(tips))
 
     def _unknown(self, column: Column, chain: str) -> str:
@@ -149,17 +154,13 @@ class ComparisonModel(RowModel[_Line]):
                 tips.append(tr("{name}: {what}, by {by}", name=column.name, what=tip, by=by))
         self.heads, self.head_tips, self.right = tuple(heads), tuple(tips), range(1, len(heads))
 
-    def _cost(self, column: Column, chain: str) -> Cost | None:
-        tau = column.profile.tau.get(chain)
-        curve = self._costs.by(self.method(column)).get(chain)
-        return curve.cost(tau) if curve is not None and tau is not None else None
-
-    def _total(self, column: Column) -> Cost | None:
-        """Return the cost of a set of τ over all chains."""
-        curves = self._costs.by(self.method(column))
-        tau = column.profile.tau
-        chosen = [(curve, tau[name]) for name, curve in curves.items() if name in tau]
-        return cost_of_all(chosen) if len(chosen) == len(self._costs.names) and chosen else None
+    def _cost(self, column: Column, chains: Sequence[str]) -> tuple[Cost, ListCounts] | None:
+        """Return the cost of a set of τ over chains; chains without a τ do not count."""
+        tau = {name: column.profile.tau[name] for name in chains if name in column.profile.tau}
+        method = self.method(column)
+        if len(chains) > 1 and len(self._costs.by(method)) < len(chains):
+            return None
+        return self._costs.cost(method, tau)
 
 
 def _short(name: str) -> str:

@@ -70,6 +70,7 @@ class TuningPanel(QWidget):
         self.evidence = VerdictEvidence(document, self.wishes, self)
         self.scope = Scope.CHAIN
         self._drag = 0
+        self._before: dict[str, float] = {}  # τ at the beginning of a drag, radians by chain
         self._seen = False
         self._latest = Latest(self)
         self._stale = Stale(self)
@@ -193,7 +194,7 @@ class TuningPanel(QWidget):
         self.verdicts.show_tau(degrees, held=bool(self._drag))
         page = self.tabs.currentWidget()
         if page is self.curves:
-            self.curves.show_words(degrees)
+            self.curves.show_words(degrees, self._before.get(document.chain))
         elif page is self.profiles:
             self.profiles.refresh()
             self.profiles.show_chain(document.chain)
@@ -238,26 +239,35 @@ class TuningPanel(QWidget):
     def _ask(self, degrees: float, dragging: bool) -> None:
         if dragging and not self._drag:
             self._drag = self._document.begin_drag()
+            self._before = dict(self._document.review.state.tau)
         drag = self._drag if dragging else 0
         self._latest.ask(lambda: self.set_tau_degrees(degrees, drag))
 
     def _give_up(self) -> None:
         """Cancel a drag because its clip was closed."""
         self._latest.forget()
-        self._drag = 0
+        self._drag, self._before = 0, {}
         for plot in self.findChildren(TauPlot):
             plot.tau_line.let_go()
 
     def _drop(self) -> None:
         self._latest.flush()
-        self._drag = 0
+        self._drag, self._before = 0, {}
         self._stale.mark()
 
     def suggest(self) -> None:
-        """Set the suggested τ of every chain in scope, as one step that can be undone."""
-        curves = self.costs.curves
-        tau = {n: self.wishes.suggested(curves[n]) for n in self.chains_in_scope() if n in curves}
-        self._document.set_taus(tau)
+        """Set the suggested τ of every chain in scope, as one step that can be undone.
+
+        A τ changes only if its cost becomes lower.
+        """
+        curves, present = self.costs.curves, self._document.review.state.tau
+        names = [name for name in self.chains_in_scope() if name in curves]
+        tau = {name: self.wishes.suggested(curves[name], present[name]) for name in names}
+        if gains := {name: t for name, t in tau.items() if t != present[name]}:
+            self._document.set_taus(gains)
+        elif tau:
+            unchanged = tr("No other τ has a lower cost, so nothing was changed.")
+            self._document.message.emit(unchanged, False)
 
     def tuned(self) -> dict[str, Tuned]:
         """Return the current τ of every chain, with its cost if that is known."""

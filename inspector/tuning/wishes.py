@@ -65,9 +65,13 @@ class Wishes(QObject):
         if before != (self.points, self.smallest_degrees, self.draws):
             self.changed.emit()
 
-    def suggested(self, curve: TauCurve) -> float:
-        """Return the τ that a curve suggests, in radians."""
-        return curve.suggested(*self._terms)
+    def suggested(self, curve: TauCurve, present: float | None = None) -> float:
+        """Return the τ that a curve suggests, in radians; the present one if none is better."""
+        return curve.suggested(*self._terms, present=present)
+
+    def plateau(self, curve: TauCurve, tau: float) -> tuple[float, float]:
+        """Return the range of τ, in radians, that costs the same as τ."""
+        return curve.plateau(tau, *self._terms)
 
     def shared(self, curves: Mapping[str, TauCurve]) -> SharedTau | None:
         """Return the common τ for all chains, or None if there is none."""

@@ -13,12 +13,19 @@ from inspector.bundled import ASSETS, LESSONS, SAMPLE
 from inspector.lessons.lesson_file import read_lesson
 from inspector.session.opening import analyse_clip
 from tests.gui.test_tour import ALL, TRANSLATED
+from twistcore.analysis.correction import refine
 from twistcore.analysis.decomposition import WhatIf, altered, decompose
 from twistcore.detection import Kind
 from twistcore.detection.paper import running_offset
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.motion import forward_kinematics
-from twistcore.skeleton.rotation import geodesic_angle, multiply
+from twistcore.skeleton.rotation import (
+    conjugate,
+    geodesic_angle,
+    multiply,
+    quaternion_from_axis_angle,
+    rotate,
+)
 
 _NUMBER = re.compile(r"(?<![\w.])[−-]?\d+(?:\.\d+)?")
 _NOT_A_FACT = re.compile(r"(Eq|Gl)\. \d+( (to|bis|,) \d+)?|\$[^$]*\$|\b3D\b")
@@ -76,6 +83,14 @@ def pure_twist():
     assert abs(np.degrees(twisted.dtheta_c)) < 0.001
     p, c, g = moved(_ARM, _AT, twist=75.0)
     assert max(p, c) < 1e-9
+    axis, joints = captured.w, [getattr(chain(_ARM), j) for j in ("child", "grandchild")]
+    turned = [WhatIf(twist=np.radians(a)) for a in (0.0, 30.0, 75.0, 180.0)]
+    poses = [altered(clip().motion, chain(_ARM), _AT, one) for one in turned]
+    arms = np.array([np.diff(forward_kinematics(p)[1][0][joints], axis=0)[0] for p in poses])
+    assert np.ptp(np.linalg.norm(arms, axis=1)) < 1e-6  # the wrist is on a circle about the bone:
+    above = clip().motion.skeleton.parents[chain(_ARM).parent]
+    world = rotate(clip().rotations[_AT, above], axis)
+    assert np.ptp(arms @ world) < 1e-6
     return {"60", "75", "170", f"{g:.0f}"}
 
 
@@ -113,6 +128,12 @@ def swing_keeps_the_roll():
         assert np.isclose(swung.theta_p, captured.theta_p)
         assert np.isclose(swung.alpha, np.radians(angle))
         assert np.allclose(swung.n, captured.n, atol=1e-9)
+        assert abs(float(swung.n @ swung.a)) < 1e-9
+        assert abs(float(swung.n @ swung.w)) < 1e-9
+        for other in (0.0, 30.0, -90.0):  # a roll added to the swing makes the turn longer
+            roll = quaternion_from_axis_angle(swung.w, np.radians(other))
+            turn = 2.0 * np.arccos(min(abs(float(multiply(roll, swung.swing)[0])), 1.0))
+            assert turn >= swung.alpha - 1e-9
     return {"120"}
 
 
@@ -120,6 +141,9 @@ def swing_alone():
     whole, part = at(_ARM, _AT), at(_ARM, _AT, stage=1.0)
     assert np.allclose(whole.w, part.w, atol=1e-9)
     assert abs(part.theta_p) < 1e-9
+    half = whole.alpha / 2.0
+    expected = [np.cos(half), *(np.sin(half) * whole.n)]
+    assert np.allclose(whole.swing, expected, atol=1e-9)  # Eq. 6
     assert np.isclose(np.degrees(whole.theta_p), 34.0, atol=0.5)
     return {deg(part.theta_p + 1e-12), deg(whole.theta_p)}
 
@@ -148,6 +172,9 @@ def second_jump():
     outside = np.degrees(clip("walk.bvh").signals[_LEG].theta_p[_START - 3 : _START])
     assert np.abs(inside + 170.0).max() < 5.0
     assert np.abs(outside + 10.0).max() < 5.0
+    clean = clip("walk.bvh").motion.rotations[_START:_STOP, chain(_LEG).parent]
+    wrong = clip().motion.rotations[_START:_STOP, chain(_LEG).parent]
+    assert np.degrees(geodesic_angle(wrong, clean)).min() > 150.0  # every pose of them
     return {"−170", "−10", f"{_STOP - _START}", deg(jump.dtheta_p), deg(jump.dtheta_c)}
 
 
@@ -177,6 +204,11 @@ def level_shift():
     assert np.ptp(inside) == 0.0  # err(t) is 0 between the jumps
     left = offset_at(_STOP) - offset_at(_START - 1)  # by this pair, not by the errors before it
     assert abs(left) < 0.1 * abs(offset_at(_STOP))
+    events = [t for t in range(1, _START) if offset_at(t) != offset_at(t - 1)]
+    assert len(events) == 2  # one earlier error of this leg, which leaves the sum off zero
+    found = [j.interval for j in clip().review.state.intervals if j.interval.chain == _LEG]
+    assert tuple(events) in {(i.start, i.stop) for i in found}
+    assert np.isclose(offset_at(_START - 1), offset_at(_STOP), rtol=0.1)
     sums = {deg(inside[0]), deg(offset_at(_STOP), 1), deg(left, 3)}
     return {"0", *sums, f"{_STOP - _START}", "10"}
 
@@ -223,6 +255,12 @@ def blind_spots():
     straight, nudged = (at(_ARM, _AT, bend=1.0, nudge=n) for n in (0.0, 1.0))
     assert straight.azimuth_reliability < 0.02
     assert np.isclose(straight.azimuth_reliability, np.linalg.norm(straight.across))
+    against = at(_ARM, _AT, swing=180.0)  # one pose, many pairs: as n turns by φ, θp turns by 2φ
+    for turned in (20.0, 70.0):
+        n = rotate(quaternion_from_axis_angle(against.a, np.radians(turned)), against.n)
+        twist = quaternion_from_axis_angle(against.a, against.theta_p + 2.0 * np.radians(turned))
+        pose = multiply(quaternion_from_axis_angle(n, np.pi), twist)
+        assert float(geodesic_angle(pose, against.q)) < 1e-6
     return {"180", "0", "1", deg(nudged.dtheta_c)}
 
 
@@ -245,6 +283,10 @@ def the_axis():
 def the_twist():
     d = at(_ARM, _AT)
     assert np.allclose(np.cross(d.twist[1:], d.a), 0.0, atol=1e-9)
+    other = multiply(d.q, conjugate(d.swing))  # as printed: a roll about w by the same angle
+    assert np.allclose(np.cross(other[1:], d.w), 0.0, atol=1e-9)
+    assert np.isclose(other[0], d.twist[0])
+    assert not np.allclose(other, d.twist, atol=1e-3)
     return the_axis()
 
 
@@ -266,12 +308,25 @@ def to_decide():
     found = [j.interval for j in clip().review.state.intervals]
     (one,) = [i for i in found if i.chain == _LEG and i.start <= _WITHIN < i.stop]
     assert one.kind == Kind.COUNTER_TWIST
+    tour = read_lesson(LESSONS / "tour.md").pages[6].place
+    assert tour.look == "both"
+    assert tour.skin  # the page speaks of a stripe
     return set()
 
 
 def the_captures_own():
     flips = [j.interval for j in clip("kick.bvh").review.state.intervals]
-    assert any(i.kind == Kind.LIMB_FLIP and i.start <= 48 < i.stop for i in flips)
+    (flip,) = (i for i in flips if i.kind == Kind.LIMB_FLIP and i.start <= 48 < i.stop)
+    captured = clip("kick.bvh")
+    limb = next(c for c in captured.chains_and_limbs if c.name == flip.chain)
+    right = refine(captured.motion, captured.chains_and_limbs, [flip])
+    now, before = forward_kinematics(right)[1][48], captured.positions[48]
+    p, c, e = limb.parent, limb.child, limb.end
+    height = np.ptp(before, axis=0).max()
+    assert np.linalg.norm(now[[p, e]] - before[[p, e]], axis=1).max() < 1e-6 * height
+    assert np.linalg.norm(now[c] - before[c]) > 0.05 * height  # the knee is on the other side
+    apart = [np.linalg.norm(x[c] - x[[p, e]], axis=1) for x in (now, before)]
+    assert np.allclose(*apart, atol=1e-6 * height)  # on the circle about the line
     return set()
 
 

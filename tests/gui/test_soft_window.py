@@ -44,6 +44,28 @@ def test_its_card_and_row_tell_the_largest_offset_and_how_it_sets_in(ramped):
     assert abs(np.degrees(document.offset("RightShoulder")[seen])) >= 39.0
 
 
+def test_the_strength_plot_shows_what_tau_acts_on(ramped):
+    act(ramped, "next_interval")
+    document, timeline = ramped.document, ramped.timeline
+    (judged,) = document.intervals
+    interval, pane = judged.interval, timeline.panes["strength"]
+    size = np.square(pane.values["soft"][0])  # on the root scale
+    inside = slice(interval.start, interval.stop)
+    np.testing.assert_allclose(size[inside], np.degrees(np.abs(interval.offset)), atol=1e-6)
+    assert np.isnan(np.delete(size, np.arange(interval.start, interval.stop))).all()
+    title = "".join(text for text, _ in pane.front.title)
+    assert "compared with τ: its maximum 78.0°" in title
+    # It is listed exactly if τ is at most this maximum, which the strength reaches in one frame.
+    largest = abs(interval.largest)
+    strength = document.detector.strength("RightShoulder")[inside]
+    assert strength.max() == pytest.approx(largest)
+    for tau, listed in ((largest * 0.999, 1), (largest * 1.001, 0)):
+        assert len(document.detector.intervals("RightShoulder", tau)) == listed
+    document.set_tau(largest * 1.001)
+    timeline.refresh()
+    assert np.isnan(pane.values["soft"][0]).all()
+
+
 @pytest.mark.thorough
 def test_its_delta_stretches_the_course_and_undo_brings_it_back(ramped):
     act(ramped, "next_interval")

@@ -19,6 +19,7 @@ from tests.gui.windows import act, open_clip
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision
 from twistcore.tuning import Tuned, clip_tuning, read_profile, write_profile
+from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 
@@ -94,7 +95,10 @@ def test_the_curves_are_those_of_the_core(window, tuning):
     np.testing.assert_allclose(10**x, np.degrees(core.tau))
     np.testing.assert_allclose(y, 100.0 * core.fsr)
     words = tuning.curves.cost_words.text().replace("&nbsp;", " ")
-    assert f"suggested {np.degrees(core.suggested()):.2f}°" in words
+    low, high = np.degrees(core.plateau(np.radians(1.5), ALARM_PRICE, SMALLEST_ERROR))
+    assert low == pytest.approx(1.5)
+    assert high >= np.degrees(core.suggested())
+    assert f"{low:.2f}–{high:.2f}° cost the same: leave it" in words
     strength = np.degrees(window.document.detector.strength("LeftForeArm"))
     drawn = np.expm1(
         tuning.curves.histogram.below.getData()[1] + tuning.curves.histogram.above.getData()[1]
@@ -265,13 +269,18 @@ def test_tau_and_its_suggestion_for_a_joint_a_segment_or_all(qtbot, window, tuni
     assert set_to > 1.5
     assert {n for n, t in taus(window).items() if t == set_to} == chains
     assert {n for n, t in taus(window).items() if t == before[n]} == set(before) - chains
+    steps = window.document.review.position
+    act(window, "suggest_tau")  # 1.60° costs the same as the best: nothing moves without a gain
+    assert window.document.review.position == steps
+    assert "nothing was changed" in window.bar.label.text()
+    tuning.set_tau_degrees(60.0)
     act(window, "suggest_tau")
     for name in chains:
         wanted = np.degrees(tuning.costs.curves[name].suggested())
         assert taus(window)[name] == pytest.approx(wanted)
     assert {n for n, t in taus(window).items() if t == before[n]} == set(before) - chains
-    act(window, "undo")
-    act(window, "undo")
+    for _ in range(3):
+        act(window, "undo")
     assert taus(window) == before
 
 
@@ -367,16 +376,17 @@ def test_profiles_side_by_side(qtbot, window, tuning, tmp_path):
     row = cells(window)[2]
     curve = tuning.costs.curves["LeftForeArm"]
     wanted = [f"{100 * curve.at(np.radians(t))[0]:.1f} %" for t in (1.5, 12.0)]
-    assert row == ["Left ForeArm", "1.50°", wanted[0], "0", "12.00°", wanted[1], "0"]
-    assert cells(window)[0][4:] == ["–", "–", "–"]
+    own = ["Left ForeArm", "1.50°", wanted[0], "3 (3)", "0"]
+    assert row == [*own, "12.00°", wanted[1], "3 (3)", "0"]
+    assert cells(window)[0][5:] == ["–", "–", "–", "–"]
     window.tuning_actions.compare_with([tmp_path / "a.toml", tmp_path / "b.toml"])
     assert [r[1] for r in cells(window)][2] == "4.00°"
-    assert tuning.profiles.table.model().columnCount() == 7
+    assert tuning.profiles.table.model().columnCount() == 9
     act(window, "take_profile")
     assert taus(window)["RightLeg"] == 12.0
     assert taus(window)["LeftArm"] == 1.5
     act(window, "close_comparison")
-    assert tuning.profiles.table.model().columnCount() == 4
+    assert tuning.profiles.table.model().columnCount() == 5
     assert cells(window)[9][1] == "12.00°"
 
 

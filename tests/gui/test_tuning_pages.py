@@ -18,7 +18,7 @@ from tests.gui.test_tuning import LEFT, NONE, cells, send, taus
 from tests.gui.windows import act, open_clip
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision, read_session
-from twistcore.tuning import Tuned, clip_tuning, write_profile
+from twistcore.tuning import Tuned, Verdicts, clip_tuning, write_profile
 
 
 @pytest.fixture(autouse=True)
@@ -70,7 +70,8 @@ def write_tau(path, degrees, method="", names=("LeftForeArm", "RightLeg")):
 @pytest.fixture(scope="module")
 def by_paper():
     clip = read_bvh(INJECTED)
-    return clip_tuning(clip.motion, clip.name, method="paper").curve("RightArm")
+    tuning = clip_tuning(clip.motion, clip.name, method="paper", verdicts=Verdicts())
+    return tuning.curve("RightArm")
 
 
 # --- whose detector -----------------------------------------------------------------------------
@@ -80,20 +81,21 @@ def by_paper():
 def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_path, by_paper):
     path = write_tau(tmp_path / "p.toml", 1.5, "paper", ["RightArm"])
     window.tuning_actions.compare_with([path])
-    qtbot.waitUntil(lambda: cells(window)[6][5] == "…", timeout=5_000)
+    qtbot.waitUntil(lambda: cells(window)[6][6] == "…", timeout=5_000)
     wait_measured(qtbot, window, "paper")
-    fsr, alarms = by_paper.at(np.radians(1.5))
+    fsr, counts = by_paper.at(np.radians(1.5))[0], by_paper.counts_at(np.radians(1.5))
     ours = tuning.costs.curves["RightArm"].at(np.radians(1.5))[0]
     assert abs(fsr - ours) > 0.01
     row = cells(window)[6]
-    assert row[4:] == ["1.50°", f"{100 * fsr:.1f} %", f"{alarms:.3g}"]
+    listed = f"{counts.listed:.0f} ({counts.automatic:.0f})"
+    assert row[5:] == ["1.50°", f"{100 * fsr:.1f} %", listed, "0"]  # nothing was rejected
     assert row[2] == f"{100 * tuning.costs.curves['LeftForeArm'].at(np.radians(1.5))[0]:.1f} %"
     assert tuning.profiles.note.text() == "now: our detector · p.toml: the paper's detector"
     # The detector in use is another now: what is known stays known, and each keeps its own.
     act(window, "use_paper")
     qtbot.waitUntil(lambda: window.document.method == "paper", timeout=20_000)
     qtbot.waitUntil(lambda: "now: the paper's" in tuning.profiles.note.text())
-    assert cells(window)[6][5] == row[5]
+    assert cells(window)[6][6] == row[6]
     tip = tuning.profiles.model.head_tips[2]
     assert tip.startswith("now: Share")
     assert tip.endswith("by the paper's detector")
@@ -109,7 +111,7 @@ def test_a_profile_that_names_no_detector_says_so(qtbot, window, tuning, tmp_pat
     assert said in tuning.profiles.note.text()
     assert not tuning.costs.running  # nothing more to measure
     fsr = tuning.costs.curves["LeftForeArm"].at(np.radians(5.0))[0]
-    assert cells(window)[2][5] == f"{100 * fsr:.1f} %"
+    assert cells(window)[2][6] == f"{100 * fsr:.1f} %"
 
 
 @pytest.mark.thorough
@@ -143,7 +145,7 @@ def test_both_detectors_side_by_side(qtbot, window, tuning, by_paper):
             cost = curve.cost(at)
             band = f"{100 * cost.low:.0f}–{100 * cost.high:.0f}"
             fsr = f"{100 * cost.fsr:.0f} ({band})"
-            wanted += [f"{np.degrees(at):.2f}°", fsr, f"{cost.alarms:.3g}"]
+            wanted += [f"{np.degrees(at):.2f}°", fsr, "0"]
     assert rows[12][0] == "Right Arm"
     assert [*rows[12][1:], *rows[13][1:]] == wanted
     assert rows[20][0] == "All chains"
@@ -173,9 +175,37 @@ def test_the_band_is_drawn_and_said(qtbot, window, tuning):
     np.testing.assert_allclose([low, high], 100.0 * np.array(curve.band))
     tuning.tabs.setCurrentWidget(tuning.profiles)
     qtbot.waitUntil(lambda: cells(window)[2][1] == "10.00°")
-    tips = [tuning.profiles.model.index(2, c).data(Qt.ItemDataRole.ToolTipRole) for c in (2, 3)]
+    tips = [tuning.profiles.model.index(2, c).data(Qt.ItemDataRole.ToolTipRole) for c in (2, 4)]
     assert f"between {100 * cost.low:.0f} and {100 * cost.high:.0f} %" in tips[0]
     assert "per minute (95 % confidence)" in tips[1]
+
+
+def test_a_drag_says_what_it_changes_and_what_is_only_presumed(qtbot, window, tuning):
+    document, page = window.document, tuning.curves
+    assert page.presumed.text() == "3 sure intervals are taken for errors: judge them"
+    weakest = min(
+        document.review.state.of_chain("LeftForeArm"), key=lambda j: abs(j.interval.delta)
+    )
+    document.decide(Decision.REJECTED, (weakest.id,))
+    document.select_chain("LeftForeArm")
+    wait_measured(qtbot, window)
+    assert page.presumed.text() == "2 sure intervals are taken for errors: judge them"
+    tau, state = document.review.state.tau["LeftForeArm"], page.state
+    assert state.text().startswith("τ 1.50° lists 3, 3 automatic · FSR ")
+    assert state.text().endswith(" · 1 false alarm")
+    before = tuning.costs.curves["LeftForeArm"].at(tau)[0]
+    tuning._ask(60.0, True)  # as a plot asks during a drag
+    qtbot.waitUntil(lambda: state.text().count("lists 2") == 1)
+    now = tuning.costs.curves["LeftForeArm"].at(document.review.state.tau["LeftForeArm"])[0]
+    points = f"{100 * (now - before):.1f}".replace("-", "−")
+    assert state.text().startswith(f"{points} points, −1 false alarm · τ 60.00° lists 2, 2 auto")
+    suggested = page.cost.mark.getData()[0][0]
+    tuning._ask(90.0, True)
+    qtbot.waitUntil(lambda: "τ 90.00°" in state.text())
+    assert page.cost.mark.getData()[0][0] == suggested  # it does not follow the drag
+    tuning._drop()
+    qtbot.waitUntil(lambda: state.text().startswith("τ 90.00° lists"))
+    act(window, "undo")
 
 
 @pytest.mark.thorough
@@ -204,7 +234,7 @@ def test_a_suggestion_follows_the_price_at_once_and_both_are_remembered(
     wait_measured(qtbot, window)
     curve = tuning.costs.curves["LeftForeArm"]
     tuning.suggestion.points.setValue(0.0)
-    cheap = np.degrees(curve.suggested(price=0.0))
+    cheap = np.degrees(curve.suggested(price=0.0, present=np.radians(1.5)))
     qtbot.waitUntil(lambda: f"{cheap:.2f}°" in tuning.curves.cost_words.text())
     tuning.suggestion.points.setValue(100.0)
     dear = np.degrees(curve.suggested(price=1.0))

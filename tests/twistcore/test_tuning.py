@@ -27,6 +27,7 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
 )
 from twistcore.tuning import (
+    GRID,
     Profile,
     TauCurve,
     Tuned,
@@ -42,6 +43,8 @@ from twistcore.tuning import (
 from twistcore.tuning.cost_words import alarm_words, count_words, fsr_words
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.profile import TauReasons
+from twistcore.tuning.tau_curve import LOSS_ALLOWED, SMALLEST_ERROR
+from twistcore.tuning.verdicts_of import verdicts_in
 
 
 def curve(repaired, alarms, noise=(0.01,)):
@@ -365,3 +368,54 @@ def test_two_rigs_in_one_profile_are_refused(tmp_path):
     path.write_text('[A]\ntau_deg = 2.0\nrig = "a"\n[B]\ntau_deg = 2.0\nrig = "b"\n')
     with pytest.raises(FormatError, match="rig"):
         read_profile(path)
+
+
+# -- what is listed, and what is not moved -------------------------------------------------------
+
+
+def test_the_counts_are_those_of_the_list_and_the_verdicts():
+    clip = read_bvh(ASSETS / "walk_injected.bvh")
+    analysis = analyse(clip.motion)
+    review = Review.of(analysis.detect())
+    first, second, *_ = review.state.of_chain("RightUpLeg")
+    for judged, decision in ((first, Decision.REJECTED), (second, Decision.ACCEPTED)):
+        review.do(Decide((judged.id,), decision, "me", "2026-01-01T00:00:00"))
+    verdicts = verdicts_in(review.state)
+    tuning = clip_tuning(clip.motion, "w", seeds=(), verdicts=verdicts)
+    curve = tuning.curve("RightUpLeg")
+    for k, tau in enumerate(GRID):
+        listed = [i for i in analysis.detect(tau_radians=float(tau)) if i.chain == "RightUpLeg"]
+        at = curve.counts_at(float(tau))
+        assert at.listed == len(listed)
+        assert at.automatic == sum(not i.open and i.confidence >= 0.5 for i in listed)
+        wrong = [
+            i for i in listed if i.start < first.interval.stop and first.interval.start < i.stop
+        ]
+        assert at.rejected == len(wrong) == curve.alarms[k] - curve.unjudged_at(float(tau))
+    assert curve.counts_at(GRID[0]).rejected == 1.0
+    # Nobody judged the three others: they are taken for errors, not for false alarms.
+    assert sum(chain == "RightUpLeg" for chain, _, _ in tuning.presumed) == 3
+    assert not any(curve.unjudged_at(float(tau)) for tau in GRID)
+
+
+def test_frames_that_are_left_out_are_not_counted():
+    clip = read_bvh(ASSETS / "walk_injected.bvh")
+    tuning = clip_tuning(clip.motion, "w", seeds=(), verdicts=Verdicts(), left_out=[(140, 344)])
+    assert tuning.curve("RightUpLeg").counts_at(0.05).listed == 2.0  # of five
+
+
+def test_a_suggestion_never_moves_without_a_gain():
+    c = curve([1000, 1000, 990, 800], [1, 0, 0, 0])
+    for degrees in (2.0, 1.7):  # of τ = 1, 2, 3, 4: 2.0 is the best, 1.7 is not
+        present = float(np.radians(degrees))
+        moved = c.suggested(0.05, SMALLEST_ERROR, present=present)
+        better = c.losses(np.array([present, moved]), 0.05, SMALLEST_ERROR)
+        assert (moved == present) == (degrees == 2.0)
+        assert moved == present or better[1] < better[0] - LOSS_ALLOWED
+    flat = curve([1000] * 4, [0] * 4, noise=(float(np.radians(1.2)),))
+    assert flat.suggested(present=float(np.radians(1.3))) == float(np.radians(1.3))
+    assert np.degrees(flat.suggested(present=float(np.radians(0.7)))) >= 1.2  # below the noise
+    low, high = np.degrees(flat.plateau(float(np.radians(1.3)), 0.05, SMALLEST_ERROR))
+    assert (low, high) == pytest.approx((1.2, 4.0))
+    low, high = np.degrees(c.plateau(float(np.radians(2.0)), 0.05, SMALLEST_ERROR))
+    assert low == high == pytest.approx(2.0)

@@ -13,15 +13,19 @@ SOFT = "a soft onset"  # marks the evidence of such an interval
 BEGUN, THERE = 0.05, 0.9  # shares of the largest offset at which the onset begins and ends
 
 
-def soft_onset(interval: Interval) -> str:
-    """Describe a soft onset: its duration, its size, and its size relative to natural motion.
+def is_soft(interval: Interval) -> bool:
+    """True if the interval was found as a soft error, which begins and ends without a jump."""
+    offset = interval.offset  # constant between jumps: most intervals need no evidence here
+    if not len(offset) or (offset[0] == offset).all():
+        return False
+    return (interval.evidence or {}).get("follows") == SOFT
 
-    The result is an empty string for other intervals.
-    """
-    evidence = interval.evidence or {}
-    if evidence.get("follows") != SOFT:
+
+def soft_onset(interval: Interval) -> str:
+    """Return text on how an error begins, its size, and the size relative to its scale, or ''."""
+    if not is_soft(interval):
         return ""
-    sigma = evidence["sigma_deg"]
+    sigma = (interval.evidence or {})["sigma_deg"]
     largest = math.degrees(interval.largest)
     times = abs(largest) / sigma
     rises, falls = onset_frames(interval.offset)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction import automatic_corrections, refine
 from twistcore.detection import DEFAULT_METHOD, Interval, Kind
+from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
@@ -40,10 +41,24 @@ def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
     Detections that overlap one of the person's verdicts are ignored.
     """
     verdicts = verdicts or Verdicts()
+    wrong = [*presumed_errors(given, verdicts), *verdicts.errors]
+    return refine(given.motion, given.chains, wrong) if wrong else given.motion
+
+
+def capture(motion: Motion) -> tuple[int, int]:
+    """Return the span (first frame, stop) of the captured motion, without the blends at the ends.
+
+    A single T-pose in frame 0 contains no step and may be part of it.
+    """
+    first, stop = leading_frames(motion), motion.frames - trailing_frames(motion)
+    return first if first > 1 else 0, stop
+
+
+def presumed_errors(given: ClipAnalysis, verdicts: Verdicts) -> tuple[Interval, ...]:
+    """Return the intervals that are taken for errors although nobody judged them: the sure ones."""
     judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)
     sure = automatic_corrections(given.detect(AUDITOR, kinds=(Kind.COUNTER_TWIST,)), SURE)
-    wrong = [*(i for i in sure if not _touches(i, judged)), *verdicts.errors]
-    return refine(given.motion, given.chains, wrong) if wrong else given.motion
+    return tuple(i for i in sure if not _touches(i, judged))
 
 
 def _touches(interval: Interval, spans: Sequence[tuple[str, int, int]]) -> bool:

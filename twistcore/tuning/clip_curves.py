@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.detection import DEFAULT_METHOD
-from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.formats.reading import read_clip
 from twistcore.review import read_session
 from twistcore.review.left_out import joined_spans
@@ -17,8 +19,9 @@ from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.own_words import with_own_words
 from twistcore.skeleton.rig import AS_FOUND, Rig
-from twistcore.tuning.cleaning import AUDITOR, Verdicts, cleaned
-from twistcore.tuning.injected_curve import Span, tau_curve
+from twistcore.tuning.cleaning import AUDITOR, Verdicts, capture, cleaned, presumed_errors
+from twistcore.tuning.injected_curve import GRID, Span, tau_curve
+from twistcore.tuning.listed_intervals import ListCounts, list_counts
 from twistcore.tuning.tau_curve import TauCurve
 from twistcore.tuning.verdicts_of import check_method_and_chains, check_version, verdicts_in
 from twistcore.work.frozen import dataclass
@@ -37,7 +40,15 @@ class ClipTuning:
     first
         The frame of the given clip with which `clean` begins.
     left_out
-        Spans [start, stop) of the given clip that are left out, including blends at its ends.
+        Half-open spans of the given clip that do not count, including blends at its ends.
+    given
+        The analysis of the whole clip with its own errors, whose intervals are counted; None if
+        there are no verdicts on them.
+    verdicts
+        A person's verdicts on these intervals.
+    presumed
+        The spans (chain, start, stop) of sure intervals that were taken for errors, since nobody
+        judged them.
     """
 
     name: str
@@ -46,6 +57,9 @@ class ClipTuning:
     seeds: Sequence[int]
     first: int = 0
     left_out: tuple[Span, ...] = ()
+    given: ClipAnalysis | None = None
+    verdicts: Verdicts = Verdicts()
+    presumed: tuple[tuple[str, int, int], ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -55,15 +69,33 @@ class ClipTuning:
 
     def curve(self, chain: str) -> TauCurve:
         """Return the cost of every τ for one of `names`."""
-        here = [(start - self.first, stop - self.first) for start, stop in self.left_out]
-        frames = self.clean.motion.frames
-        return tau_curve(
+        spans = [(start, stop) for name, start, stop in self.verdicts.natural if name == chain]
+        curve = tau_curve(
             self.clean,
             self.clean.chain(chain),
             name=self.name,
             method=self.method,
             seeds=self.seeds,
-            left_out=[(max(a, 0), b) for a, b in here if b > 0 and a < frames],
+            left_out=self._in_clean(self.left_out),
+            rejected=self._in_clean(spans),
+        )
+        if self.given is None:
+            return curve
+        counts = self._counts(chain)
+        return replace(curve, alarms=curve.alarms + counts.rejected, counts=counts)
+
+    def _in_clean(self, spans: Sequence[Span]) -> list[Span]:
+        """Return spans of the given clip as spans of `clean`."""
+        here = [(start - self.first, stop - self.first) for start, stop in spans]
+        return [(max(a, 0), b) for a, b in here if b > 0 and a < self.clean.motion.frames]
+
+    def _counts(self, chain: str) -> ListCounts:
+        """Return the intervals that are listed at every τ of the grid, counted."""
+        assert self.given is not None
+        detector = self.given.detector(self.method)
+        by_tau = [list_counts(detector, chain, t, self.verdicts, self.left_out) for t in GRID]
+        return ListCounts(
+            *(np.array([getattr(c, k) for c in by_tau], float) for k in vars(by_tau[0]))
         )
 
 
@@ -79,10 +111,14 @@ def clip_tuning(
 ) -> ClipTuning:
     """Remove a clip's own errors and the blends at its ends, and analyse the rest.
 
-    `left_out` are further spans [start, stop) in which alarms are ignored and no error is injected.
+    With `verdicts`, even if there are none yet, the curves also count the intervals that are listed
+    at every τ.
+    `left_out` are further half-open spans in which no alarm counts and no error is injected.
     """
-    given = analyse(motion, analyse(motion, rig=rig).chains)
+    whole = analyse(motion, rig=rig)
+    given = analyse(motion, whole.chains)
     without = cleaned(given, verdicts)
+    presumed = presumed_errors(given, verdicts or Verdicts())
     first, stop = capture(without)
     chains = tuple(c for c in given.chains if not isinstance(c, Helper))
     if (first, stop) != (0, motion.frames):
@@ -92,16 +128,17 @@ def clip_tuning(
     for detector in (method, AUDITOR):  # check before a clip is split into chains
         clean.by(detector)
     ends = [span for span in ((0, first), (stop, motion.frames)) if span[0] < span[1]]
-    return ClipTuning(name, clean, method, seeds, first, joined_spans([*ends, *left_out]))
-
-
-def capture(motion: Motion) -> Span:
-    """Return the span (first frame, stop) of the captured motion, without the blends at the ends.
-
-    A single T-pose in frame 0 contains no step and may be part of it.
-    """
-    first, stop = leading_frames(motion), motion.frames - trailing_frames(motion)
-    return first if first > 1 else 0, stop
+    return ClipTuning(
+        name,
+        clean,
+        method,
+        seeds,
+        first,
+        joined_spans([*ends, *left_out]),
+        None if verdicts is None else whole,
+        verdicts or Verdicts(),
+        tuple((i.chain, i.start, i.stop) for i in presumed),
+    )
 
 
 def clip_curves(
@@ -121,7 +158,7 @@ def clip_curves(
     """
     clip = read_clip(path)
     rig = with_own_words(rig, clip.motion, words)
-    verdicts, left_out = Verdicts(), tuple[Span, ...]()
+    verdicts, left_out = None, tuple[Span, ...]()
     if session is not None:
         kept = read_session(session)
         check_version(clip, kept)

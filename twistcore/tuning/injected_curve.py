@@ -45,13 +45,15 @@ def tau_curve(
     seeds: Sequence[int] = (0, 1, 2),
     protocols: Sequence[str] = PROTOCOLS,
     left_out: Sequence[Span] = (),
+    rejected: Sequence[Span] = (),
 ) -> TauCurve:
     """Return the curve of one chain in one clip that has no errors of its own.
 
-    Only automatic corrections are counted. `name` is the clip's name, which seeds the errors
-    together with the chain's name. `left_out` are spans [start, stop) of frames that are left out.
-    The clip's noise is always measured by the default detector, even if another one is tuned, since
-    the automatic τ of the paper's detector is the same in every clip.
+    Only automatic corrections count. `name` is the clip's name, which seeds the errors together
+    with the chain's name. `left_out` are half-open spans of frames that do not count. `rejected`
+    are spans of intervals that a person rejected, whose alarms are counted elsewhere. The clip's
+    noise is always measured by the default detector, even if another one is tuned, since the
+    automatic τ of the paper's detector is the same in every clip.
     """
     motion, chains, clean = clip.motion, clip.chains, clip.by(method)
 
@@ -61,7 +63,10 @@ def tau_curve(
     def counts(found: Interval | InjectedError) -> bool:
         return not any(found.start < stop and start < found.stop for start, stop in left_out)
 
-    alarms = np.array([sum(map(counts, applied(clean, t))) for t in GRID], dtype=float)
+    def unjudged(found: Interval) -> bool:
+        return counts(found) and not any(found.start < b and a < found.stop for a, b in rejected)
+
+    alarms = np.array([sum(map(unjudged, applied(clean, t))) for t in GRID], dtype=float)
     limb = next(limb for limb in limbs(motion.skeleton, chains) if chain in limb)
     drawn: list[DrawnErrors] = []
     for seed in seeds:

@@ -12,12 +12,14 @@ import numpy as np
 
 from twistcore.skeleton.rotation import Array
 from twistcore.tuning.drawn_errors import DrawnErrors, rate_band
+from twistcore.tuning.listed_intervals import ListCounts
 from twistcore.work.frozen import dataclass
 
 # Smallest error of H6; with a larger τ, errors would be missed that should be found.
 SMALLEST_ERROR = float(np.radians(2.0))
 ALARM_PRICE = 0.05  # share of the error frames that one false alarm per clip or minute may cost
 LOSS_ALLOWED = 0.001  # additional cost allowed for a larger τ, which is safer against noise
+_SAME = 1e-6  # share by which two τ may differ: they are stored in degrees
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +37,8 @@ class TauCurve:
     errors
         Number of error frames.
     alarms
-        Number of intervals applied in the cleaned clips, shape (n,).
+        Number of intervals that count as false alarms, shape (n,): rejected ones that are listed,
+        and automatic corrections of the cleaned clips that nobody judged.
     minutes
         Total duration of the clips.
     noise
@@ -45,6 +48,9 @@ class TauCurve:
         are none.
     own
         The detector's automatic τ, radians, one per clip, if it differs from the noise.
+    counts
+        The intervals that are listed, corrected automatically, or rejected at each τ, in the clips
+        with their own errors; None if not counted.
     """
 
     tau: Array
@@ -55,6 +61,7 @@ class TauCurve:
     noise: tuple[float, ...]
     drawn: DrawnErrors | None = None
     own: tuple[float, ...] = ()
+    counts: ListCounts | None = None
 
     @property
     def fsr(self) -> Array:
@@ -99,6 +106,7 @@ class TauCurve:
             self.noise + other.noise,
             self._drawn + other._drawn if known and any(c.drawn for c in both) else None,
             self.own + other.own,
+            self.counts + other.counts if self.counts and other.counts else None,
         )
 
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
@@ -114,22 +122,71 @@ class TauCurve:
         lost: Array = 1.0 - np.nan_to_num(fsr) + price * self.alarms / clips
         return lost
 
-    def suggested(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> float:
-        """Return the τ, in radians, with the lowest :meth:`loss`.
+    def suggested(
+        self,
+        price: float = ALARM_PRICE,
+        smallest: float = SMALLEST_ERROR,
+        *,
+        present: float | None = None,
+    ) -> float:
+        """Return the τ, in radians, with the lowest :meth:`loss`, or `present` if that is as good.
 
         An alarm costs a person one key press, but nobody sees a missed error. By default, an alarm
-        therefore costs as much as 5 percentage points of FSR, so that τ never misses half of the
-        errors to avoid one alarm. If several τ cost the same, the largest one up to the size of the
-        smallest errors to find is chosen, since the injected errors say little about sizes in
-        between. The result is never below the clips' own noise.
+        therefore costs as much as 5 percentage points of FSR, and no τ misses half of the errors to
+        avoid one alarm. If several τ cost the same, the largest one up to the size of the smallest
+        errors to find is chosen, since the injected errors say little about sizes in between. The
+        result is never below the clips' own noise. A τ above it that is used at present changes
+        only if the loss becomes smaller.
         """
         usable = np.flatnonzero(self.tau >= self.floor)
         if not len(usable):
             return self.floor
+        if present is not None and self.is_best(present, price, smallest):
+            return present
         loss = self.loss(price, smallest)[usable]
         good = usable[loss <= loss.min() + LOSS_ALLOWED]
         modest = good[self.tau[good] <= smallest]
         return float(self.tau[modest[-1] if len(modest) else good[0]])
+
+    def losses(self, tau: Array, price: float, smallest: float) -> Array:
+        """Return the :meth:`loss` at any τ in radians, (k,), interpolated on the grid."""
+        at = np.log(np.maximum(tau, 1e-9))
+        return np.interp(at, np.log(self.tau), self.loss(price, smallest))
+
+    def is_best(self, tau: float, price: float, smallest: float) -> bool:
+        """True if no τ above the clips' noise has a lower loss than τ radians."""
+        usable = self.tau[self.tau >= self.floor]
+        if tau < self.floor * (1.0 - _SAME) or not len(usable):
+            return False
+        here, *others = self.losses(np.array([tau, *usable]), price, smallest)
+        return bool(here <= min(others) + LOSS_ALLOWED)
+
+    def plateau(self, tau: float, price: float, smallest: float) -> tuple[float, float]:
+        """Return the range of τ around τ, in radians, whose :meth:`loss` is the same."""
+        usable = self.tau[self.tau >= self.floor]
+        points = np.unique([*usable, min(self.floor, tau), tau])
+        loss = self.losses(points, price, smallest)
+        here = int(np.searchsorted(points, tau))
+        other = np.flatnonzero(np.abs(loss - loss[here]) > LOSS_ALLOWED)
+        low = other[other < here].max(initial=-1) + 1
+        high = other[other > here].min(initial=len(points)) - 1
+        return float(points[low]), float(points[high])
+
+    def counts_at(self, tau: float) -> ListCounts | None:
+        """Return the counted intervals at the τ of the grid that is nearest to τ radians."""
+        if self.counts is None:
+            return None
+        k = self._nearest(tau)
+        return ListCounts(*(float(np.asarray(c)[k]) for c in vars(self.counts).values()))
+
+    def unjudged_at(self, tau: float) -> int:
+        """Return how many false alarms at τ radians are corrections that nobody judged."""
+        k = self._nearest(tau)
+        rejected = np.asarray(self.counts.rejected)[k] if self.counts else 0.0
+        return round(float(self.alarms[k] - rejected))
+
+    def _nearest(self, tau: float) -> int:
+        return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def at(self, tau: float) -> tuple[float, float]:
         """Return the FSR, 0…1, and the number of false alarms at τ radians, interpolated on the

@@ -10,6 +10,8 @@ from inspector.timeline.curves import NOTHING, SAME, Curves, Title, in_degrees, 
 from inspector.timeline.limb_curves import LimbCurves
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.plot import Plot
+from twistcore.review.soft_onset import is_soft
+from twistcore.skeleton.rotation import Array
 
 
 def _axis(curves: Curves) -> str:
@@ -27,10 +29,35 @@ def _draw_clip(curves: Curves, pane: Pane) -> None:
 
 
 def _draw(curves: Curves, pane: Pane) -> None:
+    pane.set_curve("soft", _soft_size(curves))
     if isinstance(curves, LimbCurves):
         size = np.degrees(np.abs(curves.departures))
         apart = widened(np.abs(size - curves.strength) > np.degrees(SAME))
         pane.set_curve("after", np.where(apart, size, np.nan))
+
+
+def _soft_size(curves: Curves) -> Array:
+    """Return |δ| of the soft intervals in degrees, (frames,), NaN elsewhere.
+
+    A soft error has no jump. Its strength is the largest |δ|, which τ is compared with.
+    """
+    size = np.full(curves.document.frames, np.nan)
+    for judged in curves.document.review.state.of_chain(curves.document.chain):
+        if is_soft(interval := judged.interval):
+            size[interval.start : interval.stop] = np.degrees(np.abs(interval.offset))
+    return size
+
+
+def _soft_title(curves: Curves, frame: int) -> Title:
+    """Return |δ| at a frame of a soft interval and its maximum, or nothing elsewhere."""
+    for judged in curves.document.review.state.of_chain(curves.document.chain):
+        interval = judged.interval
+        if interval.start <= frame < interval.stop and is_soft(interval):
+            now, top = np.degrees([abs(interval.offset[frame - interval.start]), interval.largest])
+            of = {"now": in_degrees(now).strip(), "top": in_degrees(abs(top)).strip()}
+            words = tr("soft |δ| ╌ {now}, compared with τ: its maximum {top}", **of)
+            return [(f"   {words}", "text")]
+    return []
 
 
 def _describe(curves: Curves, frame: int) -> Title:
@@ -43,6 +70,8 @@ def _describe(curves: Curves, frame: int) -> Title:
     strength = (f"{tr('Strength')} ", "soft")
     if curves.is_m:
         return [strength, ("m", "text"), (own, "before"), scale]
+    if soft := _soft_title(curves, frame):
+        return [strength, (own, "before"), *soft, scale]
     m = in_degrees(float(np.degrees(curves.before.strength[frame])))
     return [strength, (own, "before"), ("   " + tr("paper's m ╌"), "soft"), (m, "soft"), scale]
 
@@ -58,10 +87,11 @@ plot = Plot(
     draw_clip=_draw_clip,
     describe=_describe,
     # The paper's m(t) is drawn dimmed under the strength of another detector, to compare them. A
-    # limb has a second curve after correction.
+    # limb has a second curve after correction. At a soft interval, τ acts on the maximum of |δ|.
     styles=(
         CurveStyle("m", "soft", dashed=True),
         CurveStyle("after", "after"),
+        CurveStyle("soft", "text", dashed=True),
         CurveStyle("strength", "before"),
     ),
     root=True,

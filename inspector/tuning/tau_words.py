@@ -1,0 +1,105 @@
+"""Describe the cost of a τ, its difference from another τ, and which intervals nobody judged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from inspector.language import of_core, plural, tr
+from inspector.tuning.tau_costs import Costs
+from inspector.tuning.wishes import Wishes
+from inspector.widgets.signed_numbers import signed
+from twistcore.tuning import TauCurve
+from twistcore.tuning.cost_words import band_words, fsr_words
+
+_SAME = 0.006  # degrees: texts have two decimals
+
+
+def cost_parts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[str], str]:
+    """Return the listed intervals, the FSR and the false alarms at τ radians, and a tooltip.
+
+    The list is empty if the chain is not measured.
+    """
+    if (known := costs.cost(method, {chain: tau})) is None:
+        return [], ""
+    cost, counts = known
+    listed = tr(
+        "τ {tau:.2f}° lists {listed:.0f}, {automatic:.0f} automatic",
+        tau=np.degrees(tau),
+        listed=counts.listed,
+        automatic=counts.automatic,
+    )
+    alarms = plural("{n} false alarm", "{n} false alarms", round(cost.alarms))
+    return [listed, f"FSR {fsr_words(cost)}", alarms], of_core(band_words(cost))
+
+
+def suggestion_text(
+    wishes: Wishes, curve: TauCurve, present: float, gain: Callable[[float, float], str]
+) -> str:
+    """Return the suggested τ and its gain, or the range of τ that costs the same as `present`.
+
+    `gain` returns the difference between two τ, in radians, as text.
+    """
+    suggested = wishes.suggested(curve, present)
+    if suggested != present:
+        tau = tr("suggested {tau:.2f}°", tau=np.degrees(suggested))
+        return f"{tau} ({gain(present, suggested)})"
+    low, high = np.degrees(wishes.plateau(curve, present))
+    if high - low < _SAME:
+        return tr("{tau:.2f}° costs least: leave it", tau=np.degrees(present))
+    return tr("{low:.2f}–{high:.2f}° cost the same: leave it", low=low, high=high)
+
+
+def difference_text(costs: Costs, method: str, chain: str, before: float, now: float) -> str:
+    """Return how the cost of a chain differs between two τ, both in radians, as text."""
+    old, new = (costs.cost(method, {chain: tau}) for tau in (before, now))
+    curve = costs.by(method).get(chain)
+    if old is None or new is None or curve is None:
+        return ""
+    parts, points = [], signed(100.0 * (new[0].fsr - old[0].fsr))
+    if points != signed(0.0):
+        parts.append(tr("{points} points", points=points))
+    if alarms := round(new[0].alarms - old[0].alarms):
+        count = signed(alarms, 0)
+        parts.append(
+            plural("{count} false alarm", "{count} false alarms", abs(alarms), count=count)
+        )
+    if unjudged := curve.unjudged_at(now) - curve.unjudged_at(before):
+        parts.append(
+            plural(
+                "{count} unjudged correction",
+                "{count} unjudged corrections",
+                abs(unjudged),
+                count=signed(unjudged, 0),
+            )
+        )
+    return ", ".join(parts) or tr("same cost")
+
+
+def presumed_text(costs: Costs, chain: str, tau: float) -> str:
+    """Return the intervals of a chain that nobody judged and that still count, or ''.
+
+    Some are taken for errors, others, at τ radians, for false alarms.
+    """
+    capture, curve = costs.capture, costs.curves.get(chain)
+    sure = sum(name == chain for name, _, _ in capture.presumed) if capture else 0
+    unjudged = curve.unjudged_at(tau) if curve is not None else 0
+    words = []
+    if sure:
+        words.append(
+            plural(
+                "{n} sure interval is taken for an error: judge it",
+                "{n} sure intervals are taken for errors: judge them",
+                sure,
+            )
+        )
+    if unjudged:
+        words.append(
+            plural(
+                "{n} unjudged correction is taken for a false alarm: judge it",
+                "{n} unjudged corrections are taken for false alarms: judge them",
+                unjudged,
+            )
+        )
+    return " · ".join(words)
