@@ -1,6 +1,7 @@
 """Survey the finds in folders of captures: python -m benchmarks.atlas FOLDER [--json FILE].
 
     python3 dev.py bench atlas FOLDER [--only SET]… [--json FILE] [--pictures DIR] [--verdicts CSV]
+    python3 dev.py bench atlas FOLDER --kinds spike --kinds stretch… --blind DIR
 
 FOLDER contains one folder for each set of captures. Every clip is read and searched for errors with
 default settings. For each set, the table shows its clips, minutes and failures, and the number of
@@ -9,7 +10,9 @@ that cannot be read or searched is listed and does not stop the others; the exit
 
 --blind draws the finds for judges who see neither the set nor the confidence
 (:mod:`benchmarks.blind_verdicts`). --pictures draws contact sheets with at most --most finds
-(:mod:`benchmarks.atlas_pictures`), chosen at random from all sets and kinds. --verdicts prints how
+(:mod:`benchmarks.atlas_pictures`), chosen at random from all sets and kinds. --kinds searches for
+other kinds, of the capture or of one joint, which --blind draws with the whole body and the marked
+joint (:mod:`benchmarks.joint_pictures`). --verdicts prints how
 many finds are *error*, *doubtful* and *alarm* in a table of visual verdicts with the columns of
 docs/atlas-verdicts.csv, and Wilson's interval for the share of errors.
 """
@@ -25,6 +28,7 @@ import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +52,8 @@ Row = dict[str, float | int | str]
 class Find:
     """An interval of a clip; offset: degrees in each frame; degrees: the angle shown in tables.
 
-    applied: True for an automatic correction of `refine`.
+    applied: True for an automatic correction of `refine`; offset: what a correction removes, zeros
+    without one; carried: True if the part below turned along.
     """
 
     clip: str
@@ -62,6 +67,7 @@ class Find:
     applied: bool
     joint: str
     offset: tuple[float, ...]
+    carried: bool = False
 
 
 @dataclass(frozen=True)
@@ -82,11 +88,11 @@ class Seen:
         return self.frames / self.fps if self.fps > 0.0 else 0.0
 
 
-def look(path: Path) -> Seen:
-    """Read a clip and search it for errors; raises TwistError."""
+def look(path: Path, kinds: Sequence[Kind] = KINDS) -> Seen:
+    """Read a clip and search it for errors of some kinds; raises TwistError."""
     motion = read_clip(path).motion
     analysis = analyse(motion)
-    found = analysis.detect(kinds=KINDS)
+    found = analysis.detect(kinds=kinds)
     sure = {id(i) for i in automatic_corrections(found)}
     finds = tuple(_find(path.name, i, applied=id(i) in sure) for i in found)
     chains = len(analysis.chains_and_limbs)
@@ -105,22 +111,25 @@ def _find(clip: str, i: Interval, *, applied: bool) -> Find:
         open=i.open,
         applied=applied,
         joint=i.joint,
-        offset=tuple(np.degrees(i.offset).round(2).tolist()),
+        offset=tuple(np.degrees(i.for_review.offset).round(2).tolist()),
+        carried=i.carried,
     )
 
 
-def survey(folder: Path, only: Sequence[str] = (), workers: int = 2) -> Iterator[Seen]:
+def survey(
+    folder: Path, only: Sequence[str] = (), workers: int = 2, kinds: Sequence[Kind] = KINDS
+) -> Iterator[Seen]:
     """Yield the result for each clip of each set as it finishes; a failed clip has a problem."""
     paths = [p for p in sorted(folder.glob("*/*")) if is_clip(p)]
     paths = [p for p in paths if not only or p.parent.name in only]
-    for path, seen in each(look, paths, workers):
+    for path, seen in each(partial(look, kinds=kinds), paths, workers):
         if isinstance(seen, Exception):
             yield Seen(path.parent.name, path.name, problem=reason(path.name, seen))
         else:
             yield seen
 
 
-def table(seen: Iterable[Seen]) -> list[Row]:
+def table(seen: Iterable[Seen], kinds: Sequence[Kind] = KINDS) -> list[Row]:
     """Return a row per set and a total row.
 
     The columns are clips, minutes, failures, finds and corrections, in total and per hour.
@@ -130,10 +139,10 @@ def table(seen: Iterable[Seen]) -> list[Row]:
         by_set[s.set].append(s)
     rows = {name: by_set[name] for name in sorted(by_set)}
     rows["all"] = [s for own in by_set.values() for s in own]
-    return [_row(name, own) for name, own in rows.items()]
+    return [_row(name, own, kinds) for name, own in rows.items()]
 
 
-def _row(name: str, own: Sequence[Seen]) -> Row:
+def _row(name: str, own: Sequence[Seen], kinds: Sequence[Kind]) -> Row:
     minutes = sum(s.seconds for s in own) / 60.0
     row: Row = {
         "set": name,
@@ -143,7 +152,7 @@ def _row(name: str, own: Sequence[Seen]) -> Row:
         "no chain": sum(not s.problem and not s.chains for s in own),
     }
     finds = [f for s in own for f in s.finds]
-    for kind in KINDS:
+    for kind in kinds:
         there = [f for f in finds if f.kind == kind]
         row[str(kind)] = len(there)
         if kind.repairable:
@@ -213,6 +222,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--only", action="append", default=[], metavar="SET")
+    parser.add_argument("--kinds", action="append", type=Kind, help="instead of the usual kinds")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--json", type=Path, help="write the finds, clip by clip")
     parser.add_argument("--pictures", type=Path, help="a folder for contact sheets")
@@ -224,19 +234,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--verdicts", type=Path, help="a table of verdicts to count")
     parser.add_argument("--figures", type=Path, help="a folder for the pictures named in the table")
     options = parser.parse_args(arguments)
+    kinds = options.kinds or KINDS
     seen = []
-    for s in survey(options.folder, options.only, options.workers):
+    for s in survey(options.folder, options.only, options.workers, kinds):
         seen.append(s)
         if s.problem:
             print(f"{s.set}: {s.problem}", file=sys.stderr)
-    print(markdown(table(seen)))
+    print(markdown(table(seen, kinds)))
     if options.json:
         document = {"schema": "benchmarks.atlas/1", "clips": [asdict(s) for s in seen]}
         options.json.write_text(json.dumps(document), encoding="utf-8")
     if options.pictures:
         draw(options.folder, sample(seen, options.most, options.seed), options.pictures)
     if options.blind:
-        draw_blind(options.folder, sample(seen, options.most, options.seed), options.blind)
+        finds = sample(seen, options.most, options.seed)
+        draw_blind(options.folder, finds, options.blind, joints=bool(options.kinds))
     if options.verdicts:
         with options.verdicts.open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
@@ -264,24 +276,35 @@ def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
 
 
 def draw_blind(
-    folder: Path, finds: Sequence[tuple[str, Find]], output: Path, seed: int = 19
+    folder: Path,
+    finds: Sequence[tuple[str, Find]],
+    output: Path,
+    seed: int = 19,
+    *,
+    joints: bool = False,
 ) -> None:
     """Draw numbered pictures of the finds in random order, and write a key for them.
 
     The judges do not open the key; :mod:`benchmarks.blind_verdicts` evaluates their verdicts.
+    joints: True to draw the body and one joint instead of the chain.
     """
     from benchmarks.atlas_pictures import picture
+    from benchmarks.joint_pictures import joint_picture
 
     output.mkdir(parents=True, exist_ok=True)
     finds = random.Random(seed).sample(finds, len(finds))
-    columns = ("set", *(f.name for f in fields(Find) if f.name != "offset"))
+    columns = ("set", *(f.name for f in fields(Find) if f.name not in ("offset", "carried")))
     with (output / "key.csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, ("number", *columns), extrasaction="ignore")
         writer.writeheader()
         for k, (name, find) in enumerate(finds):
             own = asdict(find) | {"set": name, "applied": "yes" if find.applied else "no"}
             writer.writerow({"number": k, **own})
-            picture(folder / name / find.clip, find, output / f"{k:03d}.png", bare=True)
+            clip, to = folder / name / find.clip, output / f"{k:03d}.png"
+            if joints:
+                joint_picture(clip, find, to, f"{k:03d}")
+            else:
+                picture(clip, find, to, bare=True)
 
 
 def figures(

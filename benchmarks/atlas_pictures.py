@@ -53,7 +53,7 @@ def sheet(rows: Sequence[tuple[str, Path, Any]], output: Path, start: int = 0) -
 
 def one(figure: Any, title: str, clip: Path, find: Any) -> None:
     """Draw one find: three poses from two sides, the twists, the evidence and the bend."""
-    motion = _motion(clip)
+    motion = read_motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
     sure = "–" if find.confidence is None else f"{find.confidence:.2f}"
     told = f"{'applied' if find.applied else 'shown'}{', open' if find.open else ''}"
@@ -69,7 +69,7 @@ def one(figure: Any, title: str, clip: Path, find: Any) -> None:
 
 def picture(clip: Path, find: Any, output: Path, *, bare: bool) -> None:
     """Draw one find for a page. bare: True to draw bones as lines instead of bodies."""
-    motion = _motion(clip)
+    motion = read_motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
     figure = plt.figure(figsize=(9.6, 2.9), dpi=74)
     _panels(figure, motion, chain, find, bare=bare)
@@ -105,7 +105,8 @@ def _panels(figure: Any, motion: Motion, chain: Chain, find: Any, *, bare: bool)
 _kept: dict[Path, Motion] = {}
 
 
-def _motion(clip: Path) -> Motion:
+def read_motion(clip: Path) -> Motion:
+    """Return the motion of a clip; the latest one is kept."""
     if clip not in _kept:
         _kept.clear()
         _kept[clip] = read_clip(clip).motion
@@ -146,7 +147,9 @@ def draw_poses(panel: Any, motion: Motion, chain: Chain, find: Any, *, bare: boo
         for k in range(3):
             origin = np.array([k * 0.95, -row * 1.2])
             for b, (a, z, q) in enumerate(((p[k], c[k], turned[0][k]), (c[k], g[k], turned[1][k]))):
-                _bone(panel, (a / length, z / length), q, (right, up, eye), origin, FACES[b], bare)
+                draw_bone(
+                    panel, (a / length, z / length), q, (right, up, eye), origin, FACES[b], bare
+                )
     for k, word in enumerate(("before", "inside", "after")):
         panel.text(k * 0.95, 0.16, f"{word} {shown[k]}", ha="center", fontsize=7.5, color=INK)
     panel.set_xlim(-0.6, 2.5)
@@ -164,7 +167,7 @@ def _tip(chain: Chain, rotations: Array, positions: Array, motion: Motion) -> Ar
     return positions[:, chain.child] + size * rotate(rotations[:, chain.child], arm)
 
 
-def _bone(panel: Any, ends: Any, q: Array, view: Any, at: Array, face: Any, bare: bool) -> None:
+def draw_bone(panel: Any, ends: Any, q: Array, view: Any, at: Array, face: Any, bare: bool) -> None:
     """Draw a flat body between two joints; its wide side is fixed in
     the joint's own coordinates.
     """
