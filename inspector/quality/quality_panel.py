@@ -249,7 +249,7 @@ class QualityPanel(QWidget):
             self.plot.show_lines(())
             on_place = self.table.currentIndex().isValid()
             self.curve_words.set_text(
-                f"{bold(self.model.place)} &nbsp;{tr('has no measures')}"
+                f"{bold(self.model.place)} &nbsp;{tr('has no measurements')}"
                 if on_place
                 else tr("Select a joint.")
             )

@@ -37,7 +37,7 @@ class Screen(QWidget):
 
     def _name_picture(self) -> None:
         """Give screen readers the message, or the name of the picture."""
-        name = self.text if self.image is None else tr("Picture of the video")
+        name = self.text if self.image is None else tr("Image of the video")
         if name != self.accessibleName():
             self.setAccessibleName(name)
 

@@ -297,7 +297,7 @@ def _roles(value: Any, word: str) -> tuple[str, ...]:
 def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
     pairs = [texts(pair, what) for pair in items(value, what)]
     if any(len(pair) != 2 for pair in pairs):
-        raise FormatError("expected pairs of two words, left and right")
+        raise FormatError("expected pairs of words, the first for left and the second for right")
     return tuple((folded(left), folded(right)) for left, right in pairs)
 
 

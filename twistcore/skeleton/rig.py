@@ -36,7 +36,10 @@ from twistcore.skeleton.rotation import normalise
 from twistcore.work.frozen import dataclass
 
 _ZERO = 1e-6  # share of the skeleton's height
-_EXPECTED = "expected [[chain]] tables with two or three joints, and 'remove' with names of chains"
+_EXPECTED = (
+    "expected [[chain]] tables with two or three joints each, and optionally a list of "
+    "chain names in 'remove'"
+)
 
 
 @dataclass(frozen=True)

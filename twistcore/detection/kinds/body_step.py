@@ -14,9 +14,9 @@ KIND = KindInfo(
     find="twistcore.detection.all_joints.finders:find_body_steps",
     colour="warning",
     here="body step {frames} ({size})",
-    happens="The whole body steps",
+    happens="The whole body jumps",
     named="the body step in {span} ({size})",
-    legend="the whole body steps by {size}",
+    legend="the whole body jumps by {size}",
     tip="many joints jump at once, by a median of {size}; this is not corrected",
     why="Many joints jump in the same frame, by a median of {size}",
 )

@@ -15,7 +15,7 @@ KIND = KindInfo(
     happens="{part} jumps",
     named="the lone jump of {joint} in {span} ({size})",
     legend="jumps by {angle}",
-    tip="{joint} jumps about its own axis; this is not corrected",
+    tip="{joint} turns suddenly about its own axis; this is not corrected",
     find="twistcore.detection.lone_jumps:find_lone_jumps",
     corrected=True,
 )

@@ -14,9 +14,9 @@ KIND = KindInfo(
     find="twistcore.detection.all_joints.finders:find_place_jumps",
     colour="warning",
     here="place jump {frames} of {joint}",
-    happens="{part} changes its place",
+    happens="{part} jumps to another position",
     named="the place jump of {joint} in {span}",
-    legend="the place jumps",
+    legend="the position jumps",
     tip="the position of {joint} jumps; this is not corrected",
     why="The position of {joint} jumps in one frame",
 )

@@ -221,7 +221,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         state = self.stack.pop()
         made = self.stack[-1]
         if not isinstance(made, Unreadable):
-            raise pickle.UnpicklingError("a state for an object that cannot have one")
+            raise pickle.UnpicklingError("a state for an object that cannot have a state")
         made.set_state(state)
         if isinstance(made, _Inline):
             self.stack[-1] = made.read(self.source)
