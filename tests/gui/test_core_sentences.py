@@ -88,7 +88,10 @@ def test_what_is_joined_is_translated_part_by_part():
 @pytest.mark.parametrize(
     "note",
     [
-        Unexamined("left arm", "no joint has a known name for its hand; unknown: 'X', 'Y' …"),
+        Unexamined(
+            "left arm",
+            "no joint has a known name for the hand; these names are unknown: 'X', 'Y' …",
+        ),
         Unexamined("right shin", "it has no foot joint", person="B"),
         Unexamined(
             "other limbs", "no joint has a known name, and only 2 of four limbs were found by shape"

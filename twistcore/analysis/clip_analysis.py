@@ -906,8 +906,8 @@ class Detection:
             count = sum(len(jumps.get(c.name, ())) for c in own)
             if person:
                 yield (
-                    f"{count} lone jumps of {person} make every detection for this person "
-                    "uncertain, so none is corrected automatically."
+                    f"{person} has {count} lone jumps, so every detection for this person "
+                    "is uncertain and none is corrected automatically."
                 )
             else:
                 yield (

@@ -109,7 +109,7 @@ def _decompressed(path: Path, data: bytes) -> bytes:
             if not reader.eof:
                 if len(out) >= most:
                     raise _too_large(path, most)
-                raise ValueError("cut off")
+                raise ValueError("the file is cut off")
             return out
     return data
 

@@ -339,8 +339,8 @@ def joint_as_said(name: str, said: str) -> JointName:
     what = " ".join(words)
     if what not in (*ROLES, "helper", "other", "unknown") or (what in ROLES) != bool(side):
         raise FormatError(
-            f"expected left or right and {', '.join(ROLES)}, or helper, other, unknown for "
-            f"{name}, found {said!r}"
+            f"expected 'left' or 'right' with one of {', '.join(ROLES)}, or 'helper', "
+            f"'other' or 'unknown' for {name}, found {said!r}"
         )
     joint = JointName(side, folded(name), "", (what,) if what in ROLES else (), word=name)
     return replace(joint, helper=what == "helper", other=what == "other")

@@ -239,9 +239,9 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
     if min(sizes) <= ONE_JOINT * max(sizes):
         only = place.joints[int(sizes[1] > sizes[0])]
         because = (
-            f"only {only} turns there over {span} ({turns}): no counter-twist"
+            f"only {only} turns there over {span} ({turns}), so it is no counter-twist"
             if span
-            else f"only {only} turns there ({turns}): no counter-twist"
+            else f"only {only} turns there ({turns}), so it is no counter-twist"
         )
         return place.reason(Why.ONE_JOINT, because, **numbers)
     if edge.gain >= _EACH:
@@ -305,9 +305,9 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
         )
     else:
         because = (
-            f"the jump that would reverse it ({turns}), {partner}, leaves a difference of "
-            f"{signed_degrees(rest)} and is {away} frames away: evidence of {edge.gain:.0f}"
-            f" and {float(e.gain[k]):.0f} is too weak for an interval"
+            f"the best jump to reverse it ({turns}) is {partner}: it leaves a difference of "
+            f"{signed_degrees(rest)} and is {away} frames away, and the evidence of "
+            f"{edge.gain:.0f} and {float(e.gain[k]):.0f} is too weak for an interval"
         )
     numbers |= {"partner": int(e.peak[k]), "open_deg": math.degrees(rest)}
     return place.reason(Why.NO_PARTNER, f"{because}; {alone}", **numbers)
