@@ -67,10 +67,10 @@ class _ClipModel(RowModel[QueuedClip]):
     heads = _HEADS
     right = (_SEVERITY,)
     head_tips = (
-        tr("Name of the clip. ↺ means: unsaved decisions can be restored."),
+        tr("Name of the clip. ↺ marks unsaved decisions that can be restored."),
         tr("Root mean square of the clip's errors over all frames. Click a heading to sort."),
         tr("Intervals decided / all intervals"),
-        tr("✓ means: the clip was exported"),
+        tr("✓: the clip was exported"),
     )
 
     def key(self, thing: QueuedClip) -> Path:

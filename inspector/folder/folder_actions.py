@@ -68,8 +68,8 @@ class FolderActions:
         left = ""
         if rest:
             left = " " + plural(
-                "{n} clip is left out, because it is not listed.",
-                "{n} clips are left out, because they are not listed.",
+                "{n} clip is not written, because it is not listed.",
+                "{n} clips are not written, because they are not listed.",
                 rest,
             )
         self.bar.show_message(f"{path.name}: {count}.{left}", False)

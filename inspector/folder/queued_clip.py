@@ -10,18 +10,18 @@ from inspector.language import of_core, tr
 
 GONE = "no longer in the folder"
 FAR_AWAY = "not on a disk of this machine; open a copy of it"
-TOO_LARGE = "needs more memory than a clip of its size should"
+TOO_LARGE = "needs more memory than is usual for its size"
 NOT_BEGUN = "the analysis stopped before it began"
 TOO_SLOW = "the analysis took too long and was stopped"
-KILLED = "the analysis was ended by the system, perhaps for want of memory"
-# The reason why a clip has no results: the text in tables and files, and the text for people.
+KILLED = "the system stopped the analysis, perhaps because memory ran out"
+# Why a clip has no results: the text in tables and files, and the text that people see.
 _REASONS = {
     GONE: tr("no longer in the folder"),
     FAR_AWAY: tr("the clip is not on this computer; copy it to a disk and open the copy"),
-    TOO_LARGE: tr("the clip needs more memory than a clip of its size should"),
+    TOO_LARGE: tr("the clip needs more memory than is usual for its size"),
     NOT_BEGUN: tr("the analysis was stopped before it began"),
     TOO_SLOW: tr("the analysis took too long and was stopped"),
-    KILLED: tr("the system ended the analysis, perhaps because memory ran out"),
+    KILLED: tr("the system stopped the analysis, perhaps because memory ran out"),
 }
 
 

@@ -138,7 +138,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
             raise _error(
                 path,
                 at + 1,
-                tr("a line '```' that closes the block of settings which begins here"),
+                tr("a line '```' at the end of the settings block that begins here"),
             )
         settings = _pairs(path, lines, at + 1, closed, KEYS)
         text = lines[start + 1 : at] + lines[closed + 1 : stop]

@@ -59,7 +59,7 @@ _SMOOTH = tr("Smooth in Quality → Track")
 _DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # reasons why an interval is open
 _NOT_CORRECTED = tr("This finding is not corrected. Accept the finding to mark it as seen.")
 _EDITED = tr_as("an interval", "edited")
-_OTHER_SIDE = tr("the frames around the interval may be wrong instead")
+_OTHER_SIDE = tr("the frames around the interval may be the wrong ones")
 
 
 class DetailCard(QWidget):
@@ -401,7 +401,7 @@ def explanation(
         sentences += _counter_twist(judged, evidence, first_frame)
     doubts = _doubts(evidence, measures)
     if doubts:
-        sentences.append(tr("Doubts: {why}.", why=doubts))
+        sentences.append(tr("Reasons for doubt: {why}.", why=doubts))
     known = not _DOUBTED.isdisjoint(evidence.get("doubts", ()))
     known = known or bool({"worse", "small"} & set(evidence))
     if isinstance(chain, Limb | Helper):
@@ -535,8 +535,8 @@ def _lone_jump(
     if stretch is not None:
         sentences.append(
             tr(
-                "A stretch of frames {first}–{last} begins or ends here: accept the stretch to "
-                "correct this jump as well.",
+                "A stretch (frames {first}–{last}) begins or ends here. Accept the stretch "
+                "to correct this jump as well.",
                 first=stretch.start + first_frame,
                 last=stretch.stop + first_frame,
             )
@@ -544,8 +544,8 @@ def _lone_jump(
         return " ".join(sentences)
     sentences.append(
         tr(
-            "This finding is not corrected. Press Insert if the joint stays turned from here on or "
-            "up to here, or accept the finding to mark it as seen."
+            "This finding is not corrected. Press Insert if the joint is turned wrongly "
+            "from here on or up to here. Or accept the finding to mark it as seen."
         )
     )
     return " ".join(sentences)
@@ -606,13 +606,11 @@ def _rare_side(side: float) -> str:
     """Return how rare the side of the limb in this interval is, or an empty string."""
     if side > _RARER:
         return tr(
-            "In these frames, the joint is on a side where it is hardly ever found in the rest of "
-            "this clip."
+            "In these frames, the joint is on a side where it hardly ever is in the rest "
+            "of this clip."
         )
     if side > _RARE:
-        return tr(
-            "In these frames, the joint is on the side where it is found less often in this clip."
-        )
+        return tr("In these frames, the joint is on the side where it is less often in this clip.")
     return ""
 
 
@@ -626,9 +624,9 @@ def _figures(judged: Judged, chain: Chain) -> str:
         return ""
     gain = (judged.interval.evidence or {})["gain"]
     return tr(
-        "The parent's level was compared with the line between the ends of each span,\n"
-        "and with its own course in the rest of the clip.\n"
-        "Log odds for an error, against natural motion: {gain}.",
+        "The parent's twist was compared with a straight line between the ends of each "
+        "span,\nand with its course in the rest of the clip.\nLog odds for an error, "
+        "against natural motion: {gain}.",
         gain=plain(gain, 0),
     )
 

@@ -36,8 +36,8 @@ COLUMNS = (
         "decision",
         tr_as("column", "Decision"),
         tip=tr(
-            "+ means: the interval overlaps another one of its chain.\n<τ means: the interval is "
-            "no longer found at this threshold.\n✎ means: the interval was edited by hand."
+            "+: the interval overlaps another interval of its chain.\n<τ: the interval is "
+            "no longer found at this threshold.\n✎: the interval was edited by hand."
         ),
     ),
     Column("start", tr_as("column", "Start"), tip=tr("First frame"), figures=True),

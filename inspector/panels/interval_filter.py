@@ -141,8 +141,9 @@ class _SearchLine(QLineEdit):
         self.setMinimumWidth(48)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus | Qt.FocusPolicy.TabFocus)
         tip = tr(
-            "Search for words of the chain, joints, kind, decision, note or reason.\nTo search "
-            "by confidence, type for example >0.9 or <0.5. Esc lists everything again."
+            "Search for words in the chain, joints, kind, decision, note or reason.\nTo "
+            "search by confidence, type for example >0.9 or <0.5. Esc lists everything "
+            "again."
         )
         self.setToolTip(tip)
         self.setAccessibleDescription(tip)

@@ -16,11 +16,11 @@ from twistcore.analysis.correction.protected_measures import (
 )
 
 _NAMES: Mapping[str, tuple[str, str]] = {  # with the unit
-    HINGE: (tr("bend to the side"), "°"),
+    HINGE: (tr("sideways bend"), "°"),
     TURNS: (tr("turns faster than any body"), tr(" frames")),
-    ROLL: (tr("fastest roll of the next joint"), tr("° per frame")),
+    ROLL: (tr("peak roll speed of the next joint"), tr("° per frame")),
     PATH: (tr("path of the middle joint"), tr(" % of the limb")),
-    ENDS: (tr("hands and feet moved"), tr(" % of the height")),
+    ENDS: (tr("displacement of hands and feet"), tr(" % of the height")),
 }
 
 

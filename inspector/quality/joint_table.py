@@ -110,7 +110,7 @@ class JointsModel(RowModel[_Joint]):
         """Name of the row for the figure's position, or an empty string if there is no such row."""
         known = self._evidence.known
         placed = known.placed if known is not None else None
-        return tr("{joint}, place", joint=self.names[placed]) if placed is not None else ""
+        return tr("{joint}, position", joint=self.names[placed]) if placed is not None else ""
 
     @property
     def rows(self) -> tuple[str, ...]:

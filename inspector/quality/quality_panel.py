@@ -78,7 +78,7 @@ class QualityPanel(QWidget):
         self.table.selectionModel().currentChanged.connect(self._stale.mark)
         self.curve_words = Caption()
         self.plot = TracePlot(colours)
-        self.plot.setAccessibleName(tr("Measure of the selected joint over time"))
+        self.plot.setAccessibleName(tr("Selected measure of the joint over time"))
         self.plot.setToolTip(tr("Click to go to the frame"))
         self.plot.asked.connect(self._document.go_to)
         over_time = QWidget()
@@ -247,7 +247,7 @@ class QualityPanel(QWidget):
             self.plot.show_lines(())
             on_place = self.table.currentIndex().isValid()
             self.curve_words.set_text(
-                f"{bold(self.model.place)} &nbsp;{tr('has no measures')}"
+                f"{bold(self.model.place)} &nbsp;{tr('has no measurements')}"
                 if on_place
                 else tr("Select a joint.")
             )

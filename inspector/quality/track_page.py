@@ -111,7 +111,7 @@ class TrackPage(QWidget):
         self.joints.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.buttons.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.all = tool_button(
-            tr_as("joints", "All"), tr("Select every joint and the figure's place"), flat=False
+            tr_as("joints", "All"), tr("Select every joint and the figure's position"), flat=False
         )
         self.all.clicked.connect(self.all_asked)
         self.done = Caption(soft=True)

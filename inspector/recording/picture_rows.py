@@ -40,8 +40,8 @@ class _Preset:
 
 
 _PRESETS = {
-    tr("A column, 90 mm"): _Preset(90, 0, "mm", 600, 7.0),
-    tr("A page, 180 mm"): _Preset(180, 0, "mm", 600, 8.0),
+    tr("Column, 90 mm"): _Preset(90, 0, "mm", 600, 7.0),
+    tr("Page, 180 mm"): _Preset(180, 0, "mm", 600, 8.0),
     tr("1280 × 720 pixels"): _Preset(1280, 720, "pixels", 96, 8.0),
     tr("1920 × 1080 pixels"): _Preset(1920, 1080, "pixels", 96, 12.0),
     tr("Another size"): _Preset(120, 0, "mm", 600, 8.0),
@@ -75,15 +75,15 @@ class PictureRows(QObject):
         self.dpi.setAccessibleName(tr("Dots per inch"))
         self.points = QDoubleSpinBox(suffix=" pt", decimals=1, singleStep=0.5)
         self.points.setRange(4.0, 48.0)
-        self.points.setToolTip(tr("Size of the smallest letters on paper; lines scale accordingly"))
-        self.points.setAccessibleName(tr("Letters"))
+        self.points.setToolTip(tr("Size of the smallest text on paper; lines scale accordingly"))
+        self.points.setAccessibleName(tr("Font size"))
         self._at = QLabel(tr_as("resolution", "at"))
         self._fine = hbox(self.points, self._at, self.dpi, None, spacing=6)
         self.white = QCheckBox(tr("On white paper, for print"))
         self.white.setChecked(True)
         form.addRow(tr("Size"), self.preset)
         form.addRow("", self._sides)
-        form.addRow(tr("Letters"), self._fine)
+        form.addRow(tr("Font size"), self._fine)
         form.addRow("", self.white)
         self._propose()
         self.preset.currentIndexChanged.connect(self._propose)

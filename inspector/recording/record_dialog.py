@@ -22,16 +22,16 @@ from twistcore.skeleton.limb import Limb
 _FORMATS = {
     ".mp4": tr("Video, MP4"),
     ".gif": tr("Video, GIF"),
-    ".png": tr("Picture, PNG"),
-    ".svg": tr("Picture, SVG (vector graphics)"),
-    ".pdf": tr("Picture, PDF (vector graphics)"),
+    ".png": tr("Image, PNG"),
+    ".svg": tr("Image, SVG (vector graphics)"),
+    ".pdf": tr("Image, PDF (vector graphics)"),
 }
 _SIZES = ((1280, 720), (1920, 1080), (960, 540))
 _SPEEDS = {
     tr("Real time"): 1.0,
     tr("Half speed"): 0.5,
-    tr("A quarter"): 0.25,
-    tr("A tenth"): 0.1,
+    tr("1/4 speed"): 0.25,
+    tr("1/10 speed"): 0.1,
 }
 _AROUND_S = 0.5
 _SWEEP = tr("This frame, with a moving slider")
@@ -167,7 +167,7 @@ class RecordDialog(WriteDialog):
             return tr("Frame {frame}: {size}.", frame=frame, size=size)
         count = len(shots(choice, document.data.motion.fps, document.frame))
         return tr(
-            "{n} pictures, {seconds:.1f} s. The camera does not move.",
+            "{n} images, {seconds:.1f} s. The camera does not move.",
             n=count,
             seconds=count / choice.fps,
         )

@@ -27,7 +27,7 @@ from inspector.widgets.typeset import Typesetter
 
 WHITE = replace(LIGHT, window="#ffffff", raised="#ffffff")  # no grey on white paper
 _TYPE = 9.0  # points of legend and equations, if the plots' numbers have USUAL_POINTS
-_STAR = tr("* corrected here; the paper prints it differently.")
+_STAR = tr("* Corrected here: the paper prints this equation differently.")
 _NOTHING = QSizeF(1.0, 1.0)
 
 

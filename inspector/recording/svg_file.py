@@ -120,5 +120,5 @@ def png_of(image: QImage) -> bytes:
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     if not image.save(buffer, "PNG"):  # type: ignore[call-overload]  # its stub wants bytes
-        raise OSError(EFBIG, tr("the picture is too large for a PNG"))
+        raise OSError(EFBIG, tr("the image is too large for a PNG"))
     return bytes(buffer.data().data())

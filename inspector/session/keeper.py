@@ -293,12 +293,15 @@ class Keeper(QObject):
         except OSError as error:
             name, why = self.lock.path.name, of_core(str(error.strerror))
             return tr(
-                "The lock {name} could not be taken from the other window ({why}).",
+                "The review could not be taken over from the other window: the lock "
+                "file {name} cannot be changed ({why}).",
                 name=name,
                 why=why,
             )
         if self.read_only:
-            return tr("Another window has the lock again: {holder}.", holder=self.lock.holder)
+            return tr(
+                "Another window is editing the review again: {holder}.", holder=self.lock.holder
+            )
         self._robbed = self._kept.clip.path
         return ""
 

@@ -176,7 +176,7 @@ def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody
     try:
         kept, sha256 = read_session_file(session)
     except TwistError as error:
-        why = tr("{error}: its review is not shown.", error=of_core(str(error)))
+        why = tr("The review of this clip is not shown. {error}.", error=of_core(str(error)))
         if isinstance(error, FormatError):
             why = set_aside(session, str(error))
         found, notes = _read(path, profile, tell), [*notes, why]
@@ -302,8 +302,8 @@ def of_later_kinds(state: ReviewState) -> str:
     if not kinds:
         return ""
     return tr(
-        "{n} of the intervals are of kinds that only a newer version of the program supports "
-        "({kinds}). They are shown and kept unchanged.",
+        "Intervals that only a newer version of the program supports: {n} ({kinds}). They "
+        "are shown and kept unchanged.",
         n=len(kinds),
         kinds=", ".join(sorted(set(kinds))),
     )

@@ -135,7 +135,7 @@ class Recovery(QObject):
                 when=when,
                 kept=kept,
             )
-            answer = tr("Add its decisions")
+            answer = tr("Add decisions")
         else:
             message = tr(
                 "The last review of this clip ended without saving ({when}). {kept}.",
@@ -191,8 +191,8 @@ class Recovery(QObject):
             self._keeper.forget(leftover)
         elif name := self._keeper.keep(leftover):
             message = tr(
-                "{taken} of {total} decisions were added. The other decisions have no interval "
-                "here or differ from a decision made here. They stay in {name}.",
+                "{taken} of {total} decisions were added. The other decisions stay in "
+                "{name}, because this review has no such interval or a different decision.",
                 taken=of - lost,
                 total=of,
                 name=name,
@@ -216,7 +216,7 @@ class Recovery(QObject):
             text = tr("{name} is open in another window ({holder}).", name=name, holder=holder)
             text += " " + tr("You can look at the review here, but you cannot change it.")
             take = tr("Take over")
-        self.question.emit(text, ((take, self._take_over), (tr("Look only"), lambda: None)))
+        self.question.emit(text, ((take, self._take_over), (tr("View only"), lambda: None)))
 
     def _take_over(self) -> None:
         if trouble := self._keeper.take_over():
@@ -239,7 +239,7 @@ class Recovery(QObject):
         if self._asks_about_disk:
             self._asks_about_disk = False
             self.withdrawn.emit()
-            self._keeper.message.emit(tr("All steps are saved on disk again."), False)
+            self._keeper.message.emit(tr("All steps are saved to disk again."), False)
             self._ask_next()
 
 

@@ -36,7 +36,8 @@ def kept_rig(motion: Motion) -> tuple[Rig, str]:
         return AS_FOUND, set_aside(path, str(error))
     except TwistError as error:
         return AS_FOUND, tr(
-            "{error}: the chains were found automatically.", error=of_core(str(error))
+            "The saved chains cannot be used, so the chains were found automatically. {error}.",
+            error=of_core(str(error)),
         )
     return rig, ""
 

@@ -202,13 +202,13 @@ def load_settings(path: Path) -> tuple[Settings, str]:
     if len(damaged) < len(checks_by_name()):
         which = tr("The settings {names}", names=", ".join(damaged))
     said = tr(
-        "{settings} were damaged. Undamaged values were kept; the others were reset.",
+        "{settings} were damaged. Intact values were kept; the others were reset.",
         settings=which,
     )
     try:
-        aside = tr("The old file was saved as {file}.", file=_set_aside(path, data))
+        aside = tr("The old file was kept as {file}.", file=_set_aside(path, data))
     except OSError as error:
-        aside = tr("The old file could not be copied ({why}).", why=error.strerror)
+        aside = tr("The old file could not be backed up ({why}).", why=error.strerror)
     return settings, f"{said} {aside}"
 
 
@@ -302,11 +302,11 @@ def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
 
 
 def _unread(path: Path, why: str | None) -> str:
-    return tr("The settings {file} cannot be read ({why}).", file=path, why=why)
+    return tr("The settings file {file} cannot be read ({why}).", file=path, why=why)
 
 
 def _unwritten(path: Path, why: str | None) -> str:
-    return tr("The settings {file} cannot be written ({why}).", file=path, why=why)
+    return tr("The settings file {file} cannot be written ({why}).", file=path, why=why)
 
 
 def _trouble(path: Path) -> str:

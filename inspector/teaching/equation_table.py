@@ -107,7 +107,11 @@ def _opposed(of: FrameNumbers) -> str:
     size = f"{abs(product):.{2 if abs(product) >= 0.01 else 4}f}"
     sign = "−" if product < 0.0 else "+" if product > 0.0 else ""
     answer = (
-        tr("yes") if of.frame.strength >= LEAST else tr("no, rounding") if sign == "−" else tr("no")
+        tr("yes")
+        if of.frame.strength >= LEAST
+        else tr("no, only rounding")
+        if sign == "−"
+        else tr("no")
     )
     return f"{answer}: {sign}{size} (°)²"
 

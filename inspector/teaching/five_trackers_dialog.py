@@ -18,8 +18,8 @@ from twistcore.skeleton.rotation import Array
 
 _WORDS = {
     "Quaternion": tr(
-        "The difference between pose and input is itself a rotation, the shorter of two. "
-        "It has no seam. Only the lag of the gains remains."
+        "The difference between pose and input is itself a rotation, the shorter of two "
+        "possible ones. It has no seam at ±180°. Only the lag of the tracker remains."
     ),
     "axis-angle, raw": tr(
         "At 180° the vector jumps from one end to the other. The tracker turns all "
@@ -35,8 +35,8 @@ _WORDS = {
         "the error."
     ),
     "Quaternion, first-order": tr(
-        "A straight step that is projected back onto the sphere falls short of "
-        "the turn. The next frame corrects the shortfall, so the error is hardly visible here."
+        "A linear step that is projected back onto the unit sphere is shorter than the "
+        "rotation. The next frame makes up for this, so the error is hardly visible here."
     ),
 }
 _TITLES = {

@@ -35,10 +35,9 @@ _TIPS = {
         "q and −q are the same rotation. Before wrapping, θp of −q differs by a full turn."
     ),
     "euler": tr(
-        "The channels of the file in its order, in degrees. The first axis is turned by neither of "
-        "the other two, the last axis by both. When the middle angle is near ±90°, the first and "
-        "the "
-        "last axis coincide."
+        "The channels of the file in the file's order, in degrees. Neither of the other "
+        "rotations turns the first axis; both turn the last axis. When the middle angle is "
+        "near ±90°, the first and the last axis coincide."
     ),
 }
 

@@ -103,9 +103,9 @@ MARKS = SYMBOLS | {  # of Fig. 2, in 3D only
     "P": Symbol("P", "bone", tr("the parent, whose rotation is split")),
     "C": Symbol("C", "bone", tr("the child")),
     "G": Symbol("G", "bone", tr("the grandchild, which shows the direction of the child")),
-    "real": Symbol(r"G_\mathrm{real}", "azimuth", tr("the actual place of G")),
+    "real": Symbol(r"G_\mathrm{real}", "azimuth", tr("the actual position of G")),
     "ideal": Symbol(
-        r"G_\mathrm{ideal}", "error", tr("the place of G if the child had not counter-rotated")
+        r"G_\mathrm{ideal}", "error", tr("the position of G if the child had not counter-rotated")
     ),
 }
 

@@ -52,8 +52,8 @@ _KNOBS = {
         -3,
         3,
         tr(
-            "Tip both bones sideways by up to 3°. "
-            "Near a singularity, this tilt changes the angles a lot."
+            "Tilt both bones sideways by up to 3°. Near a singularity, this changes the "
+            "angles a lot."
         ),
     ),
     "applied": _Knob(
@@ -61,8 +61,9 @@ _KNOBS = {
         0,
         100,
         tr(
-            "Remove a part of the offset (Eq. 14-15): of the selected interval’s offset if the "
-            "frame is inside it and not altered, or of the paper’s running sum offset(t)."
+            "Remove a part of the offset (Eq. 14-15): of the selected interval’s offset if "
+            "the frame is inside the interval and not altered, or of the paper’s running "
+            "sum offset(t)."
         ),
         " %",
         1,

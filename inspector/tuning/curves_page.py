@@ -173,7 +173,7 @@ class CurvesPage(QWidget):
         info = DETECTORS.info(document.method)
         square = inked("■", theme.before)
         frames = int(self._counted.sum())
-        what = tr("Frames by jump of the limb") if limb else tr("Frames by strength")
+        what = tr("Frames by limb jump") if limb else tr("Frames by strength")
         reached = tr("{square} {reach} of {n} frames reach τ", square=square, reach=reach, n=frames)
         words = [f"{what}  {reached}"]
         if not (limb or info.is_m):

@@ -44,7 +44,7 @@ class SuggestionPage(QWidget):
         self.draws = QSpinBox(minimum=1, maximum=MOST_DRAWS)
         self.draws.setToolTip(
             tr(
-                "How often errors are injected into each chain. More draws take longer, but "
+                "How often errors are injected into each chain. More draws take longer but "
                 "give a narrower confidence interval."
             )
         )
@@ -55,7 +55,7 @@ class SuggestionPage(QWidget):
         boxes: tuple[tuple[str, QAbstractSpinBox], ...] = (
             (tr("Cost of a false alarm"), self.points),
             (tr("Smallest error to find"), self.smallest),
-            (tr("Draws of injected errors"), self.draws),
+            (tr("Random draws of errors"), self.draws),
         )
         for words, box in boxes:
             box.setKeyboardTracking(False)
@@ -105,16 +105,16 @@ class SuggestionPage(QWidget):
         parts = []
         if capture is not None and capture.first:
             first = self._named((0, capture.first))
-            parts.append(tr("{frames} (a blend from the first pose)", frames=first))
+            parts.append(tr("{frames} (the transition from the first pose)", frames=first))
         if capture is not None and capture.stop < frames:
             last = self._named((capture.stop, frames))
-            parts.append(tr("{frames} (a blend into the rest pose)", frames=last))
+            parts.append(tr("{frames} (the transition to the rest pose)", frames=last))
         yours = [self._named(span) for span in self._document.review.state.left_out]
         if yours:
             parts.append(tr("{frames} (your choice)", frames=", ".join(yours)))
         if not parts:
-            return tr("All frames count.")
-        return tr("Left out: frames {frames}.", frames=", ".join(parts))
+            return tr("All frames are used.")
+        return tr("Ignored: frames {frames}.", frames=", ".join(parts))
 
     def _named(self, span: Span) -> str:
         start, stop = (frame + self._document.first_frame for frame in span)

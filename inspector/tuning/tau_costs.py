@@ -281,7 +281,10 @@ class Costs(QObject):
                 news = True
         except (EOFError, OSError):
             self._fail(
-                tr("The system has ended the measurement of τ's cost. Perhaps memory ran out.")
+                tr(
+                    "The system stopped the measurement of τ's cost, perhaps because "
+                    "memory ran out."
+                )
             )
             news = True
         if news:

@@ -94,7 +94,7 @@ class ComparisonModel(RowModel[_Line]):
                 f"{name}: {by}"
                 if column.profile.method
                 else tr(
-                    "{name} does not name a detector; the costs are measured with {by}",
+                    "{name} does not name a detector; the costs are for {by}",
                     name=name,
                     by=by,
                 )

@@ -307,8 +307,8 @@ class VerdictPage(QWidget):
             text = " ".join(map(of_core, scope.found.words(lambda name: label(name) or name)))
         else:
             text = tr(
-                "This τ is for the chain alone. The rows above show whether all chains can share a "
-                "τ."
+                "This τ is only for this chain. The rows above show whether all chains can "
+                "share a τ."
             )
         skipped = evidence.present.skipped if evidence.present else ()
         if skipped:

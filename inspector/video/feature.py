@@ -57,7 +57,7 @@ _FILE: tuple[ActionRow[Video] | None, ...] = (
 _GO: tuple[ActionRow[Video] | None, ...] = (
     None,
     Switch("hold_video", tr("Hold the video"), ("W",),
-           tr("Stop the video, move the playhead to the same moment, and release the video"),
+           tr("Pause the video, move the playhead to the same moment, then release the video"),
            turn=lambda p, on: p.video.set_hold(on)),
 )
 # fmt: on

@@ -36,8 +36,8 @@ class Screen(QWidget):
         self._name_picture()
 
     def _name_picture(self) -> None:
-        """Give screen readers the message, or the name of the image."""
-        name = self.text if self.image is None else tr("Picture of the video")
+        """Give screen readers the message, or the name of the picture."""
+        name = self.text if self.image is None else tr("Image of the video")
         if name != self.accessibleName():
             self.setAccessibleName(name)
 

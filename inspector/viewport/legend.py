@@ -91,7 +91,9 @@ def legend_text(
         colour = theme.before if fault or abs(degrees) >= 0.05 else theme.soft
         angle = f"{signed(degrees)}°"
         words = (
-            tr("swivel off by {angle}", angle=angle) if swivel else tr("{angle} off", angle=angle)
+            tr("swivel off by {angle}", angle=angle)
+            if swivel
+            else tr("off by {angle}", angle=angle)
         )
         text += f"&nbsp;&nbsp;&nbsp; {_unbroken(bold(chain))}&nbsp; "
         text += inked(_unbroken(fault or words), colour)

@@ -23,11 +23,11 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rig import OwnChain, Rig
 
 _NONE = "–"
-_ROLES = (tr_as("joint", "Parent"), tr_as("joint", "Child"), tr_as("joint", "Below it"))
+_ROLES = (tr_as("joint", "Parent"), tr_as("joint", "Child"), tr_as("joint", "Grandchild"))
 _TIPS = (
     tr("The joint whose twist may be wrong. The chain is named after this joint."),
     tr("The child, which counter-rotates wherever the parent's twist is wrong"),
-    tr("A joint below the child. It shows the child's azimuth and may be left out."),
+    tr("A joint below the child, which shows the child's azimuth. It is optional."),
 )
 
 
@@ -46,7 +46,7 @@ class ChainDialog(QDialog):
         self.setWindowTitle(tr("Add chain"))
         self.joints = tuple(_joint_box(tip) for tip in _TIPS)
         self.limb = QCheckBox(
-            tr("This is a limb: look for flips about the line from its first joint to its last")
+            tr("This is a limb: search for flips about the line from its first to its last joint")
         )
         self.status = soft(QLabel(wordWrap=True))
         self.status.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)

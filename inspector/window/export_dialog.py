@@ -143,7 +143,7 @@ class ExportDialog(WriteDialog):
         there = replaced(self.choice(), self._document.exported)
         foreign = [path for path, ours in there.items() if not ours]
         whose = (
-            tr("not written by this program, or changed since"),
+            tr("not written by this program, or changed later"),
             tr("written by this program"),
         )
         lines = [f"{path.name} ({whose[ours]})" for path, ours in there.items()]
@@ -195,8 +195,8 @@ def _undecided_text(sure: int, repairable: int, total: int) -> str:
         )
     if repairable < total:
         return plural(
-            "Also correct {sure} of {n} undecided interval: the ones that may be automatic",
-            "Also correct {sure} of {n} undecided intervals: the ones that may be automatic",
+            "Also correct {sure} of {n} undecided interval: the automatically correctable ones",
+            "Also correct {sure} of {n} undecided intervals: the automatically correctable ones",
             total,
             sure=sure,
         )

@@ -36,8 +36,8 @@ from twistcore.skeleton.rig import Rig
 _JOINT, _TAKEN, _BY, _CHANGE = range(4)
 _HEADS = (
     tr("Joint"),
-    tr("Taken for"),
-    tr_as("what a joint is known by", "Because of"),
+    tr("Body part"),
+    tr_as("what a joint is known by", "Known by"),
     tr("Change to"),
 )
 _INDENT = "\N{NO-BREAK SPACE}" * 2
@@ -250,7 +250,7 @@ class JointNamesDialog(QDialog):
         by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
         for joint, taken in enumerate(body.taken_for):
             name, helper = body.names[joint], helpers.get(joint)
-            by = tr_as("by", "its name") if name.roles or not taken else tr_as("by", "its place")
+            by = tr_as("by", "its name") if name.roles or not taken else tr_as("by", "its position")
             if own := said.get(body.skeleton.names[joint], ""):
                 by = tr_as("by", "you")
                 side, _, part = own.partition(" ")

@@ -118,7 +118,7 @@ class ReviewActions:
         """Redo the last undone step, name it, and show the interval that it changed."""
         if self.document.data is not None:
             step = of_core(self.document.review.redo_text)
-            self._retrace(self.document.redo, tr("Done again: {step}", step=step))
+            self._retrace(self.document.redo, tr("Redone: {step}", step=step))
 
     def _retrace(self, act: Callable[[], None], words: str) -> None:
         document = self.document
@@ -156,7 +156,7 @@ class ReviewActions:
         self.document.go_to(judged.interval.seen_at)
         self._arrive(zoom=True)
         self.bar.show_message(
-            tr("The selected interval was out of view. Look at it, then decide again."), False
+            tr("The selected interval was not visible. Look at it, then decide again."), False
         )
         return True
 
@@ -308,7 +308,7 @@ class ReviewActions:
             return
         self.show_card()
         if not self.card.write(what):
-            self.bar.show_message(tr("This kind of error has no such number to edit."), False)
+            self.bar.show_message(tr("This number cannot be edited for this kind of error."), False)
 
     def play_edge(self, *, other: bool = False) -> None:
         """Play across the interval's edge nearest to the playhead, or across the other edge."""
@@ -480,7 +480,7 @@ def _count_explained(past: Sequence[Reason]) -> str:
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)
-    each = tr("at {n} only one joint turns", n=alone)
+    each = tr("at {n}, only one joint turns", n=alone)
     rest = tr("{n} belong to other errors or to cuts", n=len(past) - alone)
     if 0 < alone < len(past):
         reasons = tr("{some} and {others}", some=each, others=rest)

@@ -24,7 +24,7 @@ from twistcore.review.model import SEEN
 KEY, CTRL = Qt.Key, Qt.KeyboardModifier.ControlModifier
 FOUND = 15  # intervals of the clip: a spike, two groups
 SERIES, PAIR = 12, 2  # intervals in the groups
-SERIES_NAME = "5 times the same: right knee flips, and 7 more errors"
+SERIES_NAME = "the same error 5 times: right knee flips, and 7 more errors"
 
 
 @pytest.fixture
@@ -217,7 +217,7 @@ def test_groups_are_turned_off_and_this_is_remembered(qtbot, show_window, tmp_pa
 
 def test_a_filter_decides_what_is_in_a_group(qtbot, kick):
     kick.intervals.search.setText("flip")
-    assert texts(kick, "stop")[0] == "5 times the same: right knee flips"
+    assert texts(kick, "stop")[0] == "the same error 5 times: right knee flips"
     press(qtbot, kick, KEY.Key_N)
     press(qtbot, kick, KEY.Key_A)
     assert len(decided(kick)) == 5  # A and R never judge what is not listed

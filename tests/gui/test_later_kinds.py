@@ -37,7 +37,7 @@ def test_it_is_shown_kept_and_never_corrected(qtbot, window, session):
     messages = []
     window.document.message.connect(lambda *told: messages.append(told[0]))
     open_clip(qtbot, window, session)
-    sentence = f"are of kinds that only a newer version of the program supports ({LATER})"
+    sentence = f"that only a newer version of the program supports: 1 ({LATER})"
     assert sum(sentence in text for text in messages) == 1
     document = window.document
     judged = document.intervals[1]

@@ -127,7 +127,7 @@ BAD = {
         35,
         "one of counter-twist, carried-roll, limb-flip, helper-roll",
     ),
-    "limb-flip\n```": ("limb-flip", 32, "a line '```' that closes the block of settings"),
+    "limb-flip\n```": ("limb-flip", 32, "a line '```' at the end of the settings block"),
     "camera: limb": ("```\n```lesson", 34, "only one block of settings on a page"),
 }
 

@@ -72,7 +72,7 @@ def test_a_bar_that_was_ignored_asks_again_and_no_leftover_hides_another(clip, s
     assert third.accepted == 1
     assert "Another review" in third.answer["says"]
     assert "3 steps" in third.answer["says"]
-    third.tell("press Add its decisions")
+    third.tell("press Add decisions")
     assert third.accepted == 4
     third.kill()
     last = start(clip)

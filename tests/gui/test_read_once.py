@@ -64,7 +64,7 @@ def test_a_file_is_hashed_once_however_much_is_typed(exported, reads):
     dialog.path.setText(name[:-4])
     dialog.path.setText(name)
     assert (
-        "walk_refined.bvh (not written by this program, or changed since)" in dialog.replaces.text()
+        "walk_refined.bvh (not written by this program, or changed later)" in dialog.replaces.text()
     )
     assert len(reads) == 6
     dialog.reject()

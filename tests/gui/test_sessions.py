@@ -149,7 +149,7 @@ def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):
     act(other, "next_interval")
     act(other, "accept")
     assert Decision.ACCEPTED not in decisions(other)
-    assert [b.text() for b in other.bar.buttons()] == ["Take over", "Look only"]
+    assert [b.text() for b in other.bar.buttons()] == ["Take over", "View only"]
     assert not other.files.save_session()
     assert "was not saved" in other.bar.label.text()
 

@@ -228,10 +228,10 @@ def test_a_lock_from_another_computer_is_named_and_can_be_taken_over(clip, start
     program = start(clip)
     for what in ("4711", "elsewhere", "since"):
         assert what in program.answer["says"]
-    assert program.answer["offers"] == ["Take over", "Look only"]
-    program.tell("press Look only", "accept")
+    assert program.answer["offers"] == ["Take over", "View only"]
+    program.tell("press View only", "accept")
     assert program.accepted == 0  # looking decides nothing
-    assert program.answer["offers"] == ["Take over", "Look only"]
+    assert program.answer["offers"] == ["Take over", "View only"]
     assert lock.read_text().startswith("4711")
     program.tell("press Take over", "accept", "save")
     assert program.accepted == 1

@@ -107,7 +107,7 @@ def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_pa
 def test_a_profile_that_names_no_detector_says_so(qtbot, window, tuning, tmp_path):
     window.tuning_actions.compare_with([write_tau(tmp_path / "old.toml", 5.0)])
     qtbot.waitUntil(lambda: "old.toml" in tuning.profiles.note.text())
-    said = "old.toml does not name a detector; the costs are measured with our detector"
+    said = "old.toml does not name a detector; the costs are for our detector"
     assert said in tuning.profiles.note.text()
     assert not tuning.costs.running  # nothing more to measure
     fsr = tuning.costs.curves["LeftForeArm"].at(np.radians(5.0))[0]
@@ -414,5 +414,5 @@ def test_blends_at_the_ends_are_said_to_be_left_out(qtbot, window, tuning, tmp_p
     wait_measured(qtbot, window)
     capture = tuning.costs.capture
     assert capture.first > 1
-    said = f"Left out: frames 0–{capture.first} (a blend from the first pose)."
+    said = f"Ignored: frames 0–{capture.first} (the transition from the first pose)."
     qtbot.waitUntil(lambda: tuning.suggestion.left_out.text() == said)

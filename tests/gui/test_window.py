@@ -254,7 +254,7 @@ def test_undo_and_redo_say_and_show_what_they_change(qtbot, opened):
     act(opened, "next_interval")
     act(opened, "redo")
     assert opened.document.interval_id == first
-    assert opened.statusBar().currentMessage().startswith("Done again")
+    assert opened.statusBar().currentMessage().startswith("Redone")
 
 
 def test_looks_are_remembered(qtbot, show_window, tmp_path):

@@ -96,7 +96,7 @@ def test_three_of_a_kind_are_a_series_with_the_jumps_of_each(walk):
     ]
     found = error_groups(three, *walk)
     assert [group.members for group in found] == [(0, 1, 2, 3, 4)]
-    assert found[0].name == "3 times the same: right knee flips, with 2 jumps at the edges"
+    assert found[0].name == "the same error 3 times: right knee flips, with 2 jumps at the edges"
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_a_series_is_of_one_joint_and_one_kind(walk):
     assert groups_of(walk, *spikes, toe) == []
     third = made(FOOT, 150, 151, Kind.SPIKE, joint="RightFoot")
     assert groups_of(walk, *spikes, third) == [
-        ({0, 1, 2}, "3 times the same: RightFoot leaves its path")
+        ({0, 1, 2}, "the same error 3 times: RightFoot leaves its path")
     ]
 
 
@@ -148,7 +148,7 @@ def test_the_example_of_flips(walk):
     chains = (*tc.find_chains(clip), *tc.find_limbs(clip))
     names = [g.name for g in error_groups(found, chains, clip.skeleton)]
     assert names == [
-        "5 times the same: right knee flips, and 7 more errors",
+        "the same error 5 times: right knee flips, and 7 more errors",
         "Right knee flips and the jump at its edge",
     ]
 

@@ -265,7 +265,7 @@ def test_single_joints_may_be_named(own):
         ('[mine]\npairs = [["g"]]\n', ("line 2", "pairs")),
         ('[mine]\nhand = ["--"]\n', ("line 2",)),
         ('hand = ["a"]\n', ("line 1", "hand")),
-        ('[joints]\nA = "left nose"\n', ("line 2", "left or right")),
+        ('[joints]\nA = "left nose"\n', ("line 2", "left")),
         ("[mine\n", ("line 1",)),
     ],
 )

@@ -183,7 +183,7 @@ def test_a_device_is_written_into(clips, tmp_path):
     code, _, err = run(tmp_path, *words, full)
     assert (code, "No space" in err) == (2, True)
     code, _, err = run(tmp_path, *words, disk)
-    assert (code, "is a block device" in err) == (2, True)
+    assert (code, "found a block device" in err) == (2, True)
     assert [p.stat().st_mode for p in (null, full, disk)] == kinds
 
 

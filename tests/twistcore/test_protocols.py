@@ -287,7 +287,7 @@ def test_protocols_combine_or_say_why_not():
     both = parse_protocol("rich+R8+H2")
     assert (both.rich, both.ramp, both.step, both.length) == (True, 8, 2, (17, 36))
     for name in ("L0+M5", "L0+GH", "SL+L1"):
-        with pytest.raises(TwistError, match="cannot be joined with errors of single bones"):
+        with pytest.raises(TwistError, match="cannot be combined with errors of single bones"):
             parse_protocol(name)
     assert len({p.text for p in PROTOCOLS.values()}) == len(PROTOCOLS)
 

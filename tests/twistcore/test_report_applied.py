@@ -59,7 +59,7 @@ def test_what_the_figure_cannot_have_taken_out_is_not_told_as_applied(tmp_path, 
     told = {k: n for k, n in document["decisions"].items() if n}
     assert told == {done: 1, "not correctable": 1}
     (why,) = [w for w in document["warnings"] if "rfoot" in w]
-    assert why.startswith(f"{LIMB} was not corrected where its end was kept")
+    assert why.startswith(f"{LIMB} was not corrected in intervals that keep")
     assert document["changed"]["frames"] == 10
     rows = list(csv.DictReader(table.read_text("utf-8").splitlines()))
     assert [row["decision"] for row in rows] == [done, "not correctable"]

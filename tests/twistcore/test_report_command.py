@@ -71,7 +71,7 @@ def test_the_page_of_another_clip_of_this_stem_is_not_replaced(session, tmp_path
     words = ["refine", bvh, "-o", tmp_path / "r.bvh", "--report", tmp_path / "out"]
     assert main([str(w) for w in words]) == 2
     told = capsys.readouterr().err
-    assert "report of take.BVH, but the report of take.bvh is there" in told
+    assert "is the report of take.bvh; choose another folder for the report of take.BVH" in told
     assert len(told.splitlines()) == 1
     assert not (tmp_path / "r.bvh").exists()
     assert {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()} == before

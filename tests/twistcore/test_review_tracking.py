@@ -291,8 +291,8 @@ def test_the_demonstration_says_what_the_table_of_the_docs_says():
 @pytest.mark.parametrize(
     ("tracking", "said"),
     [
-        (HAND, "causal, gains of hands κP 700, κD 20, κA 0"),
-        (BOTH, "the position of the figure, both ways, gains of hands κP 700, κD 20, κA 0"),
+        (HAND, "causal, hand-set gains κP 700, κD 20, κA 0"),
+        (BOTH, "the position of the figure, both ways, hand-set gains κP 700, κD 20, κA 0"),
         (LEARNED, f"causal, learned gains (networks {weights_mark()})"),
     ],
 )

@@ -68,7 +68,7 @@ def test_maya_gets_the_keys_and_nothing_else(monkeypatch, capsys, angle):
     hand = rig.world(rig.index("LeftHand"), 20)[0]
     played(monkeypatch, script("maya"), cmds)
     check(rig, before, turns(rig))
-    assert "32 keys set" in capsys.readouterr().out
+    assert "32 keys were set" in capsys.readouterr().out
     for joint, place in enumerate(places):
         assert rig.world(joint, 20)[1] == pytest.approx(place, abs=1e-6)
     assert geodesic_angle(hand, rig.world(rig.index("LeftHand"), 20)[0]) < 1e-6
@@ -90,7 +90,7 @@ def test_motionbuilder_gets_the_keys_and_nothing_else(monkeypatch, capsys):
     assert sdk.frame == pytest.approx(3.0)  # where the person was
     assert (sdk.called[0], sdk.called[-1]) == ("begin", "end")
     assert sdk.called.count("model") == 2
-    assert "32 keys set" in capsys.readouterr().out
+    assert "32 keys were set" in capsys.readouterr().out
     with pytest.raises(RuntimeError, match="Take 001, walk"):
         played(monkeypatch, script("motionbuilder", take="run"), sdk)
 
@@ -172,7 +172,7 @@ def test_a_correction_of_all_frames_is_keyed_and_said_to_be_blind(monkeypatch, c
     rig = Rig(MOTION)
     played(monkeypatch, script("maya", after=after), Cmds(rig))
     out = capsys.readouterr().out
-    assert f"{2 * MOTION.frames} keys set" in out
+    assert f"{2 * MOTION.frames} keys were set" in out
 
 
 @pytest.fixture(scope="module")

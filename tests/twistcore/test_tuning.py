@@ -315,7 +315,7 @@ def test_tune_prints_bands_and_both_detectors(tmp_path, capsys):
     assert fsr_words(total, unit="") in lines[-2]
     assert read_profile(out).method == "consistency"
     assert main(["tune", str(tmp_path), "-o", str(out), "--verdicts", "--both"]) == 2
-    assert names_in_one_line(capsys.readouterr().err, "--both: ", "--verdicts")
+    assert names_in_one_line(capsys.readouterr().err, "--both", "--verdicts")
 
 
 # -- whose profile -------------------------------------------------------------------------------

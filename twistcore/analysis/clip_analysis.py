@@ -72,7 +72,7 @@ _SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # kinds with a finder 
 # corrected automatically.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
 BODY_STEP_DOUBT = "many joints jump at once where the interval begins or ends"
-RESTLESS_DOUBT = "lone jumps throughout the clip make every detection uncertain"
+RESTLESS_DOUBT = "there are lone jumps throughout the clip, so every detection is uncertain"
 
 
 class ClipAnalysis:
@@ -908,13 +908,13 @@ class Detection:
             count = sum(len(jumps.get(c.name, ())) for c in own)
             if person:
                 yield (
-                    f"{count} lone jumps of {person} make every detection for this person "
-                    "uncertain, so none is corrected automatically."
+                    f"{person} has {count} lone jumps, so every detection for this person "
+                    "is uncertain and none is corrected automatically."
                 )
             else:
                 yield (
-                    f"{count} lone jumps make every detection uncertain, so nothing is corrected "
-                    "automatically."
+                    f"Because of {count} lone jumps every detection is uncertain, so "
+                    "nothing is corrected automatically."
                 )
 
     def __len__(self) -> int:

@@ -301,7 +301,7 @@ def _name(
     if repeated > 1:
         same = [k for k in members if _is_like(intervals[k], lead)]
         others = len(members) - len(same)
-        what = f"{len(same)} times the same: {what}"
+        what = f"the same error {len(same)} times: {what}"
     else:
         others = len(members) - 1
     jumps = sum(_is_jump(intervals[k]) for k in members) == others and not _is_jump(lead)

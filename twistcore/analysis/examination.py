@@ -35,7 +35,7 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
         return f"{motion.frames} frames are not enough to tell errors from motion"
     joints = sorted({j for c in chains for j in (c.parent, c.child)})
     if all(np.ptp(motion.rotations[:, j], axis=0).max() < _STILL for j in joints):
-        return "no joint of its arms and legs moves"
+        return "none of the joints in its arms and legs moves"
     if not segments_between(find_cuts(motion), motion.fps):
         return "every piece between two cuts is too short to tell errors from motion"
     return ""

@@ -103,7 +103,7 @@ def process(task: ClipTask) -> Outcome:
     except OSError as error:
         found |= {"reason": f"{task.source}: cannot be read ({error.strerror})", "again": True}
     except MemoryError:
-        why = f"{task.name}: needs more memory than a clip of its size should"
+        why = f"{task.name} needs more memory than is usual for its size"
         found |= {"reason": why, "again": True}
     except TwistError as error:
         found |= {"reason": " ".join(str(error).splitlines())}

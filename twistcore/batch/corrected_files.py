@@ -40,7 +40,7 @@ def write_corrected(
     if there != mark:
         if path.is_symlink() or (there and (known is None or there != known.corrected_sha256)):
             raise TwistError(
-                f"{path}: there is a file that twistcore batch did not write; move it away"
+                f"{path} was not written by `twistcore batch`; move the file to another folder"
             )
         write_companions(companions, path.parent)
         write_atomically(path, data)

@@ -40,7 +40,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
         from distributed import Client, LocalCluster
     except ImportError:
         raise TwistError(
-            'a cluster needs Dask: install it with pip install "twist-inspector[cluster]"'
+            'a cluster requires Dask: install it with pip install "twist-inspector[cluster]"'
         ) from None
     local = None
     with _silence():
@@ -98,7 +98,7 @@ def _in_cluster(
             except queue.Empty:
                 seen = time.monotonic() if threads else seen
                 if time.monotonic() - seen > _ALONE_S:
-                    raise TwistError("the Dask cluster no longer has any worker") from None
+                    raise TwistError("no worker of the Dask cluster is left") from None
                 continue
             seen = time.monotonic()
             outcome = _outcome(client, future)

@@ -284,7 +284,7 @@ class Manifest:
             row = self._connection.execute(query, (escaped(source),)).fetchone()
             if row is not None:
                 return _record(row)
-        raise TwistError(f"{legible(source)}: is not a clip of {self.folder}")
+        raise TwistError(f"{legible(source)} is not a clip of {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
         """Store the progress of a clip's review instead of the earlier progress; {} removes it.
@@ -383,7 +383,7 @@ def _sqlite_errors(file: Path) -> Iterator[None]:
         with saying(file):
             yield
     except sqlite3.OperationalError as error:
-        raise TwistError(f"{file}: cannot be read or written ({shown_words(error)})") from None
+        raise TwistError(f"{file} cannot be read or written ({shown_words(error)})") from None
     except UnicodeDecodeError:  # SQLite quotes the damaged text in its message
         raise FormatError(f"{file}: expected a manifest of twistcore batch in UTF-8") from None
     except sqlite3.DatabaseError as error:

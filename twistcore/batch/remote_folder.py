@@ -62,8 +62,9 @@ def _take_over(url: str, folder: Path) -> None:
             return
         if own != last:
             raise TwistError(
-                f"{url}: another machine has written there since a run here was stopped; "
-                f"remove {folder} to continue from its results"
+                f"{url}: another machine has written to this folder since the run on this "
+                f"machine stopped; remove {folder} to continue from the other machine's "
+                "results"
             )
     _download(there, folder)
 

@@ -182,8 +182,9 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
     profile, rig = None, None
     if arguments.detector and arguments.scheduler:
         raise TwistError(
-            "--detector: cannot be combined with --scheduler, as its machines lack the file; "
-            "install a package with an entry point on them (docs/detectors.md)"
+            "--detector cannot be combined with --scheduler, because the machines of the "
+            "cluster do not have the file; install the detector there as a package with an "
+            "entry point (docs/detectors.md)"
         )
     if arguments.profile:
         from twistcore.tuning import read_profile
@@ -205,7 +206,7 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
 
         words = read_words(arguments.joint_names)
     if not arguments.refine and (arguments.include_open or arguments.min_confidence is not None):
-        raise TwistError("--min-confidence, --include-open: need --refine, too")
+        raise TwistError("--min-confidence and --include-open require --refine")
     return Parameters(
         method=arguments.method,
         tau_deg=arguments.tau,

@@ -41,7 +41,7 @@ def open_clip(path: Path, *, fps: float | None = None) -> Clip:
         if path != STANDARD_INPUT:
             return read_clip(path, fps=fps)
         if sys.stdin is None:
-            raise TwistError("-: expected a BVH on standard input, which is closed")
+            raise TwistError("-: expected a BVH on standard input, but standard input is closed")
         return parse_bvh(sys.stdin.buffer.read(), "standard input", fps=fps)
 
 
@@ -72,7 +72,7 @@ def look_at(
     twice.
     """
     if clips.count(STANDARD_INPUT) > 1:
-        raise TwistError("-: expected standard input only once")
+        raise TwistError("- (standard input) can be given only once")
     if len(clips) == 1:
         return [work(clips[0])], []
     found, failed = [], []

@@ -111,6 +111,6 @@ def _run(arguments: argparse.Namespace) -> int:
     if not any(is_standard_output(v) for v in vars(arguments).values() if isinstance(v, Path)):
         return int(arguments.run(arguments))
     if getattr(arguments, "json", None) is True:
-        raise TwistError("--json: expected no other output on standard output")
+        raise TwistError("--json writes to standard output; write the other output to a file")
     with contextlib.redirect_stdout(sys.stderr):
         return int(arguments.run(arguments))

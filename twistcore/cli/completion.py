@@ -25,7 +25,7 @@ def completion_command(arguments: argparse.Namespace) -> int:
     try:
         import shtab
     except ImportError:
-        raise TwistError("completion: expected the package shtab; pip install shtab") from None
+        raise TwistError("completion requires the package shtab: pip install shtab") from None
     parser = make_parser()
     for _, leaf in commands_of(parser):
         for action in leaf._actions:

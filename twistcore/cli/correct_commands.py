@@ -66,7 +66,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
     if arguments.session:
         _refuse_decided(arguments.session)
     if arguments.report and is_there(arguments.report) and not arguments.report.is_dir():
-        raise TwistError(f"{arguments.report}: expected a folder for the report")
+        raise TwistError(f"{arguments.report} is a file; choose a folder for the report")
     if arguments.report:
         check_report(arguments.report, own_name(clip.path), clip)
     found = detected(arguments, clip)
@@ -123,8 +123,8 @@ def _refuse_decided(path: Path) -> None:
     by_person = state.left_out or state.tracking or any(map(_is_of_a_person, state.intervals))
     if by_person:
         raise TwistError(
-            f"{path}: expected a new file or a session without decisions of a person, found "
-            f"decisions; write the session to another file"
+            f"{path} is a session with a reviewer's decisions; write the new session to "
+            "another file"
         )
 
 
@@ -268,7 +268,7 @@ def diff_command(arguments: argparse.Namespace) -> int:
         return diff_folders(arguments)
     names = clip_name(arguments.a), clip_name(arguments.b)
     if names == ("-", "-"):
-        raise TwistError("-: expected standard input only once")
+        raise TwistError("- (standard input) can be given only once")
     a, b = open_clip(arguments.a), open_clip(arguments.b)
     for name, clip in zip(names, (a, b), strict=True):
         tell_clip(name, clip)

@@ -162,7 +162,7 @@ def _say_info(info: _Info) -> None:
     for chain, entry in zip(chains, entries, strict=True):
         note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
         if entry.get("limb") in info.partly:
-            note = f"   correctable if its end was carried, not if it was kept: {', '.join(u)}"
+            note = f"   not correctable if the end of the limb was kept: {', '.join(u)}"
         names = [entry[k] for k in ("parent", "child", "end") if k in entry]
         label = f"{entry['label']:<{width}}"
         say(f"  {chain:<{broad}} {label} {' → '.join(names)}{note}")
@@ -323,7 +323,7 @@ def _kind(interval: Interval) -> str:
         joints = [*map(terminal_text, evidence["joints"])]
         return f"  {interval.kind}{f' in {_listed(joints)}' if len(joints) > 1 else ''}"
     if interval.kind == Kind.FROZEN:
-        return f"  {interval.kind}: {terminal_text(evidence['part'])} does not move in any digit"
+        return f"  {interval.kind}: {terminal_text(evidence['part'])} does not change at all"
     if interval.kind == Kind.LIMB_FLIP:
         return f"  {interval.kind}, end {'carried' if interval.carried else 'kept'}"
     return f"  {interval.kind}"
@@ -333,7 +333,7 @@ def _explain(interval: Interval) -> None:
     evidence = interval.evidence or {}
     _explain_signals(interval, evidence)
     for doubt in evidence.get("doubts", ()):
-        say(f"    speaks against it: {doubt}")
+        say(f"    reason for doubt: {doubt}")
 
 
 def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:

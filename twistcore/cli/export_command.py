@@ -48,5 +48,5 @@ def export_command(arguments: argparse.Namespace) -> int:
 def _tell_place(arguments: argparse.Namespace, place: bool) -> int:
     """Print a note and return 1 if the position was tracked, which the keys do not contain."""
     if place:
-        note(f"{arguments.output}: the tracked position of the figure is not keyed, only rotations")
+        note(f"{arguments.output}: only rotations are keyed, not the figure's tracked position")
     return int(place)

@@ -43,9 +43,7 @@ def apply_folder(arguments: argparse.Namespace) -> int:
     """Apply every session of a folder to its clip. Return 1 if some failed, 2 if all failed."""
     sessions, clips, output = _folders(arguments.session, arguments.clip, arguments.output)
     if same_file(output, clips):
-        raise TwistError(
-            f"{output}: is the folder of the clips; expected another folder to write into"
-        )
+        raise TwistError(f"{output} is the folder of the clips; choose another folder to write to")
     found = pair_sessions(sessions, clips, output)
     output.mkdir(parents=True, exist_ok=True)
     own = read_written(output)
@@ -61,7 +59,7 @@ def apply_folder(arguments: argparse.Namespace) -> int:
                     note_written(output, pair.name, result.sha256)
             tell(pair.name)
     for path in found.older:
-        note(f"{path}: note: skipped, as its clip has a later session")
+        note(f"{path}: note: skipped, because the clip has a later session")
     for name in sorted(through):
         _tell_replayed(output / name, through[name])
     problems += [sentence for name in sorted(through) for sentence in through[name].left]
@@ -115,7 +113,8 @@ def _folders(*paths: Path) -> tuple[Path, ...]:
     for path in paths:
         if is_there(path) and not path.is_dir():
             raise TwistError(
-                f"{path}: is not a folder, but the other one is; expected two folders or two files"
+                f"{path} is not a folder, but another argument is; expected only "
+                "folders or only files"
             )
     return paths
 

@@ -164,9 +164,12 @@ def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:
         end = destination(output)
         if any(same_file(output, source) for source in sources):
             raise TwistError(
-                f"{output}: is an input of this command; expected another file to write"
+                f"{output} is an input of this command; choose another file to write to"
             )
         if any(end == destination(other) or same_file(output, other) for other in outputs[:k]):
-            raise TwistError(f"{output}: is named for two outputs; expected different files")
+            raise TwistError(f"{output} is given for two outputs; choose different files")
         if not is_stream(output) and not end.parent.is_dir():
-            raise TwistError(f"{output}: its folder does not exist; expected an existing folder")
+            raise TwistError(
+                f"{output}: the folder of this file does not exist; create it, or choose "
+                "another folder"
+            )

@@ -435,7 +435,7 @@ def _export(parser: Parser) -> None:
     parser.add_argument(
         "--take",
         metavar="NAME",
-        help="take to key, in Blender the name of the action (default: the current one)",
+        help="take (in Blender: action) that gets the keys (default: the current one)",
     )
     parser.add_argument(
         "--fps",

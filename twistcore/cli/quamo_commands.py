@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from twistcore.analysis.clip_analysis import detect
 from twistcore.analysis.quality.figure import quality_before_and_after
 from twistcore.cli.interval_words import tell_jumps
-from twistcore.cli.output import note, refuse_overwrite, remark
+from twistcore.cli.output import count_of, note, refuse_overwrite, remark
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
@@ -125,7 +125,7 @@ def _read(arguments: argparse.Namespace) -> Clip:
         return clip
     for name in ("template", "up", "person"):
         if getattr(arguments, name) is not None:
-            raise TwistError(f"--{name} is of a file of poses; leave it out for a BVH")
+            raise TwistError(f"--{name} is only for files of poses; leave it out for a BVH")
     return read_bvh(arguments.clip, fps=arguments.fps)
 
 
@@ -133,14 +133,14 @@ def _refuse_of_other_method(arguments: argparse.Namespace) -> None:
     """Raise TwistError if options of the other method are given."""
     if arguments.method != "spline":
         if arguments.cutoff is not None:
-            raise TwistError("--cutoff is of the spline; expected --method spline with it")
+            raise TwistError("--cutoff requires --method spline")
         if arguments.weights is not None and arguments.gains != "learned":
-            raise TwistError("--weights is of learned gains; expected --gains learned with it")
+            raise TwistError("--weights requires --gains learned")
         return
     given = {"gains": arguments.gains == "learned", "causal": arguments.causal}
     given |= {k: getattr(arguments, k) is not None for k in ("weights", "kp", "kd", "ka")}
     for name in (name for name, is_given in given.items() if is_given):
-        raise TwistError(f"--{name} is of the tracker; leave it out with --method spline")
+        raise TwistError(f"--{name} is only for the tracker; leave it out with --method spline")
 
 
 def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
@@ -149,7 +149,7 @@ def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
     if arguments.gains == "learned":
         if given:
             raise TwistError(
-                f"--{next(iter(given))} is a hand gain; leave it out with --gains learned"
+                f"--{next(iter(given))} sets a gain by hand; leave it out with --gains learned"
             )
         return None
     return replace(Gains.by_hand(dt, causal=arguments.causal), **given)
@@ -192,7 +192,7 @@ def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
     if gains is None:
         return "causal: a frame waits 40 ms for the next sample of 25 Hz, and lags a little more"
     words = "causal: no frame depends on a later one"
-    what = ("a joint", "the place")[: 1 + place]
+    what = ("a joint", "the position")[: 1 + place]
     for name, late, over in zip(what, steady_lags(gains, dt), overshoots(gains, dt), strict=False):
         words += f"; {response_words(name, late, over)}"
     return words
@@ -216,7 +216,7 @@ def _warn_of_twist(clip: Clip, joints: Sequence[int]) -> None:
         return
     if count := len(detect(clip, chains)):
         note(
-            f"{clip.path}: {'an interval' if count == 1 else f'{count} intervals'} of twist errors "
-            "found in these joints; tracking smears their edges and does not remove them: detect "
-            "and refine first",
+            f"{clip.path}: these joints have {count_of(count, 'interval')} with twist errors; "
+            "tracking smears the edges of errors and does not remove them, so detect and refine "
+            "first"
         )

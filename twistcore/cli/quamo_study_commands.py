@@ -44,7 +44,7 @@ def quamo_noise_command(arguments: argparse.Namespace) -> int:
         topology = find_topology(motion.skeleton)
         unit = metres_per_unit(motion.skeleton, arguments.unit)
         if motion.positioned != (int(topology.joints[0]),):
-            raise TwistError("expected positions of the root only")
+            raise TwistError("expected position channels of the root only")
     except TwistError as error:
         raise TwistError(f"{arguments.clip}: {error}") from None
     first = leading_frames(motion)
@@ -112,9 +112,9 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
     networks = {v: _held_out_networks(weights, v, sequences) for v in variants}
     if not any(networks.values()):
         note(
-            f"{weights}: has no network of a held-out subject, so no row of learned gains; "
-            f"expected --weights FOLDER with files such as {weights_name('full', HELD_OUT[0])}, "
-            "which are in assets/quamo of the source only"
+            f"{weights} contains no network of a held-out subject, so the table has no row of "
+            "learned gains; set --weights to a folder with files such as "
+            f"{weights_name('full', HELD_OUT[0])} (only the source has them, in assets/quamo)"
         )
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)
     report = make(sequences, networks, seeds, progress)
@@ -148,8 +148,8 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
     for subject in subjects:
         if subject not in known | {FINAL}:
             raise TwistError(
-                f"{arguments.folder}: no clip of subject {subject!r}; expected some of "
-                f"{', '.join(sorted(known))} or {FINAL!r}"
+                f"{arguments.folder}: there is no clip of the subject {subject!r}; choose "
+                f"from {', '.join(sorted(known))} or {FINAL!r}"
             )
     given = {k: getattr(arguments, k) for k in ("epochs", "width")}
     settings = training.TrainingSettings(

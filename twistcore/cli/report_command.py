@@ -20,10 +20,13 @@ from twistcore.review import read_session
 def report_command(arguments: argparse.Namespace) -> int:
     """Write the report; return exit code 1 if a clip can no longer be read."""
     if is_there(arguments.output) and not arguments.output.is_dir():
-        raise TwistError(f"{arguments.output}: expected a folder for the report")
+        raise TwistError(f"{arguments.output} is a file; choose a folder for the report")
     if arguments.what.is_dir():
         if arguments.clip:
-            raise TwistError(f"--clip: is for a session, but {arguments.what} is a folder")
+            raise TwistError(
+                f"--clip selects a clip of a session, but {arguments.what} is a folder; "
+                "leave --clip out"
+            )
         return _of_folder(arguments)
     return _of_session(arguments)
 

@@ -48,7 +48,7 @@ class _Signals(NamedTuple):
 def signals_command(arguments: argparse.Namespace) -> int:
     """Write the signals of clips, one row for each chain and frame; return the exit code."""
     if not (arguments.csv or arguments.json):
-        raise TwistError("signals: has nothing to write; add --csv FILE or --json")
+        raise TwistError("signals requires --csv FILE or --json")
     if arguments.csv:
         rig = [path for path in (arguments.rig, arguments.joint_names) if path]
         refuse_overwrite([arguments.csv], [*arguments.clips, *rig])
@@ -75,7 +75,8 @@ def _signals(arguments: argparse.Namespace, path: Path) -> _Signals:
     for name in arguments.chain or ():
         if isinstance(analysis.chain(name), Limb):
             raise TwistError(
-                f"{clip_name(path)}: --chain {name} is a limb, and only chains have signals"
+                f"{clip_name(path)}: {name} is a limb, but only chains have signals; "
+                "choose a chain with --chain"
             )
     return _Signals(clip_name(path), analysis, _columns(analysis, arguments.method))
 

@@ -48,7 +48,9 @@ def tune_command(arguments: argparse.Namespace) -> int:
 def _by_injection(arguments: argparse.Namespace) -> int:
     source: Path = arguments.source
     if arguments.performer is not None:
-        raise TwistError("--performer: needs --verdicts, too; injected errors have no performer")
+        raise TwistError(
+            "--performer requires --verdicts, because injected errors have no performer"
+        )
     paths = without_exports(clips_in(source)) if source.is_dir() else [source]
     if not paths:
         raise TwistError(f"{source}: expected a clip or a folder with clips")
@@ -229,10 +231,12 @@ def _of_both(
 
 def _refuse_rig(arguments: argparse.Namespace) -> None:
     if arguments.rig:
-        raise TwistError("--rig: cannot be combined with sessions, which have chains of their own")
+        raise TwistError(
+            "--rig cannot be combined with sessions, because the sessions contain the chains"
+        )
     if arguments.joint_names:
         raise TwistError(
-            "--joint-names: cannot be combined with sessions, which have names of their own"
+            "--joint-names cannot be combined with sessions, because the sessions contain the names"
         )
 
 
@@ -254,10 +258,10 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
     for option in ("both", "sessions"):
         if getattr(arguments, option):
             raise TwistError(
-                f"--{option}: cannot be combined with --verdicts, which injects no errors"
+                f"--{option} cannot be combined with --verdicts, which injects no errors"
             )
     if arguments.seeds is not None:
-        raise TwistError("--seeds: cannot be combined with --verdicts, which injects no errors")
+        raise TwistError("--seeds cannot be combined with --verdicts, which injects no errors")
     there = sessions_in(folder)
     pairs, problems = dict(there.of), [one.why for one in there.damaged]
     if not there.files:

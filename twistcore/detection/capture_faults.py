@@ -135,6 +135,10 @@ def frozen_sentence(spans: int) -> str:
         return ""
     if spans == 1:
         return (
-            "A limb does not move at all, to the last digit, in one place (kind 'frozen frames')."
+            "In one span of frames, the numbers of a limb do not change at all (kind "
+            "'frozen frames')."
         )
-    return f"Limbs do not move at all, to the last digit, in {spans} places (kind 'frozen frames')."
+    return (
+        f"In {spans} spans of frames, the numbers of a limb do not change at all (kind "
+        "'frozen frames')."
+    )

@@ -136,12 +136,12 @@ def border_notes(motion: Motion) -> tuple[str, ...]:
     notes = []
     if first > 1:
         notes.append(
-            f"Frames 0–{first - 1} are a first pose and a blend out of it. They were not "
-            "captured, so they are left out."
+            f"Frames 0–{first - 1} are an initial pose and the transition from it to the "
+            "motion. They were not captured, so they are ignored."
         )
     if last:
         notes.append(
-            f"Frames {motion.frames - last}–{motion.frames - 1} are a blend into a rest pose. "
-            "They were not captured, so they are left out."
+            f"Frames {motion.frames - last}–{motion.frames - 1} are a transition to a rest "
+            "pose. They were not captured, so they are ignored."
         )
     return tuple(notes)

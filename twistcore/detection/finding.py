@@ -102,7 +102,7 @@ def found_by(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
             for one in own:
                 if (one.chain, one.kind) != (name, kind):
                     raise TwistError(
-                        f"expected only the finder's own kind in {name}, found {one!r}"
+                        f"expected the finder to return only its own kind in {name}, found {one!r}"
                     )
                 if not 0 <= one.start < one.stop <= frames:
                     raise TwistError(f"expected intervals within {frames} frames, found {one!r}")

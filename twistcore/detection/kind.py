@@ -252,7 +252,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
 
     found: dict[str, KindInfo] = {}
     for point in sorted(entry_points(group=KIND_GROUP), key=lambda p: p.name):
-        where = f"the kind {point.name!r} of {point.value} is left out"
+        where = f"the kind {point.name!r} from {point.value} is ignored"
         try:
             info = point.load()
         except Exception as error:  # an error in another package

@@ -143,15 +143,15 @@ class _Clips:
             return (matching or same)[0]
         if same:
             raise TwistError(
-                f"{session}: several clips have the bytes it was made on: {' and '.join(same)}; "
-                "keep one of them"
+                f"{session}: several clips are identical to the clip of this session: "
+                f"{' and '.join(same)}; keep only one of them"
             )
         if named:
             raise TwistError(
-                f"{session}: the clip that it was made on is missing; {' and '.join(named)} is "
+                f"{session}: the clip of this session is missing; {' and '.join(named)} is "
                 "another version (its SHA-256 differs)"
             )
-        raise TwistError(f"{session}: no clip is called {clip!r}, and none has its bytes")
+        raise TwistError(f"{session}: no clip is called {clip!r} or is identical to it")
 
     @cached_property
     def _by_bytes(self) -> dict[str, list[str]]:
@@ -181,8 +181,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
         before = file_mark(path)
         if before not in (mark, own.get(pair.name)):
             raise TwistError(
-                f"{path}: there is a file that this command did not write; move it, or choose "
-                "another folder"
+                f"{path} was not written by this command; move the file, or choose another folder"
             )
     if before != mark:
         path.parent.mkdir(parents=True, exist_ok=True)

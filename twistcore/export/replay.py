@@ -96,14 +96,14 @@ def chains_left(
     for chain in chains:
         if joints := stuck_joints(motion, chain, twists):
             some = uncorrectable_joints(motion, chain, carried=True) != joints
-            where = " where its end was kept" if some else ""
+            where = " in intervals that keep the limb's end" if some else ""
             left.append(
-                f"{chain.name} was not corrected{where}, because three rotation channels are "
-                f"missing at: {', '.join(joints)}"
+                f"{chain.name} was not corrected{where}, because these joints do not have "
+                f"three rotation channels: {', '.join(joints)}"
             )
         left += [
-            f"{alone.joint} was not corrected, because three rotation channels are missing at: "
-            f"{', '.join(joints)}"
+            f"{alone.joint} was not corrected, because these joints do not have three "
+            f"rotation channels: {', '.join(joints)}"
             for alone in JointRepairs(i for i in chosen if i.chain == chain.name).intervals
             if (joints := stuck_joints(motion, chain, [alone]))
         ]

@@ -94,7 +94,7 @@ def scene_script(
     TwistError if nothing is corrected, or if a name does not belong to exactly one joint.
     """
     if options.program == "maya" and options.take is not None:
-        raise TwistError("--take: a Maya scene has no takes; leave the option out")
+        raise TwistError("a Maya scene has no takes; leave --take out")
     keys = scene_keys(motion, corrected)
     names = _names(motion.skeleton.names, options.namespace)
     start = options.start
@@ -133,7 +133,7 @@ def _names(names: Sequence[str], namespace: str | None) -> list[str]:
         bare = [name.rpartition(":")[2] for name in names]
         if len(set(bare)) < len(bare):
             raise TwistError(
-                "--namespace: without their namespaces two joints would have the same name"
+                "--namespace '' cannot be used, because two joints would have the same name"
             )
         return bare
     return [f"{namespace.removesuffix(':')}:{name}" for name in names]

@@ -36,13 +36,14 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 WARNING = (
-    "Tracking blurs level shifts but does not remove them, and may hide twist errors: decide "
-    "on the intervals first, because tracking comes after their correction."
+    "Tracking blurs sudden offsets without removing them, so it may hide twist errors. "
+    "Decide on the intervals first: tracking is applied after their correction."
 )
 # Measured by benchmarks/quamo_before_detection.py; the table is in docs/quamo.md.
 DEMONSTRATION = (
-    "Of 820 errors injected into 40 clips, all were found before tracking. After tracking, "
-    "only 6 % were found with the right ends; the other errors had wrong ends or were missed."
+    "In a test with 820 errors injected into 40 clips, the program found all errors before "
+    "tracking. After tracking, it found only 6 % with the right ends; it missed the others "
+    "or found them with wrong ends."
 )
 
 
@@ -104,8 +105,8 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
     if tracking.weights != weights_mark():
         named = shown_words(tracking.weights) or "–"
         raise TwistError(
-            f"expected networks {named}, found {weights_mark()}: these gains were learned by "
-            "another version of the program"
+            f"expected the networks {named}, found {weights_mark()}: another version of the "
+            "program learned these gains"
         )
 
 

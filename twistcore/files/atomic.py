@@ -97,12 +97,14 @@ def destination(path: Path) -> Path:
         if not end.is_symlink():
             if refused := _REFUSED.get(_kind(end)):
                 code, what = refused
-                raise OSError(code, f"is {what}, expected a file that can be written to", str(path))
+                raise OSError(
+                    code, f"expected a file that can be written to, found {what}", str(path)
+                )
             return end
         end = end.parent / end.readlink()
     raise OSError(
         errno.ELOOP,
-        "is a loop of symbolic links, expected a file that can be written to",
+        "expected a file that can be written to, found a loop of symbolic links",
         str(path),
     )
 

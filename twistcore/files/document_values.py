@@ -140,7 +140,7 @@ def has(document: Any, *keys: str, what: str = "the document") -> Mapping[str, A
 def text(value: Any, what: str) -> str:
     """Return the value if it is a string."""
     if not isinstance(value, str):
-        raise unexpected("a text", what, value)
+        raise unexpected("a string", what, value)
     return value
 
 
@@ -208,7 +208,7 @@ def items(value: Any, what: str) -> list[Any]:
 def texts(value: Any, what: str) -> tuple[str, ...]:
     """Return the value as a tuple if it is a list of strings."""
     if not all(isinstance(one, str) for one in items(value, what)):
-        raise unexpected("a list of texts", what, value)
+        raise unexpected("a list of strings", what, value)
     return tuple(value)
 
 

@@ -55,9 +55,9 @@ _BEGINNINGS: tuple[tuple[bytes, FileKind], ...] = (
     (b"\x28\xb5\x2f\xfd", FileKind("a Zstandard archive", _UNPACK)),
     (b"7z\xbc\xaf\x27\x1c", FileKind("a 7-Zip archive", _UNPACK)),
     (b"Rar!\x1a\x07", FileKind("a RAR archive", _UNPACK)),
-    (b"\x89PNG\r\n", FileKind("a PNG picture")),
-    (b"\xff\xd8\xff", FileKind("a JPEG picture")),
-    (b"GIF8", FileKind("a GIF picture")),
+    (b"\x89PNG\r\n", FileKind("a PNG image")),
+    (b"\xff\xd8\xff", FileKind("a JPEG image")),
+    (b"GIF8", FileKind("a GIF image")),
     (b"%PDF-", FileKind("a PDF document")),
     (b"\x1a\x45\xdf\xa3", FileKind("a Matroska or WebM video")),
     (b"PathFileType", FileKind("a TRC file of markers", _SOLVE)),
@@ -90,7 +90,7 @@ def kind_of(head: bytes) -> FileKind | None:
 
 
 def found_instead(head: bytes, *expected: FileKind) -> str | None:
-    """Return a message such as 'expected a BVH file, but this is a PNG picture', or None.
+    """Return a message such as 'expected a BVH file, but this is a PNG image', or None.
 
     `expected` are the kinds that the reader accepts. The message names the first of them. The
     result is None for an expected or unknown kind.
@@ -119,7 +119,7 @@ def _film(head: bytes) -> FileKind | None:
     if head[4:8] in (b"moov", b"mdat", b"wide"):
         return FileKind("a video (MOV)")
     if head.startswith(b"RIFF"):
-        return FileKind("a video (AVI)" if head[8:12] == b"AVI " else "a sound or a picture (RIFF)")
+        return FileKind("a video (AVI)" if head[8:12] == b"AVI " else "a sound or an image (RIFF)")
     return None
 
 

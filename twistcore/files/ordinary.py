@@ -12,10 +12,10 @@ from pathlib import Path
 
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # opening a FIFO would wait for its writer
 _REFUSED = {
-    stat.S_IFIFO: (errno.EINVAL, "is a FIFO, expected a file"),
-    stat.S_IFCHR: (errno.EINVAL, "is a device, expected a file"),
-    stat.S_IFBLK: (errno.EINVAL, "is a device, expected a file"),
-    stat.S_IFSOCK: (errno.EINVAL, "is a socket, expected a file"),
+    stat.S_IFIFO: (errno.EINVAL, "expected a file, found a FIFO"),
+    stat.S_IFCHR: (errno.EINVAL, "expected a file, found a device"),
+    stat.S_IFBLK: (errno.EINVAL, "expected a file, found a device"),
+    stat.S_IFSOCK: (errno.EINVAL, "expected a file, found a socket"),
     stat.S_IFDIR: (errno.EISDIR, os.strerror(errno.EISDIR)),
 }
 

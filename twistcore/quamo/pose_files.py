@@ -64,7 +64,7 @@ def read_names(path: Path) -> dict[Any, Any]:
             f"{_CONVERT}"
         ) from None
     if not isinstance(found, dict):
-        raise PosesError(f"{path}: expected arrays by name, found {described(found)}")
+        raise PosesError(f"{path}: expected named arrays, found {described(found)}")
     return found
 
 
@@ -107,7 +107,7 @@ def _decompressed(path: Path, data: bytes) -> bytes:
             if not reader.eof:
                 if len(out) >= most:
                     raise _too_large(path, most)
-                raise ValueError("cut off")
+                raise ValueError("the file is cut off")
             return out
     return data
 
@@ -115,7 +115,7 @@ def _decompressed(path: Path, data: bytes) -> bytes:
 def _archive(path: Path, data: bytes) -> dict[str, Any]:
     archive = open_archive(path, data)
     if any(name.endswith("data.pkl") for name in archive.infos):
-        raise PosesError(f"{path}: expected arrays of numpy, found a file of torch; {_CONVERT}")
+        raise PosesError(f"{path}: expected NumPy arrays, found a PyTorch file; {_CONVERT}")
     return {name: _array(archive.raw(name)) for name in archive.infos}
 
 

@@ -77,17 +77,15 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
     persons = _persons(path, names)
     if None in persons:
         if person is not None:
-            raise PosesError(
-                f"{path}: the file holds one person without a number: leave out --person"
-            )
+            raise PosesError(f"{path} contains one person without a number; leave --person out")
         return _poses(path, persons[None])
     if not persons:
-        raise PosesError(f"{path}: the file holds no person")
+        raise PosesError(f"{path} contains no person")
     if len(persons) > 1 if person is None else person not in persons:
         wanted = "--person to choose one" if person is None else f"one of the persons, not {person}"
         some = list(persons.items())[:30]
         who = printable(", ".join(f"{k} ({_frames(v)} frames)" for k, v in some))
-        raise PosesError(f"{path}: expected {wanted}: it holds {who}")
+        raise PosesError(f"{path}: expected {wanted}; the file contains {who}")
     return _poses(path, persons[next(iter(persons)) if person is None else person])
 
 
@@ -169,7 +167,7 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
         poses = np.concatenate([arrays["world_global_rots"], poses[:, 3:]], axis=1)
         place = arrays["world_trans"]
     if place is None:
-        raise PosesError(f"{path}: expected the root's place in 'world_trans' or 'cam_trans'")
+        raise PosesError(f"{path}: expected the root's position in 'world_trans' or 'cam_trans'")
     ids = arrays.get("track_ids", np.zeros((rows, 1)))[:, 0]
     out: dict[Any, Names] = {}
     persons, which, counts = np.unique(ids, return_inverse=True, return_counts=True)
@@ -234,7 +232,8 @@ def _poses(path: Path, names: Names) -> Poses:
         trans, up = _first(names, _PLACE) or "", "y" if str(names.get(_UP)) == "y" else None
         if not trans:
             raise PosesError(
-                f"{path}: expected the root's place, frames x 3, in one of {', '.join(_PLACE)}"
+                f"{path}: expected the root's position, of shape frames x 3, in one of "
+                f"{', '.join(_PLACE)}"
             )
         parts = [
             pose_rotations(path, name, _numbers(path, names, name), counts, notes)
@@ -281,13 +280,13 @@ def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
             f"{path}: expected {len(poses.rotations)} numbers in {numbered}, found {len(ids)}"
         )
     if not (np.isfinite(ids).all() and (np.diff(ids) > 0).all() and (ids == np.rint(ids)).all()):
-        raise PosesError(f"{path}: expected rising whole numbers in {numbered}")
+        raise PosesError(f"{path}: expected increasing whole numbers in {numbered}")
     span = int(ids[-1] - ids[0]) + 1
     if span == len(ids):
         return poses
     if span > min(_MOST, 20 * len(ids), len(ids) + _UNSEEN):
         raise PosesError(
-            f"{path}: expected frames close to each other, found {len(ids)} of {span} in {numbered}"
+            f"{path}: too many frames are missing: {numbered} lists {len(ids)} of {span} frames"
         )
     times = np.interp(np.arange(ids[0], ids[-1] + 1), ids, np.arange(len(ids)))
     rotations, places = resampled(poses.rotations, poses.places, times)

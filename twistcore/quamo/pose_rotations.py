@@ -46,8 +46,8 @@ def pose_rotations(
             return _from_matrices(path, name, values.reshape(frames, n, 3, 3), notes)
     shapes = " or ".join(f"(frames, {3 * n})" for n in counts)
     raise PosesError(
-        f"{path}: expected {name} of shape {shapes}, axis-angle, or as matrices, found "
-        f"{values.shape}"
+        f"{path}: expected {name} as axis-angle vectors of shape {shapes} or as matrices, "
+        f"found shape {values.shape}"
     )
 
 
@@ -71,8 +71,8 @@ def _from_matrices(path: Path, name: str, matrices: Array, notes: list[str]) -> 
     if worst > _SAID:
         frame, joint = (int(k) for k in np.argwhere(off > _SAID)[0])
         raise PosesError(
-            f"{path}: expected rotation matrices in {name}, found none in frame {frame}, joint "
-            f"{joint} of it"
+            f"{path}: expected rotation matrices in {name}, but the matrix in frame {frame} "
+            f"of joint {joint} is not a rotation"
         )
     if worst > _SILENT:
         notes.append(

@@ -54,9 +54,11 @@ def read_poses(
     poses = find_poses(path, read_names(path), person)
     rate = poses.rate if fps is None else fps
     if rate is None:
-        raise PosesError(f"{path}: the file has no frame rate: give the video's with --fps")
+        raise PosesError(f"{path} has no frame rate; set the frame rate of the video with --fps")
     if not SHORTEST <= 1.0 / rate <= LONGEST:
-        raise PosesError(f"{path}: expected from 1 to 10,000 frames a second, found {rate:g}")
+        raise PosesError(
+            f"{path}: expected a rate from 1 to 10,000 frames per second, found {rate:g}"
+        )
     offsets, rotations, notes = _on_skeleton(path, poses, template, unit)
     axis, said = _upwards(poses, up)
     turn = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), _TURNS[axis])
@@ -79,8 +81,8 @@ def _on_skeleton(
     if template is None:
         if given is None:
             raise PosesError(
-                f"{path}: expected rest offsets: a BVH with --template or an array "
-                "'offsets' (24, 3) in metres"
+                f"{path} has no rest offsets; set a BVH with --template, or add an array "
+                "'offsets' in metres with the shape (24, 3)"
             )
         return given, poses.rotations.copy(), ()
     source = read_bvh(template).skeleton

@@ -100,8 +100,9 @@ def _topology(skeleton: Skeleton, names: tuple[str, ...]) -> Topology:
             above = int(skeleton.parents[above])
         if above != target or any(b in joints for b in between):
             raise TwistError(
-                f"expected {names[k]!r} below {names[PARENTS[k]] if target >= 0 else 'nothing'!r} "
-                "as in CMU's and SMPL's skeletons"
+                f"expected {names[k]!r} to be below "
+                f"{names[PARENTS[k]] if target >= 0 else 'nothing'!r} in the skeleton, as "
+                "in CMU's and SMPL's skeletons"
             )
         folded.append(tuple(reversed(between)))
     return Topology(np.array(joints), tuple(folded), skeleton)
@@ -118,7 +119,9 @@ def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
     height = CMU_UNIT * skeleton.height
     if set(CMU_NAMES) <= set(skeleton.names) and 1.0 < height < 2.5:
         return CMU_UNIT
-    raise TwistError("give --unit: the length of one unit of this skeleton in metres")
+    raise TwistError(
+        "the unit of this skeleton is unknown; set the length of one unit in metres with --unit"
+    )
 
 
 def skeleton_24(offsets: Array) -> Skeleton:

@@ -271,7 +271,7 @@ def _checked(q_hat: ArrayLike, r_hat: ArrayLike) -> tuple[Array, Array]:
     q = np.asarray(q_hat, dtype=np.float64)
     r = np.asarray(r_hat, dtype=np.float64)
     if not (np.isfinite(q).all() and np.isfinite(r).all()):
-        raise TwistError("expected finite rotations and places to track, found NaN or infinity")
+        raise TwistError("expected finite rotations and positions to track, found NaN or infinity")
     if not np.einsum("...i,...i->...", q, q).all():
         raise TwistError("expected unit quaternions to track, found one of length 0")
     return normalise(q), r

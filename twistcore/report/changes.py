@@ -172,7 +172,9 @@ def check_fidelity(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
     elif again.motion.rotations.shape == clip.motion.rotations.shape:
         what, differs = "joints", (again.motion.rotations != clip.motion.rotations).any(axis=-1)
     else:
-        raise TwistError(f"{written}: its frames or joints differ from those of {clip.name}")
+        raise TwistError(
+            f"{written} does not have the same number of frames and joints as {clip.name}"
+        )
     corrected = changed_rotations(clip, refined).any(axis=1)
     corrected |= (clip.motion.positions != refined.positions).any(axis=(1, 2))
     same = int((~differs.any(axis=0)).sum())
@@ -184,7 +186,9 @@ def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
     """Return a mask of the numbers that are written with the same bytes, (frames, columns)."""
     shape = one.values.shape
     if other.values.shape != shape:
-        raise TwistError(f"{other.path}: its frames or columns differ from those of {one.name}")
+        raise TwistError(
+            f"{other.path} does not have the same number of frames and columns as {one.name}"
+        )
     texts = [np.frombuffer(clip.text, np.uint8) for clip in (one, other)]
     spans = [clip.token_spans for clip in (one, other)]
     same = np.empty(shape[0] * shape[1], np.bool_)

@@ -59,19 +59,17 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
     for path in others:
         if path.is_dir() or (is_file(path) and file_mark(path) not in marks.get(path.name, ())):
             raise TwistError(
-                f"{path}: expected a free place for the report, but there is a file that this "
-                "version did not write or that was changed since; move that file, or do without "
-                "the report"
+                f"{path} already exists, but this version did not write it, or it was "
+                "changed since; move that file, or leave the report out"
             )
     if is_file(listing) and not marks:
         raise TwistError(
-            f"{listing}: expected a free place for the report, but another file is there; move "
-            "that file, or do without the report"
+            f"{listing} already exists and is not a report; move that file, or leave the report out"
         )
     if clip is not None and (of := _other_clip(listing, clip)):
         raise TwistError(
-            f"{listing}: expected a free place for the report of {clip.name}, but the report "
-            f"of {of} is there; choose another folder"
+            f"{listing} already exists and is the report of {of}; choose another folder for "
+            f"the report of {clip.name}"
         )
 
 

@@ -27,12 +27,16 @@ def report_of(record: ClipRecord, folder: Path) -> Report:
     TwistError or OSError if the clip is missing or has changed.
     """
     if record.result is None:
-        raise TwistError(f"{record.source}: has no result to report")
+        raise TwistError(f"{record.source} has no result to report; run `twistcore batch` again")
     if "://" in record.source:
-        raise TwistError(f"{record.source}: is at a URL, not on this machine")
+        raise TwistError(
+            f"{record.source} is at a URL; reports can show only clips on this computer"
+        )
     clip = read_clip(record.source, fps=record.parameters.get("fps"))
     if clip.sha256 != record.sha256:
-        raise TwistError(f"{record.source}: was changed after it was processed")
+        raise TwistError(
+            f"{record.source} was changed after the batch processed it; run `twistcore batch` again"
+        )
     if session := record.decisions.get("session"):
         return _reviewed(record, clip, Path(session))
     return _unreviewed(record, clip, folder)

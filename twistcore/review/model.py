@@ -77,7 +77,7 @@ class Tracking:
     def what(self) -> str:
         """The tracked parts, in two or three words."""
         joints = self.joints[0] if len(self.joints) == 1 else f"{len(self.joints)} joints"
-        return " and ".join((joints,) * bool(self.joints) + ("the place",) * self.place)
+        return " and ".join((joints,) * bool(self.joints) + ("the position",) * self.place)
 
 
 @dataclass(frozen=True, eq=False)

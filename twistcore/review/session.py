@@ -367,8 +367,8 @@ def interval_from_json(entry: Any) -> Interval:
 def _kind(entry: Any) -> Kind:
     """Return a kind of error, which may come from a later version."""
     if not text(entry, "kind").strip():
-        raise unexpected("a text", "kind", entry)
-    if (kind := Kind(entry)) != entry:  # another spelling is treated as damage
+        raise unexpected("a string", "kind", entry)
+    if (kind := Kind(entry)) != entry:  # another spelling counts as damage
         raise unexpected(repr(kind.value), "kind", entry)
     return kind
 

@@ -31,9 +31,9 @@ def soft_onset(interval: Interval) -> str:
     rises, falls = onset_frames(interval.offset)
     frames = "1 frame" if rises == 1 else f"{rises} frames"
     return (
-        f"begins over {frames} and ends over {falls}; the level of P departs from natural "
-        f"motion by up to {largest:+.1f}° over the {interval.frames}, "
-        f"{times:.{0 if times >= 10.0 else 1}f} times its natural {sigma:.2f}°"
+        f"begins over {frames} and ends over {falls}; within {interval.frames} frames, the "
+        f"twist of P deviates from natural motion by up to {largest:+.1f}°, "
+        f"{times:.{0 if times >= 10.0 else 1}f} times the usual {sigma:.2f}°"
     ).replace("-", "−")
 
 

@@ -292,7 +292,7 @@ def _roles(value: Any, word: str) -> tuple[str, ...]:
 def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
     pairs = [texts(pair, what) for pair in items(value, what)]
     if any(len(pair) != 2 for pair in pairs):
-        raise FormatError("expected pairs of two words, left and right")
+        raise FormatError("expected pairs of words, the first for left and the second for right")
     return tuple((folded(left), folded(right)) for left, right in pairs)
 
 
@@ -331,8 +331,8 @@ def joint_as_said(name: str, said: str) -> JointName:
     what = " ".join(words)
     if what not in (*ROLES, "helper", "other", "unknown") or (what in ROLES) != bool(side):
         raise FormatError(
-            f"expected left or right and {', '.join(ROLES)}, or helper, other, unknown for "
-            f"{name}, found {said!r}"
+            f"expected 'left' or 'right' with one of {', '.join(ROLES)}, or 'helper', "
+            f"'other' or 'unknown' for {name}, found {said!r}"
         )
     joint = JointName(side, folded(name), "", (what,) if what in ROLES else (), word=name)
     return replace(joint, helper=what == "helper", other=what == "other")

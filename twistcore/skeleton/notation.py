@@ -268,15 +268,16 @@ def notation_notes(motion: Motion) -> tuple[Note, ...]:
     held = without_held(motion)
     if held is not None:
         said.append(
-            f"Frames are repeated: {held.motion.fps:.4g} frames per second are written as "
-            f"{motion.fps:.4g}, and errors are looked for at the lower rate."
+            f"Frames are repeated: the motion has {held.motion.fps:.4g} frames per second, "
+            f"but the file has {motion.fps:.4g}. Errors are searched for at the lower rate."
         )
     elif keys := linear_keys(motion):
         rate = motion.fps / keys.spacing
         said.append(
             f"There is a key every {keys.spacing} frames, and the joints turn evenly in "
-            f"between. Errors of {math.degrees(BETWEEN_KEYS) / rate:.2g}° or more are looked "
-            f"for at the keys ({rate:.3g} per second) and at jumps."
+            "between. The program searches for errors of "
+            f"{math.degrees(BETWEEN_KEYS) / rate:.2g}° or more at the keys ({rate:.3g} per "
+            "second) and at jumps."
         )
         if rate < FEWEST_A_SECOND:
             said.append(

@@ -36,7 +36,10 @@ from twistcore.skeleton.rotation import normalise
 from twistcore.work.frozen import dataclass
 
 _ZERO = 1e-6  # share of the skeleton's height
-_EXPECTED = "expected [[chain]] tables with two or three joints, and 'remove' with names of chains"
+_EXPECTED = (
+    "expected [[chain]] tables with two or three joints each, and optionally a list of "
+    "chain names in 'remove'"
+)
 
 
 @dataclass(frozen=True)
@@ -81,8 +84,9 @@ class OwnChain:
         if not self.limb and skeleton.parents[child] != parent:
             between = skeleton.names[joint_path(skeleton, parent, child)[0]]
             raise TwistError(
-                f"{self.joints[1]} is not a child of {self.joints[0]}, but {between} is, and "
-                f"{between} counter-rotates wherever an error twists {self.joints[0]}"
+                f"{self.joints[1]} is not a child of {self.joints[0]}; choose {between} "
+                f"between them, because {between} counter-rotates when an error twists "
+                f"{self.joints[0]}"
             )
         chain = make_chain(motion, parent, child, below)
         if chain is not None and below >= 0 and skeleton.parents[below] != child:

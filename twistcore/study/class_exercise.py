@@ -90,7 +90,7 @@ def read_exercise(path: Path) -> ClassExercise:
         document = has(_document(path, EXERCISE), "kind", "clip", "sha256", "intervals")
         name = path_text(document["clip"], "clip")
         if not name or Path(name).name != name:
-            raise unexpected("a clip next to it", "clip", name)
+            raise unexpected("the name of a clip in the same folder", "clip", name)
         return ClassExercise(
             name,
             text(document["sha256"], "sha256"),

@@ -79,8 +79,8 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
     """
     if clean.frames != refined.frames or clean.frames != truth.frames:
         raise ClipMismatchError(
-            f"the truth has {truth.frames} frames, the clean clip {clean.frames}, "
-            f"the refined clip {refined.frames}: expected the same clip"
+            f"expected three versions of the same clip, but the truth has {truth.frames} "
+            f"frames, the clean clip {clean.frames} and the refined clip {refined.frames}"
         )
     if clean.skeleton.names != refined.skeleton.names:
         raise ClipMismatchError("the clean and the refined clip have different skeletons")

@@ -188,20 +188,24 @@ def parse_protocol(name: str) -> Protocol:
         if part not in PROTOCOLS:
             known = ", ".join(PROTOCOLS)
             raise TwistError(
-                f"unknown protocol {part!r}: choose from {known}, or join several with '+'"
+                f"unknown protocol {part!r}: choose from {known}, or combine several with '+'"
             )
         of_p0 = vars(PROTOCOLS["P0"])
         knobs |= {k: v for k, v in vars(PROTOCOLS[part]).items() if v != of_p0[k]}
         texts.append(PROTOCOLS[part].text)
     if knobs.get("limb") and (knobs.keys() & {"together", "fill", "straight"}):
         raise TwistError(
-            f"protocol {name!r}: limb flips cannot be joined with errors of single bones"
+            f"protocol {name!r}: limb flips cannot be combined with errors of single bones"
         )
     if knobs.get("carried") and (knobs.keys() & {"limb", "fill", "straight", "leak"}):
-        raise TwistError(f"protocol {name!r}: CR goes with protocols of a chain's level alone")
+        raise TwistError(
+            f"protocol {name!r}: CR can be combined only with protocols that shift the "
+            "twist of one chain"
+        )
     if knobs.get("limb") and knobs.get("both"):
         raise TwistError(
-            f"protocol {name!r}: H8 cannot be joined with limb flips, as no two limbs share a joint"
+            f"protocol {name!r}: H8 cannot be combined with limb flips, because no two "
+            "limbs share a joint"
         )
     return Protocol(**{**knobs, "name": name, "text": " + ".join(texts)})
 

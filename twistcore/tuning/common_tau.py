@@ -74,8 +74,8 @@ class CommonTau:
             )
         elif not own:
             said = (
-                f"One τ of {tau:.2f}° is enough for all chains: on verdicts not used to "
-                "choose it, no chain does better with its own."
+                f"One τ of {tau:.2f}° is enough for all chains. On verdicts that were not "
+                "used to choose it, no chain does better with a τ of its own."
             )
             yield f"{said} {rest}" if few else said
         else:

@@ -144,7 +144,7 @@ def _profile(document: Mapping[str, Any]) -> Profile:
     methods = {one_of(t["detector"], "detector", DETECTORS) for t in tables if "detector" in t}
     if len(methods) > 1:
         known, found = " or ".join(sorted(DETECTORS)), ", ".join(sorted(methods))
-        raise FormatError(f"expected one detector, {known}, found {found}")
+        raise FormatError(f"expected the detector {known}, found {found}")
     rig, performer = (text(_one(tables, key, ""), key) for key in ("rig", "performer"))
     confidence = _one(tables, "confidence", None)
     return Profile(
@@ -168,9 +168,7 @@ def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
     """Return the value of a key, which must be the same in all tables that have the key."""
     values = [table[key] for table in tables if key in table]
     if others := sum(value != values[0] for value in values):
-        raise FormatError(
-            f"expected the same {key} in all tables, found {others} tables that differ"
-        )
+        raise FormatError(f"expected the same {key} in all tables, but {others} tables differ")
     return values[0] if values else default
 
 

@@ -50,9 +50,9 @@ class SharedTau:
         )
         if few:
             lose = (
-                "1 chain loses less than a point with that τ"
+                "1 chain loses less than one percentage point with this τ"
                 if few == 1
-                else f"{few} chains lose less than a point with that τ"
+                else f"{few} chains lose less than one percentage point with this τ"
             )
             said = f"{said}, {lose}" if self.apart else f"{said} and {lose}"
         if not self.apart:

@@ -179,8 +179,8 @@ def reason(name: object, error: Exception) -> str:
         seconds, *waited = error.args
         limit = f"{seconds:.0f}" if seconds >= 10.0 else f"{seconds:.2g}"
         if any(waited):
-            return f"{name}: did not answer for {limit} s and was stopped"
-        return f"{name}: took longer than {limit} s of processor time and was stopped"
+            return f"{name} did not answer for {limit} s, so the program stopped it"
+        return f"{name} took longer than {limit} s of processor time, so the program stopped it"
     if isinstance(error, ProcessEndedError):
         return f"{name}: the system ended its process, perhaps because memory ran out"
     return " ".join(f"{name}: {type(error).__name__}: {error}".splitlines())

@@ -10,7 +10,7 @@ from inspector.timeline.plot import Plot
 
 
 def _axis(curves: Curves) -> str:
-    return tr("off line (%)") if isinstance(curves, LimbCurves) else ""
+    return tr("distance (%)") if isinstance(curves, LimbCurves) else ""
 
 
 def _draw_clip(curves: Curves, pane: Pane) -> None:

@@ -105,7 +105,9 @@ def _cut(place: AskedFrame, cut: Mask) -> str:
     while high < len(cut) and cut[high]:
         high += 1
     if high - low > 1:
-        return f"{place.span(low, high)} are a cut or a blend with a rest pose, not motion"
+        return (
+            f"{place.span(low, high)} are a cut or a transition to or from a rest pose, not motion"
+        )
     if t == 0:
         return "it is the first frame, so no motion leads into it"
     return "the whole body jumps there, as at a cut, so no motion leads into it"
@@ -143,7 +145,7 @@ def _below(
             f"{signed_degrees(rx)} and {signed_degrees(ry)} (σ {size(sigma_x)} and {size(sigma_y)})"
         )
         return place.reason(Why.MOTION, because, **numbers)
-    return place.reason(Why.BELOW, f"{beyond} more than their motion explains", **numbers)
+    return place.reason(Why.BELOW, f"{beyond} more than the motion explains", **numbers)
 
 
 def _error_nearby(
@@ -217,10 +219,10 @@ def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
     e, t = own.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop))
     if not len(at):
-        return place.reason(Why.MOTION, "it is not an edge")
+        return place.reason(Why.MOTION, "it is not an edge of an error")
     k = int(at[np.argmax(np.abs(e.jump[at]))])
     span = place.span(int(e.start[k]), int(e.stop[k]))
-    because = f"over {span} as a whole, only {signed_degrees(float(e.jump[k]))} remains"
+    because = f"the sum over {span} is only {signed_degrees(float(e.jump[k]))}"
     return place.reason(Why.MOTION, because, jump_deg=math.degrees(e.jump[k]))
 
 
@@ -235,9 +237,9 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
     if min(sizes) <= ONE_JOINT * max(sizes):
         only = place.joints[int(sizes[1] > sizes[0])]
         because = (
-            f"only {only} turns there over {span} ({turns}): no counter-twist"
+            f"only {only} turns there over {span} ({turns}), so it is no counter-twist"
             if span
-            else f"only {only} turns there ({turns}): no counter-twist"
+            else f"only {only} turns there ({turns}), so it is no counter-twist"
         )
         return place.reason(Why.ONE_JOINT, because, **numbers)
     if edge.gain >= _EACH:
@@ -248,13 +250,13 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
             "both joints turn the same way" if edge.x * edge.y > 0.0 else "the turns do not cancel"
         )
         alike = f"{alike} over {span}" if span else alike
-        because = f"{alike} ({turns}; {signed_degrees(open_by)} left)"
+        because = f"{alike} ({turns}; {signed_degrees(open_by)} remains)"
         return place.reason(Why.UNEQUAL, because, open_deg=math.degrees(open_by), **numbers)
     taken = "it is treated as motion"
     taken = f"{taken} over {span}" if span else taken
     because = (
-        f"{taken} ({turns}): its size is {abs(edge.jump) / edge.sigma:.1f} times σ = "
-        f"{size(edge.sigma, 2)}, and its evidence is {edge.gain:.1f}, but an edge needs "
+        f"{taken} ({turns}): the jump is {abs(edge.jump) / edge.sigma:.1f} times σ = "
+        f"{size(edge.sigma, 2)} and its evidence is {edge.gain:.1f}, but an edge requires "
         f"{_EACH:.0f}"
     )
     return place.reason(Why.MOTION, because, **numbers)
@@ -277,10 +279,10 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
             given = (i for i in soft.given_up() if i.start < span[1] and span[0] <= i.stop)
             return soft.instead_of(next(given, None), numbers, f"{partner},")
         named = " and ".join(place.named(i) for i in rivals)
-        because = f"{partner}, belongs to a better explanation: {named}"
+        because = f"{partner}, is part of a better explanation: {named}"
         return place.reason(Why.OTHER, because, partner=int(e.peak[best]), **numbers)
     alone = (
-        f"on its own it is too uncertain (evidence {edge.gain:.0f} of {OPEN_GAIN:.0f})"
+        f"on its own it is too uncertain (evidence {edge.gain:.0f}; {OPEN_GAIN:.0f} is needed)"
         if edge.gain < OPEN_GAIN
         else "on its own it explains these frames less well than another detection"
     )
@@ -301,9 +303,9 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
         )
     else:
         because = (
-            f"the jump that would reverse it ({turns}), {partner}, leaves a difference of "
-            f"{signed_degrees(rest)} and is {away} frames away: evidence of {edge.gain:.0f}"
-            f" and {float(e.gain[k]):.0f} is too weak for an interval"
+            f"the best jump to reverse it ({turns}) is {partner}: it leaves a difference of "
+            f"{signed_degrees(rest)} and is {away} frames away, and the evidence of "
+            f"{edge.gain:.0f} and {float(e.gain[k]):.0f} is too weak for an interval"
         )
     numbers |= {"partner": int(e.peak[k]), "open_deg": math.degrees(rest)}
     return place.reason(Why.NO_PARTNER, f"{because}; {alone}", **numbers)

@@ -90,7 +90,7 @@ def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
     """
     helper, driver = place.joints
     if place.strength < place.tau:
-        return place.reason(Why.BELOW, f"{helper} does not jump about its bone")
+        return place.reason(Why.BELOW, f"{helper} does not turn suddenly about its bone")
     if own == 0.0:
         return place.reason(Why.IMAGE, f"{driver}, or the joint above both, turns there too")
     return place.reason(Why.NO_PARTNER, f"no later jump of {helper} reverses it")
@@ -107,7 +107,7 @@ def _in_notation(
         if by_key < place.strength or not by_key:
             return no_counter_twist(place, analysis.fine, near, chains)
     elif kept.end(at) != frame:
-        because = f"it repeats {place.called(kept.end(at))}"
+        because = f"it is a copy of {place.called(kept.end(at))}"
         return place.reason(Why.MOTION if place.strength >= place.tau else Why.BELOW, because)
 
     def near_kept(start: int, stop: int) -> list[tuple[Interval, Chain]]:

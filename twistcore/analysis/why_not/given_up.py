@@ -78,8 +78,7 @@ def soft_below(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)
             because = (
-                f"that angle is the full size of the error in {span} "
-                f"({signed_degrees(s.interval.shown)})"
+                f"this angle is the whole error in {span} ({signed_degrees(s.interval.shown)})"
             )
             return place.reason(Why.BELOW, because, start=s.interval.start, stop=s.interval.stop)
     return None

@@ -31,8 +31,8 @@ def no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reas
             "it is the first frame, so no motion leads into it"
             if t == 0
             else (
-                "many limbs jump there, or there is a cut or a blend to another pose, so no "
-                "motion leads into it"
+                "many limbs jump there, or the frame belongs to a cut or a transition to "
+                "another pose, so no motion leads into it"
             )
         )
         return place.reason(Why.CUT, because, **numbers)
@@ -91,7 +91,9 @@ def _left(
         return place.reason(Why.OTHER, because, **numbers)
     moves = f"the limb deviates by about {size(jump.scale)} in nearby frames"
     if jump.step > 0.03:
-        moves = f"{moves} and its end moves {100.0 * jump.step:.0f} % of its length"
+        moves = (
+            f"{moves}, and the limb's end moves by {100.0 * jump.step:.0f} % of the limb's length"
+        )
     because = (
         f"it is treated as motion: {moves}, and a flip in {span} with this edge explains the "
         f"frames less well (cost {left.price:.1f}) than no flip (cost {left.spared:.1f})"

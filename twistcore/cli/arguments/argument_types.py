@@ -100,7 +100,9 @@ def readable(text: str) -> Path:
 def folder(text: str) -> Path:
     """Return the folder to write into."""
     if text == "-":
-        raise argparse.ArgumentTypeError("expected a folder; one called '-' is './-'")
+        raise argparse.ArgumentTypeError(
+            "expected a folder, found '-'; write './-' for a folder called '-'"
+        )
     return Path(text)
 
 
@@ -151,7 +153,7 @@ def seed(text: str) -> int:
     """Return a whole number that is at least 0."""
     if not (text.isdecimal() and len(text) <= 18):
         raise argparse.ArgumentTypeError(
-            f"expected a whole number from 0 of at most 18 digits, found {text[:40]!r}"
+            f"expected a whole number of at least 0 with at most 18 digits, found {text[:40]!r}"
         )
     return int(text)
 
@@ -200,7 +202,7 @@ def not_negative(text: str) -> float:
     """Return 0 or a finite number above 0."""
     value = _number_in(text)
     if not (math.isfinite(value) and value >= 0.0):
-        raise argparse.ArgumentTypeError(f"expected a number from 0, found {text!r}")
+        raise argparse.ArgumentTypeError(f"expected a number of at least 0, found {text!r}")
     return value
 
 

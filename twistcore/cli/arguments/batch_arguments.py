@@ -73,7 +73,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         "--time-limit",
         type=positive,
         metavar="SECONDS",
-        help="processor time that a clip may take (default: 300 and 60 more for each megabyte)",
+        help="processor time that a clip may take (default: 300, plus 60 for each megabyte)",
     )
     parser.add_argument(
         "--memory-limit",
@@ -113,5 +113,7 @@ def shard(text: str) -> tuple[int, int]:
     """Return the shard's number and count, such as (2, 5) for '2/5'."""
     index, slash, number = text.partition("/")
     if not (slash and index.isdecimal() and number.isdecimal() and 1 <= int(index) <= int(number)):
-        raise argparse.ArgumentTypeError(f"expected I/N with 1 ≤ I ≤ N, as 2/5, found {text!r}")
+        raise argparse.ArgumentTypeError(
+            f"expected I/N with 1 ≤ I ≤ N, such as 2/5, found {text!r}"
+        )
     return int(index), int(number)

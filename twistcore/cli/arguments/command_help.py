@@ -119,7 +119,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
     ),
     "refine": CommandHelp(
         "write a corrected clip",
-        "Corrects the intervals that are closed and sure enough, counts the others, and leaves "
+        "Corrects the intervals that are closed and confident, counts the others, and leaves "
         "every other byte of the clip as it is. To judge the others, open the clip or the session "
         "in the window: twist-inspector CLIP.",
         (
@@ -131,8 +131,8 @@ COMMANDS: Mapping[str, CommandHelp] = {
     "apply": CommandHelp(
         "write the corrections that sessions have accepted",
         "A session is a review that the window or `twistcore refine --session` wrote. The result "
-        "has the same bytes as the window's export. Of two folders, each session is applied to its "
-        "clip, and OUT is a folder.",
+        "has the same bytes as the window's export. With two folders, each session is applied to "
+        "its clip, and OUT is a folder.",
         (
             "twistcore apply walk.twist.json walk.bvh -o walk.clean.bvh",
             "twistcore apply reviewed captures -o corrected --workers 4",

@@ -103,8 +103,8 @@ def add_correction(parser: argparse.ArgumentParser) -> None:
         "--min-confidence",
         type=share,
         metavar="X",
-        help="least confidence of an interval to correct, 0 to 1; with a number above 0 none "
-        "without a confidence is corrected (default: 0.5, and all without a confidence)",
+        help="minimum confidence of intervals to correct, 0 to 1; a number above 0 excludes "
+        "intervals without a confidence (default: 0.5, but these intervals are corrected)",
     )
     parser.add_argument(
         "--include-open",

@@ -47,7 +47,8 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         "--cutoff",
         type=positive,
         metavar="HZ",
-        help="frequency of which the spline keeps half (default: by the frame rate, 4 to 6)",
+        help="frequency at which the spline keeps half of the amplitude (default: by the frame "
+        "rate, 4 to 6)",
     )
     refine.add_argument(
         "--gains",

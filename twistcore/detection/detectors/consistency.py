@@ -20,7 +20,10 @@ class ConsistencyDetector:
         name="consistency",
         label="our detector",
         short="Ours",
-        measures="Counter-rotation that natural motion does not explain, in pairs of edges.",
+        measures=(
+            "Counter-rotation that natural motion does not explain, at the start and the "
+            "stop of an interval."
+        ),
         strength="strength",
         tau="noise floor",
         note="counter-rotation beyond natural motion, paired into intervals; τ auto",

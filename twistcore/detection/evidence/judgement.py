@@ -171,27 +171,27 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
         return f"the {joint} would bend {t.off_after - t.off_before:.0f}° away from its hinge plane"
     if term == "off_its_side":
         return (
-            f"the {joint} would bend {t.off_after:.0f}° off the direction in which it bends in "
-            "the rest of the clip"
+            f"the {joint} would bend in a direction {t.off_after:.0f}° away from the usual "
+            "one of this clip"
         )
     if term == "azimuth_rougher":
-        return f"the direction in which the {joint} bends would jump where it is smooth now"
+        return f"the direction in which the {joint} bends would jump; now it changes smoothly"
     if term == "azimuth_stays":
         return f"the direction in which the {joint} bends does not jump with the twist"
     if term == "no_azimuth":
         if joint == _UNNAMED:
-            return "no joint below shows which way the limb bends"
+            return "no joint below the limb shows which way the limb bends"
         return f"no joint below the {joint} shows which way it bends"
     if term == "both_turn_more":
-        return f"both bones together turn {t.together:.0f} times as far there: the limb moves fast"
+        return f"together, both bones turn {t.together:.0f} times as far there: the limb moves fast"
     if term == "long":
         return f"it lasts {t.seconds:.1f} s, longer than almost any error"
     if term == "unanswered":
         return "one of the two bones does not turn where the interval begins or ends"
     if term == "small":
         return (
-            f"it turns by only {t.step:.1f}°, and neither a joint at rest nor the azimuth shows "
-            "the turn"
+            f"it turns by only {t.step:.1f}°, and neither a joint at rest nor the azimuth "
+            "confirms the turn"
         )
     if term == "often":
         return f"such turns occur {t.rate or 0.0:.1f} times a second in this {joint}"

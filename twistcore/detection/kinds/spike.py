@@ -18,9 +18,12 @@ KIND = KindInfo(
     happens="{part} leaves its path",
     named="the spike of {joint} in {span} ({size})",
     legend="spike of {size}",
-    tip="{joint} is off by {size} and comes back; accept it to replace these frames",
-    why="{joint} leaves its path by {size} and comes back at once, as no body does",
-    offer="Accepting it moves {joint} evenly from the frame before to the frame after, and with it "
-    "all joints below; this is never done automatically",
+    tip=(
+        "{joint} is wrong by {size} and then returns to its path. Accept the detection to "
+        "replace these frames"
+    ),
+    why="{joint} leaves its path by {size} and returns at once, which no body can do",
+    offer="Accept the detection to interpolate {joint} between the frames before and after it. "
+    "All joints below move along. This is never done automatically",
     quantity="twistcore.detection.quantities.spike:angle_off_path",
 )

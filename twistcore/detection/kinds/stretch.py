@@ -16,12 +16,18 @@ KIND = KindInfo(
     corrected=True,
     colour="warning",
     size="turn_deg",
-    here="stretch {frames} in which {joint} stays turned ({size})",
+    here="stretch {frames} in which {joint} is turned ({size})",
     happens="{part} stays turned",
     named="the stretch of {joint} in {span} ({size})",
-    legend="stays turned by {angle}",
-    tip="{joint} jumps about its own bone and stays turned; accept it to turn the joint back",
-    why="{joint} stays turned about its own bone by {size}, from one jump to the next",
-    offer="Accepting it turns {joint} back in all these frames; this is never done automatically",
+    legend="is turned by {angle}",
+    tip=(
+        "{joint} turns suddenly about its own bone and does not turn back. Accept the "
+        "detection to turn the joint back"
+    ),
+    why="Between two jumps, {joint} is turned by {size} about its own bone",
+    offer=(
+        "Accept the detection to turn {joint} back in all these frames. This is never done "
+        "automatically"
+    ),
     quantity="twistcore.detection.quantities.stretch:roll_from_usual",
 )

@@ -308,8 +308,8 @@ def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, 
         frames = ", ".join(f"{low}–{high}" for low, high in spans[:NAMED])
         frames += " …" if len(spans) > NAMED else ""
         said.append(
-            f"Soft errors were not looked for in frames {frames} ({', '.join(names)}), "
-            "because the motion is too restless there."
+            f"The program did not search for soft errors in frames {frames} "
+            f"({', '.join(names)}), because the motion there is too restless."
         )
     return tuple(said)
 

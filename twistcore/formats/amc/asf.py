@@ -267,7 +267,7 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
     name = named[1]
     if name.text in read.bones:
         raise read.fail(
-            (f"expected a different name, because {quoted(name.text)} is already used"), name
+            (f"expected another name, because {quoted(name.text)} is already in use"), name
         )
     bone = read.bones[name.text] = _Bone(name)
     for key in ("direction", "length"):
@@ -280,7 +280,7 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
     if (axis := by_key.get("axis")) is not None:
         bone.axis = read.numbers(axis, 3)
         if len(axis) < 5:
-            raise read.fail("expected an order of axes such as XYZ after 'axis'", axis[-1])
+            raise read.fail("expected an order of axes, such as XYZ, after 'axis'", axis[-1])
         bone.order = _order(read, axis[4])
     if (dofs := by_key.get("dof")) is not None:
         bone.dofs = _dofs(read, dofs, _TURNS)

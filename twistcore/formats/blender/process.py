@@ -112,7 +112,7 @@ def read_scene(
         The longest time that Blender may take, in seconds.
     """
     if not source.is_file():
-        raise TwistError(f"{source}: expected a file, but there is none")
+        raise TwistError(f"{source}: there is no such file")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         job, script = folder / "job.json", folder / "read_scene.py"
@@ -163,7 +163,7 @@ def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) 
                 start_new_session=True,
             )
         except OSError as error:
-            raise TwistError(f"{command[0]}: cannot be run ({error.strerror})") from None
+            raise TwistError(f"{command[0]} cannot be run ({error.strerror})") from None
         try:
             process.wait(time_limit)
         except subprocess.TimeoutExpired:

@@ -184,8 +184,8 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
         raise NpzError(f"{path}: expected arrays that are not encrypted")
     if odd := [info for info in infos if info.compress_type not in _AS_NUMPY]:
         raise NpzError(
-            f"{path}: expected arrays stored or deflated, as numpy does, but "
-            f"{quoted(odd[0].filename)} has another compression"
+            f"{path}: expected arrays that are stored or deflated, as numpy writes them, "
+            f"but {quoted(odd[0].filename)} is compressed differently"
         )
     if (total := sum(info.file_size for info in infos)) > room(size):
         raise _too_much(path, total, size)

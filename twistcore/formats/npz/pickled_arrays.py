@@ -66,7 +66,7 @@ class _Dtype(Unreadable):
         if self.order in ("<", ">"):
             found = np.dtype(self.order + found.str[1:])
         if found.kind not in _KINDS or found.subdtype or found.names:
-            raise ValueError("not plain numbers")
+            raise ValueError("an array does not contain plain numbers")
         return found
 
 
@@ -106,7 +106,7 @@ class _Inline(Unreadable):
 def _check_keys(keys: list[Any]) -> None:
     """Raise UnpicklingError for large integer keys, whose hashes may all collide in a dict."""
     if any(isinstance(key, int) and abs(key) > _KEY for key in keys):
-        raise pickle.UnpicklingError("too many keys")
+        raise pickle.UnpicklingError("a key is too large")
 
 
 def _count(shape: tuple[Any, ...]) -> int:
@@ -114,19 +114,19 @@ def _count(shape: tuple[Any, ...]) -> int:
     out = 1
     for n in shape:
         if not isinstance(n, int) or n < 0:
-            raise ValueError("not a shape")
+            raise ValueError("the shape of an array is not a tuple of whole numbers")
         out *= n
     return out
 
 
 def _shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
     if not isinstance(dtype, _Dtype):
-        raise TypeError("not a dtype")
+        raise TypeError("an array has no dtype")
     shape = tuple(shape)
     plain, count = dtype.plain(), _count(shape)
     check_shape(shape, len(raw))
     if len(raw) != count * plain.itemsize:
-        raise ValueError("its size does not match its shape")
+        raise ValueError("the size of an array does not match its shape")
     return np.frombuffer(raw, dtype=plain).reshape(shape, order="F" if order == "F" else "C")
 
 
@@ -222,7 +222,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         state = self.stack.pop()
         made = self.stack[-1]
         if not isinstance(made, Unreadable):
-            raise pickle.UnpicklingError("a state for an object that cannot have one")
+            raise pickle.UnpicklingError("a state for an object that cannot have a state")
         made.set_state(state)
         if isinstance(made, _Inline):
             self.stack[-1] = made.read(self.source)
@@ -232,7 +232,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         size = int.from_bytes(self.read(8), "little")
         raw = self.read(size)
         if len(raw) != size:
-            raise pickle.UnpicklingError("bytes are missing")
+            raise pickle.UnpicklingError("bytes of an array are missing")
         self.append(bytearray(raw))
         self._note_place()
 

@@ -111,7 +111,8 @@ def _whole(
     if width not in {3 * n for n in BODIES}:
         shapes = " or ".join(f"{3 * n} ({MODELS[n]})" for n in BODIES)
         raise NpzError(
-            f"{arrays.path}: expected {poses} as rotation vectors, frames x {shapes}, found {shape}"
+            f"{arrays.path}: expected {poses} as rotation vectors of shape frames x "
+            f"{shapes}, found {shape}"
         )
     return PoseNames(width // 3, (PosePart(poses, 0, width),), place, scale, rate)
 

@@ -233,8 +233,8 @@ def _skeleton(archive: Arrays, joints: int, warnings: list[str]) -> tuple[Skelet
         count = joints if given.shape == (joints, 3) else BODY
         if given.shape not in ((joints, 3), (24, 3), (BODY, 3)):
             raise NpzError(
-                f"{archive.path}: expected {name!r} of shape ({joints}, 3), metres, found "
-                f"{given.shape}"
+                f"{archive.path}: expected {name!r} in metres with the shape ({joints}, 3), "
+                f"found {given.shape}"
             )
         _check_finite(archive, name, given, "joint")
         above = body.parents[:count]
@@ -266,7 +266,7 @@ def _repeated(
     """Return the arrays that repeat numbers of the poses, bit by bit."""
     found = []
     parts = {part.name for part in layout.parts}
-    those = repr(POSES) if POSES in parts else "the poses that are read"
+    those = repr(POSES) if POSES in parts else "the array of poses"
     for name, (first, last) in PARTS.items():
         if name not in archive or name in parts:
             continue

@@ -84,9 +84,9 @@ def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
         and not (shape.names[j].roles or shape.names[j].helper or shape.names[j].other)
     ]
     if not unknown:
-        return f"no joint has a known name for its {end}"
+        return f"no joint has a known name for the {end}"
     some = ", ".join(repr(name) for name in unknown[:3]) + (" …" if len(unknown) > 3 else "")
-    return f"no joint has a known name for its {end}; unknown: {some}"
+    return f"no joint has a known name for the {end}; these names are unknown: {some}"
 
 
 def _few_limbs(found: int) -> tuple[Unexamined, ...]:

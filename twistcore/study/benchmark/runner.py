@@ -165,8 +165,8 @@ def read_partial(
             raise FormatError(f"{path}: expected a document with schema {PART_SCHEMA!r}")
         if head.get("settings") != settings.to_json():
             raise FormatError(
-                f"{path}: the file was written with other protocols, methods or seeds: "
-                "use these, or leave out --resume"
+                f"{path} was written with other protocols, methods or seeds; use the same "
+                "ones, or leave --resume out"
             )
         for line in file:
             try:

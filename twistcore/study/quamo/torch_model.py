@@ -25,7 +25,9 @@ def import_torch() -> Any:
     try:
         import torch
     except ImportError:
-        raise TwistError("training needs PyTorch: pip install 'twist-inspector[train]'") from None
+        raise TwistError(
+            "training requires PyTorch: pip install 'twist-inspector[train]'"
+        ) from None
     return torch
 
 

@@ -243,7 +243,9 @@ def _resume(
 ) -> int:
     state = torch.load(path, weights_only=True)
     if state["settings"] != (expected := _settings_text(settings)):
-        raise TwistError(f"{path}: the checkpoint has other settings; expected {expected}")
+        raise TwistError(
+            f"{path}: the checkpoint was written with other settings; expected {expected}"
+        )
     with torch.no_grad():
         for name, values in weights.items():
             values.copy_(state["weights"][name])
