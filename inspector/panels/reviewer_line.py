@@ -11,8 +11,9 @@ from inspector.widgets.building import hbox, tool_button
 
 
 class ReviewerLine(QFrame):
-    """A line for the reviewer's name. Enter saves the name, also for earlier decisions without
-    one.
+    """A line for the reviewer's name.
+
+    Enter saves the name, also for earlier decisions without one.
     """
 
     def __init__(self, document: Document, settings: Settings) -> None:
