@@ -13,7 +13,7 @@ from typing import Any
 
 
 def leave_sources_unread() -> None:
-    """Stop this reading. Call this before PySide6 is imported for the first time."""
+    """Stop PySide from reading sources. Call this before the first import of PySide6."""
     importlib.import_module("shiboken6")  # contains the reader, which PySide6 starts immediately
     reader: Any = sys.modules.get("shibokensupport.feature")
     if hasattr(reader, "_mod_uses_pyside"):

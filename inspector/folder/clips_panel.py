@@ -263,8 +263,9 @@ class ClipsPanel(QWidget):
             self._queue.note(data.clip.path, (decided, len(intervals)))
 
     def _sort_by(self, column: int) -> None:
-        """Sort by a column. Further clicks on the column sort in reverse, then worst first
-        again.
+        """Sort by a column.
+
+        Further clicks on the column sort in reverse, then worst first again.
         """
         downwards = column == _SEVERITY
         first, second = (column, downwards), (column, not downwards)

@@ -100,8 +100,9 @@ class FolderActions:
         report.start(program, words)
 
     def _give_up(self) -> None:
-        """End the report's process because the program ends. All pages written so far are
-        complete.
+        """End the report's process because the program ends.
+
+        All pages written so far are complete.
         """
         report, self._report = self._report, None
         if report is not None:

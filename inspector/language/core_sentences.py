@@ -46,7 +46,7 @@ _JOINTS = (". ", "; ", ": ", " (", ", ", " · ")
 
 
 def of_core(said: object) -> str:
-    """Return a sentence of twistcore in the chosen language, or unchanged without a template.
+    """Return a sentence of twistcore in the chosen language, or unchanged if no template fits.
 
     `said` is a text or an error. A sentence of several parts is translated part by part. Control
     characters are made visible.

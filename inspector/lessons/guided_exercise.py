@@ -243,7 +243,7 @@ class Exercise(QObject):
         return tr("{clip} has verdicts that you have not handed in.", clip=self._class.clip)
 
     def before_leaving(self, then: Callable[[], object]) -> None:
-        """Call `then` when it is safe to leave a class exercise.
+        """Call `then` when a class exercise may be left.
 
         Leaving is safe when the verdicts are handed in, or when the person chooses to leave without
         handing in.

@@ -79,7 +79,7 @@ class Tracked(QObject):
         return self._task.running
 
     def ask(self, tracking: Tracking) -> None:
-        """Track these joints. When the result is ready, the tracking becomes part of the review."""
+        """Track the given joints. When the result is ready, it becomes part of the review."""
         self.asked = tracking
         self._start()
 

@@ -168,8 +168,9 @@ class Keeper(QObject):
             self._done_with(leftover, lambda: leftover.path.unlink(missing_ok=True))
 
     def keep(self, leftover: Leftover, mark: str = ".earlier") -> str:
-        """Rename a journal so that it is not offered again. Returns its new name, or '' on
-        failure.
+        """Rename a journal so that it is not offered again.
+
+        Returns its new name, or '' on failure.
         """
         kept = free_name(leftover.path, mark)
         done = self._done_with(leftover, lambda: leftover.path.rename(kept))
@@ -283,8 +284,9 @@ class Keeper(QObject):
         return not self.read_only
 
     def take_over(self) -> str:
-        """Take the lock from its holder. Returns '', or a sentence with the reason for a
-        failure.
+        """Take the lock from its holder.
+
+        Returns '', or a sentence with the reason for a failure.
         """
         if self.lock is None or self._kept is None:
             return ""

@@ -152,8 +152,9 @@ class OpenClip(QObject):
         return self.data.motion.frames if self.data else 0
 
     def find_chain(self, name: str) -> Chain:
-        """Return a chain or limb of the open clip. Raises KeyError if there is none with this
-        name.
+        """Return a chain or limb of the open clip.
+
+        Raises KeyError if there is none with this name.
         """
         for chain in self.data.chains_and_limbs if self.data else ():
             if chain.name == name:

@@ -106,8 +106,9 @@ class Analysed:
         return proposed_interval(chain, self.signals[chain], frame, self.motion.fps)
 
     def proposed_at(self, jump: Interval, others: Iterable[Interval]) -> Interval:
-        """Return the stretch that a lone jump may begin or end. `others` are all other
-        intervals.
+        """Return the stretch that a lone jump may begin or end.
+
+        `others` are all other intervals.
         """
         return proposed_stretch(self.motion, jump, others)
 

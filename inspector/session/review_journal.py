@@ -245,8 +245,9 @@ class ReviewJournal(QObject):
         return self._journal
 
     def _begin(self, state: ReviewState, *, back: int = 0) -> bool:
-        """Begin a journal with the state `back` steps ago. Returns False if no folder is
-        writable.
+        """Begin a journal with the state `back` steps ago.
+
+        Returns False if no folder is writable.
         """
         clip, steps = self._open.clip, max(0, self.steps - back)
 

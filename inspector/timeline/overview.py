@@ -123,8 +123,9 @@ class OverviewStrip(QWidget):
         return max(0, min(self._frames - 1, frame))
 
     def _rows(self) -> dict[str, tuple[float, float]]:
-        """Return the top and height of every chain's row. The selected chain has the tallest
-        row.
+        """Return the top and height of every chain's row.
+
+        The selected chain has the tallest row.
         """
         space = self.height() - 4.0
         others = max(1, len(self._chains) - 1)

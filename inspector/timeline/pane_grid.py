@@ -27,8 +27,9 @@ class PaneGrid(QStackedWidget):
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], parent: QWidget | None = None
     ) -> None:
-        """Set up the grid. `plots` has the descriptions of the panes, with the same keys as
-        `panes`.
+        """Set up the grid.
+
+        `plots` has the descriptions of the panes, with the same keys as `panes`.
         """
         super().__init__(parent)
         self._panes, self._plots = panes, plots

@@ -26,8 +26,9 @@ class WhatIfDots:
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], scenery: Scenery
     ) -> None:
-        """Set up the dots. `plots` has the descriptions of the panes, with the same keys as
-        `panes`.
+        """Set up the dots.
+
+        `plots` has the descriptions of the panes, with the same keys as `panes`.
         """
         self._plots = {key: plot for key, plot in plots.items() if plot.dots}
         self._panes = {key: panes[key] for key in self._plots}

@@ -157,7 +157,7 @@ class Costs(QObject):
         return self._process is not None or self._settle.isActive()
 
     def needs(self, others: Iterable[str]) -> None:
-        """Measure these detectors too from now on."""
+        """Measure some more detectors from now on."""
         others = frozenset(others)
         if others != self._others:
             self._others = others

@@ -92,8 +92,9 @@ class VideoPanel(QWidget):
     # -- which video --------------------------------------------------------------------------
 
     def open_video(self, path: Path) -> None:
-        """Open a video for the open clip. The previous video is replaced when the new one is
-        loaded.
+        """Open a video for the open clip.
+
+        The previous video is replaced when the new one is loaded.
         """
         self._load(path, 0.0, lambda error: self._document.message.emit(str(error), True))
 

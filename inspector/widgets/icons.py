@@ -15,7 +15,7 @@ _SIDES = (16, 22, 24, 32, 48, 64, 128, 256)  # pixels, for title bars, task bars
 
 
 def has_icon(name: str) -> bool:
-    """True if there is an icon with this name, the id of an action or another word."""
+    """True if there is an icon with this name, which may be the id of an action."""
     return (ICONS / f"{name}.svg").is_file()
 
 

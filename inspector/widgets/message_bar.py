@@ -81,7 +81,7 @@ class MessageBar(QFrame):
         self.offer(f"{shown} {text}".strip(), answers)
 
     def withdraw(self, text: str) -> None:
-        """Hide this message if the bar shows it."""
+        """Hide a message if the bar shows it."""
         if of_core(text) == self.label.text() and not self._answers.count():
             self._close()
 

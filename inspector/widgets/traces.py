@@ -78,7 +78,7 @@ class TracePlot(Canvas):
         self.show_lines(self._lines)
 
     def show_lines(self, lines: Sequence[Trace]) -> None:
-        """Draw these curves instead of the current ones."""
+        """Draw new curves instead of the current ones."""
         self._lines = tuple(lines)
         # Items are never removed, because Qt may still paint a removed item.
         while len(self.curves) < len(lines):

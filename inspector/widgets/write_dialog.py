@@ -41,8 +41,9 @@ class WriteDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
     def end_form(self) -> None:
-        """Add the buttons below all rows. Call this last, because Tab follows the order of
-        creation.
+        """Add the buttons below all rows.
+
+        Call this last, because Tab follows the order of creation.
         """
         buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel

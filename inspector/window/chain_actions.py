@@ -152,8 +152,9 @@ class ChainActions:
         self.bar.show_message(message, False)
 
     def _keep(self, rig: Rig) -> bool:
-        """Write the rig profile of this skeleton. If this fails, show a message and return
-        False.
+        """Write the rig profile of this skeleton.
+
+        If this fails, show a message and return False.
         """
         data = self.document.data
         assert data is not None

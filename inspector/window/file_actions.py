@@ -172,8 +172,9 @@ class FileActions(Saving):
             self.bar.show_message(self._nothing_next() if one_is_open else text, False)
 
     def _open_worst(self, path: Path) -> None:
-        """Open the worst clip. While others are being analysed, report that it is the worst so
-        far.
+        """Open the worst clip.
+
+        While others are being analysed, report that it is the worst so far.
         """
         if self.queue.running:
             self._so_far, self._offered = path, self.queue.clips[path].severity

@@ -241,8 +241,9 @@ class Saving:
         return answer
 
     def _closes_unsaved(self, trouble: str) -> bool:
-        """Show that the session cannot be written. Returns True if the window should close
-        anyway.
+        """Show that the session cannot be written.
+
+        Returns True if the window should close anyway.
         """
         button = QMessageBox.StandardButton
         later = tr("You can restore the decisions when you start the program again.")

@@ -198,9 +198,7 @@ class ClipAnalysis:
         return *self.chains, *self.limbs
 
     def chain(self, name: str) -> Chain:
-        """Return the chain or limb with a name or label. Raises TwistError that suggests similar
-        names.
-        """
+        """Return the chain or limb with a name or label. Raises TwistError with similar names."""
         return chain_named(self.chains_and_limbs, name, self.name)
 
     @cached_property
@@ -502,7 +500,7 @@ class ClipAnalysis:
 
     @cached_property
     def bursts(self) -> tuple[NoiseBurst, ...]:
-        """The bursts of noise of all joints, by start."""
+        """The bursts of noise of all joints, sorted by start."""
         return self._whole.bursts if self._whole else noise_bursts(self.motion)
 
     def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
@@ -1005,8 +1003,9 @@ class Detection:
         return [_row(i, chains[i.chain], names, explain=explain) for i in self]
 
     def to_dataframe(self, *, explain: bool = False) -> Any:
-        """Return :meth:`to_rows` as a pandas DataFrame. Raises TwistError if pandas is not
-        installed.
+        """Return :meth:`to_rows` as a pandas DataFrame.
+
+        Raises TwistError if pandas is not installed.
         """
         try:
             pandas = import_module("pandas")  # optional, and takes a second to load
@@ -1179,8 +1178,9 @@ def _row(
 
 
 def _kinds(kinds: Collection[Kind | str] | str | None) -> frozenset[Kind]:
-    """Return the kinds with the given names, or all kinds for None. Raises TwistError for unknown
-    names.
+    """Return the kinds with the given names, or all kinds for None.
+
+    Raises TwistError for unknown names.
     """
     if kinds is None:
         return ALL_KINDS

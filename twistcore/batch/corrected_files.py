@@ -26,7 +26,7 @@ def write_corrected(
     data: bytes,
     companions: Mapping[str, bytes],
 ) -> ManifestRow:
-    """Write a corrected clip into the batch folder and return its row with the data of the file.
+    """Write a corrected clip into the batch folder, and return its row with the file's data.
 
     `known` is the clip's row in the manifest. `companions` are other files that the clip needs. An
     existing file is replaced if it is listed in the manifest, and kept if it already has these

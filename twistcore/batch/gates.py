@@ -109,8 +109,9 @@ class Rule:
 
 @dataclass(frozen=True)
 class Broken:
-    """A broken rule. `clip` is the name of the clip that breaks the rule, or '' for the whole
-    run.
+    """A broken rule.
+
+    `clip` is the name of the clip that breaks the rule, or '' for the whole run.
     """
 
     rule: Rule

@@ -200,8 +200,9 @@ class Manifest:
 
     @classmethod
     def open(cls, folder: Path | str, *, create: bool = False) -> Self:
-        """Open the manifest of a folder. Raises TwistError if it is missing and `create` is
-        False.
+        """Open the manifest of a folder.
+
+        Raises TwistError if it is missing and `create` is False.
         """
         folder = Path(folder)
         file = folder / FILE

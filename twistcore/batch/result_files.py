@@ -117,8 +117,9 @@ def json_line(record: ClipRecord) -> str:
 
 
 def write_json_lines(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write one line with a document per clip, with only one in memory at a time. Raises
-    OSError.
+    """Write one line with a document per clip, with only one in memory at a time.
+
+    Raises OSError.
     """
     with writing_atomically(path) as file:
         for record in records:

@@ -73,8 +73,9 @@ def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettin
 
 
 def _protocols(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the protocols without repetitions, with 'P0-all' as 'P0'. Raises
-    TwistError.
+    """Return the names of the protocols without repetitions, with 'P0-all' as 'P0'.
+
+    Raises TwistError.
     """
     plain = ["P0" if name == "P0-all" else name for name in _split(names)]
     return tuple(dict.fromkeys(parse_protocol(name).name for name in plain))

@@ -107,8 +107,9 @@ def step(text: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def counter(total: int, done: int = 0) -> Iterator[TellName]:
-    """Yield a function to call with the name of each finished clip. It prints nothing with
-    --quiet.
+    """Yield a function to call with the name of each finished clip.
+
+    It prints nothing with --quiet.
     """
     with uncounted(total) if is_quiet() else clip_counter(total, done) as tell:
         yield lambda name: tell(terminal_text(name))

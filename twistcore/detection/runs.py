@@ -31,8 +31,9 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def overlapping(spans: Iterable[SomeSpan], apart: int = 0) -> list[list[SomeSpan]]:
-    """Group overlapping spans, sorted by start. `apart` is the smallest gap between groups,
-    frames.
+    """Group overlapping spans, sorted by start.
+
+    `apart` is the smallest gap between groups, frames.
     """
     groups: list[list[SomeSpan]] = []
     end = 0

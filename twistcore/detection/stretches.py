@@ -1,4 +1,4 @@
-"""Stretches: a joint jumps about its own bone and stays wrong until the next jump.
+"""Stretches: a joint turns suddenly about its own bone and is wrong until it turns back.
 
 For example, a foot may be upside down from a jump to the end of the clip. The jump alone is a lone
 jump. The rest of the clip shows which side of the jump is wrong: the roll about the joint's own

@@ -131,8 +131,9 @@ class _Clips:
             self._named[path.name].append(name)
 
     def of(self, session: Path, clip: str, sha256: str, folder: PurePath) -> str:
-        """Return the name of a session's clip in a subfolder. Raises TwistError if there is
-        none.
+        """Return the name of a session's clip in a subfolder.
+
+        Raises TwistError if there is none.
         """
         named = self._named.get(clip, [])
         same = [name for name in named if self._mark(name) == sha256]

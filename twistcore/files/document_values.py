@@ -40,8 +40,9 @@ _HALF = 100  # characters kept at each end of a text that is still too long
 
 
 def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
-    """Return the bytes of a file. Raises TwistError if it is unreadable or larger than `most`
-    bytes.
+    """Return the bytes of a file.
+
+    Raises TwistError if it is unreadable or larger than `most` bytes.
     """
     try:
         with open_to_read(path) as file:

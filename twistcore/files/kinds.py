@@ -124,7 +124,7 @@ def _film(head: bytes) -> FileKind | None:
 
 
 def _c3d(head: bytes) -> FileKind | None:
-    """Recognise a C3D: byte 2 is 0x50, and byte 1 is usually 2, the parameter block's number."""
+    """Recognise a C3D: byte 2 is 0x50, and byte 1, the parameter block's number, is usually 2."""
     if len(head) > 2 and head[1] == 0x50 and 2 <= head[0] < 0x20:
         return FileKind("a C3D file of markers", _SOLVE)
     return None

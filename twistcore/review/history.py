@@ -163,7 +163,7 @@ class Review:
         return self.state is self._saved
 
     def take_reasons(self, found: Iterable[Interval]) -> None:
-        """Add the evidence of equal detected intervals in every state, which is not a step."""
+        """Add the evidence of equal detected intervals in every state, without a new step."""
         change = with_reasons(found)
         self._saved = self._saved and change(self._saved)
         self._change_all(change)

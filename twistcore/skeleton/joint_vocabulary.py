@@ -169,8 +169,9 @@ def read_vocabulary(path: Path) -> Vocabulary:
 
 
 def read_words(path: Path) -> dict[str, Any]:
-    """Read and check a person's file of words. Raises the same errors as
-    :func:`read_vocabulary`.
+    """Read and check a person's file of words.
+
+    Raises the same errors as :func:`read_vocabulary`.
     """
     data = bytes_of(path)
     with saying(path):
@@ -208,7 +209,7 @@ def _place(data: bytes, at: tuple[str, ...]) -> str:
 
 
 def folded(word: str) -> str:
-    """Return a word in lower case, without accents and full-width letters."""
+    """Return a word in lower case, without accents, and with half-width letters."""
     if word.isascii():
         return word.lower()
     plain = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", word).casefold())
@@ -269,8 +270,9 @@ def _table(
 
 
 def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
-    """Return `check` applied to a table's value. Raises _WordsError with the position if it
-    fails.
+    """Return `check` applied to a table's value.
+
+    Raises _WordsError with the position if it fails.
     """
     try:
         return check(value, key)

@@ -54,7 +54,7 @@ class Limb(Chain):
         return self.grandchild
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return P and, unless it was carried along, E.
+        """Return P, and E unless E was carried along.
 
         A flip does not change C's own rotation.
         """

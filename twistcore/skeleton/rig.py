@@ -70,8 +70,9 @@ class OwnChain:
         return f"{self.joints[0]}-{self.joints[-1]}" if self.limb else self.joints[0]
 
     def made(self, motion: Motion) -> Chain:
-        """Return the chain or limb in a motion. Raises TwistError with the reason if that is
-        impossible.
+        """Return the chain or limb in a motion.
+
+        Raises TwistError with the reason if that is impossible.
         """
         if len(self.joints) not in ((3,) if self.limb else (2, 3)):
             number = "three" if self.limb else "two or three"

@@ -149,8 +149,9 @@ def _in_cell(name: str) -> str:
 
 
 def schema_of(path: Path) -> str:
-    """Return the schema of a JSON file. Raises TwistError if this program did not write the
-    file.
+    """Return the schema of a JSON file.
+
+    Raises TwistError if this program did not write the file.
     """
     with saying(path):
         return str(_document(path)["schema"])

@@ -325,7 +325,7 @@ def _carried_out(order: bytes) -> object:
 
 @contextlib.contextmanager
 def _watched(seconds: float) -> Iterator[None]:
-    """End this process after this much processor time, on systems without a signal for this."""
+    """End this process after some processor time, on systems without a signal for this purpose."""
     end, done = time.process_time() + seconds, threading.Event()
 
     def watch() -> None:

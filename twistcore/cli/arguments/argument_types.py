@@ -1,4 +1,4 @@
-"""Types of arguments, which check each value and reject a wrong one in one line."""
+"""Types of arguments. Each checks a value, and reports a wrong value in one line."""
 
 from __future__ import annotations
 

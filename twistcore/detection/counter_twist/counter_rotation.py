@@ -170,9 +170,7 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
-        """Return residuals and scales, without the effects of neighbours' errors from round two
-        on.
-        """
+        """Return residuals and scales; from round two on, without effects of neighbours' errors."""
         residual = wrap(self._captured - predicted)
         if turn >= 1 and len(self._limbs) > 1:
             self._undo_images(residual, predicted, sigma)

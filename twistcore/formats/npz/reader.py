@@ -196,7 +196,7 @@ def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "
 
 
 def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float:
-    """Return the seconds per frame from the file or else from the layout, or else for 30 fps."""
+    """Return the seconds per frame from the file, from the layout, or for 30 fps."""
     rate, whose = names.rate or (_ASSUMED_FPS, "")
     assumed = f"{rate:g} frames per second are assumed (set another rate with the commands' --fps)"
     if whose:

@@ -72,8 +72,9 @@ class PickledDict:
         return described_names(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array, which may be a list of plain numbers. Raises NpzError for anything
-        else.
+        """Return an array, which may be a list of plain numbers.
+
+        Raises NpzError for anything else.
         """
         found = self.names[name]
         numbers = isinstance(found, int | float | np.generic) or (

@@ -78,9 +78,9 @@ class BenchmarkRow:
 
 
 def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[BenchmarkRow]:
-    """Return the rows of each protocol, of all clips and then of audited ones, sorted.
+    """Return the rows of each protocol, first for all clips and then for audited ones.
 
-    They are sorted by side and segment.
+    The rows are sorted by side and segment.
     """
     minutes = summary.micros / MICRO / 60.0
     rows = []

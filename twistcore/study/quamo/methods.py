@@ -70,7 +70,7 @@ def hand_both_ways(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Ar
 
 
 def root_in_substeps(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Track with hand-tuned gains, the root in six Euler steps per frame [Le26 supplement F]."""
+    """Track with hand-tuned gains; the root moves in six Euler steps per frame [Le26 supp. F]."""
     q, _ = hand_method()(clip, q_hat, r_hat)
     return q, track_places(r_hat, NETWORK_DT, Gains(), _ROOT_SUBSTEPS)
 
