@@ -127,7 +127,7 @@ class TuningPanel(QWidget):
         self.tabs.addTab(self.curves, tr("Curves"))
         self.tabs.addTab(self.profiles, tr("Profiles"))
         self.tabs.addTab(self.suggestion, tr("Suggestion"))
-        self.verdicts = VerdictPage(self._document, self.evidence, colours)
+        self.verdicts = VerdictPage(self._document, self.evidence, self.costs, colours)
         self.verdicts.asked.connect(self._ask)
         self.verdicts.dropped.connect(self._drop)
         self.confidence = ConfidencePage(self._document, self.evidence, colours)

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QHeaderView, QStackedLayout, QWidget
 
 from inspector.language import of_core, plural, tr
 from inspector.session.document import Document
+from inspector.tuning.tau_costs import Costs
 from inspector.tuning.verdict_evidence import CLIP, Scope, VerdictEvidence
 from inspector.tuning.verdict_plots import PrecisionPlot
 from inspector.widgets.building import hbox, hint, tool_button, vbox
@@ -122,6 +123,8 @@ def _between(what: str, low: str, high: str) -> str:
 def needed_words(scope: Scope) -> str:
     """Return a sentence about the verdicts that a group needs before it can suggest τ."""
     errors, own = scope.curve.needed
+    if scope.curve.enough:
+        return of_core(scope.curve.one_sided_sentence)
     parts = []
     if errors and scope.chain:
         parts.append(
@@ -156,9 +159,12 @@ class VerdictPage(QWidget):
     asked = Signal(float, bool)  # degrees for the selected chain; True during a drag
     dropped = Signal()
 
-    def __init__(self, document: Document, evidence: VerdictEvidence, colours: Colours) -> None:
+    def __init__(
+        self, document: Document, evidence: VerdictEvidence, costs: Costs, colours: Colours
+    ) -> None:
         super().__init__()
         self._document, self._evidence, self._colours = document, evidence, colours
+        self._costs = costs
         self._scope = CLIP
         self._build()
         colours.changed.connect(self._show_scope)
@@ -225,6 +231,8 @@ class VerdictPage(QWidget):
         if scope.chain:
             own = suggestion_of(scope)
             return {scope.chain: own.tau} if own and scope.chain in names else {}
+        reviewed = {name for clip in scope.clips for name in clip.reviewed}
+        names = [name for name in names if name in reviewed]  # not beyond what was judged
         found = scope.found
         given = {name: found.tau(name) for name in names} if found else {}
         return {name: t for name, t in given.items() if t is not None}
@@ -274,10 +282,14 @@ class VerdictPage(QWidget):
             return
         suggestion = suggestion_of(scope)
         self.plot.show_curve(scope.curve, suggestion)
+        injected = self._costs.curves.get(self._document.chain)
+        self.plot.show_injected(injected)
         legend = [
             inked(tr("━ recall"), theme.after),
             inked(tr("━ precision"), theme.accepted),
         ]
+        if injected is not None:
+            legend.append(inked(tr("┄ FSR of injected errors"), theme.before))
         if self.width() >= NARROW:
             seen = math.degrees(scope.curve.reviewed)
             legend.append(inked(tr("╌ intervals are listed from {tau:.2f}°", tau=seen), theme.soft))

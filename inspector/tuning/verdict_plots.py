@@ -13,6 +13,7 @@ from inspector.widgets.axes import Axis
 from inspector.widgets.canvas import Canvas
 from inspector.widgets.theme import Colours, Theme, figures_font
 from twistcore.skeleton.rotation import Array
+from twistcore.tuning import TauCurve
 from twistcore.tuning.learned_confidence import Reliability
 from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve
 
@@ -25,12 +26,14 @@ _SMALLEST_DOT, _LARGEST_DOT = 5.0, 14.0  # pixels
 class PrecisionPlot(TauPlot):
     """Precision and recall over τ with confidence bands; a triangle marks the suggested τ.
 
+    A dotted curve shows the share of injected errors that is repaired, to compare it with recall.
     Precision is not drawn below the dashed line, because nothing was reviewed at such low τ.
     """
 
     def __init__(self, colours: Colours) -> None:
         super().__init__(PercentAxis("left"))
         self.recall, self.precision = pg.PlotCurveItem(), pg.PlotCurveItem()
+        self.injected = pg.PlotCurveItem()
         self._ends = [pg.PlotCurveItem() for _ in range(4)]
         self._bands = [pg.FillBetweenItem(*self._ends[k : k + 2]) for k in (0, 2)]
         self.mark = pg.ScatterPlotItem(symbol="t", size=11)
@@ -38,6 +41,7 @@ class PrecisionPlot(TauPlot):
         self.between.setZValue(-10)
         for item in (*self._ends, *self._bands, self.between, self.recall, self.precision):
             self.addItem(item)
+        self.addItem(self.injected)
         self.mark.setZValue(25)
         self.addItem(self.mark)
         self.view.setYRange(0.0, 100.0, padding=0.08)
@@ -52,11 +56,19 @@ class PrecisionPlot(TauPlot):
             self._bands[k].setBrush(_faint(colour, _ALPHA))
             for end in self._ends[2 * k : 2 * k + 2]:
                 end.setPen(pg.mkPen(_faint(colour, 2 * _ALPHA), width=0.8))
+        self.injected.setPen(pg.mkPen(theme.before, width=1.6, style=Qt.PenStyle.DotLine))
         self.mark.setBrush(pg.mkBrush(theme.accepted))
         self.mark.setPen(pg.mkPen(theme.surface, width=1.0))
         self.between.setBrush(_faint(theme.undecided, _ALPHA))
         for line in self.between.lines:
             line.setPen(pg.mkPen(None))
+
+    def show_injected(self, curve: TauCurve | None) -> None:
+        """Show the FSR of injected errors, or nothing if it is not measured."""
+        self.touch()
+        known = curve is not None and curve.errors
+        x, y = (np.log10(np.degrees(curve.tau)), curve.fsr) if curve and known else _NONE
+        self.injected.setData(x, _percent(np.asarray(y)))
 
     def show_curve(self, curve: VerdictCurve | None, suggestion: Suggestion | None) -> None:
         """Show the curve of a group of verdicts and its suggestion. None means no decisions yet."""

@@ -102,8 +102,31 @@ def test_an_alarm_costs_what_a_person_says_it_does():
 
 
 def test_below_the_tau_that_was_reviewed_at_nothing_is_suggested():
-    clips = folder([1.2] * 5 + [30.0] * 20, [], reviewed=4.0)
-    assert math.degrees(verdict_curve(clips).suggested().tau) >= 4.0
+    clips = folder([1.2] * 5 + [30.0] * 20, [4.5] * 60, reviewed=4.0)
+    assert math.degrees(verdict_curve(clips).suggested().tau) >= 4.5
+
+
+def test_a_suggestion_does_not_go_beyond_what_was_judged():
+    """Eleven large errors, judged first of many: they do not say that small ones do not matter."""
+    curve = verdict_curve(folder([40.0 + k for k in range(11)], [], reviewed=30.0))
+    assert curve.enough
+    assert curve.suggested() is None
+    assert numbers(curve.one_sided_sentence) == pytest.approx([30.0, 40.0], abs=1.0)
+    shared = common_tau(folder([40.0 + k for k in range(11)], [], reviewed=30.0))
+    assert shared.common is None
+    # Rejected intervals below the errors do.
+    justified = verdict_curve(folder([40.0] * 20, [32.0] * 60, reviewed=30.0)).suggested()
+    assert 32.0 <= math.degrees(justified.tau) <= 40.0
+
+
+def test_a_suggestion_names_the_smallest_error_and_all_that_costs_the_same():
+    clips = folder(np.linspace(40.0, 60.0, 20), [5.0] * 20, reviewed=1.5)
+    suggestion = verdict_curve(clips).suggested(price=1.0)
+    assert math.degrees(suggestion.least) == pytest.approx(40.0)
+    assert math.degrees(suggestion.low) == pytest.approx(5.0, rel=0.12)
+    assert math.degrees(suggestion.high) == pytest.approx(40.0, rel=0.12)
+    last = list(common_tau(clips, price=1.0).words())[-1]
+    assert numbers(last)[0] == 40.0
 
 
 def test_few_errors_suggest_nothing_and_more_verdicts_make_it_surer():

@@ -30,7 +30,7 @@ from twistcore.tuning.cost_words import fsr_words
 from twistcore.tuning.folder_sessions import FolderSessions, sessions_in
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
-from twistcore.tuning.verdict_curve import ENOUGH_ERRORS
+from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, verdict_curve
 from twistcore.tuning.verdicts_of import JudgedClip, count_verdicts, judged_in
 from twistcore.work.processes import each, reason
 
@@ -295,6 +295,9 @@ def _tell(
     """Write and print the profile. Raises TwistError if there are too few decisions."""
     found = common_tau(clips, *_wanted(arguments), seed=0)
     errors, natural = count_verdicts(clips)
+    curve = verdict_curve(clips)
+    if found.common is None and curve.enough:
+        raise TwistError(f"{arguments.source}: {curve.one_sided_sentence}")
     if found.common is None:
         raise TwistError(
             f"{arguments.source}: expected at least {ENOUGH_ERRORS} accepted intervals to learn "

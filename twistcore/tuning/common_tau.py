@@ -52,6 +52,16 @@ class CommonTau:
                 return c.own.tau
         return self.common.tau if self.common else None
 
+    def limits_sentence(self) -> str:
+        """Return a sentence about the smallest accepted error and the range of τ, or ''."""
+        if self.common is None or math.isnan(self.common.least):
+            return ""
+        low, high, least = map(math.degrees, (self.common.low, self.common.high, self.common.least))
+        return (
+            f"The smallest accepted error is {least:.1f}°; any τ from {low:.2f} to {high:.2f}° "
+            "may be as good."
+        )
+
     def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
         """Yield sentences that say whether one τ is enough, and why a chain needs its own τ.
 
@@ -83,6 +93,8 @@ class CommonTau:
             yield f"{said} {rest}" if few else said
         for c in own:
             yield self._why(c, label(c.chain))
+        if limits := self.limits_sentence():
+            yield limits
 
     def _why(self, chain: ChainTau, name: str) -> str:
         assert self.common is not None

@@ -21,6 +21,7 @@ ENOUGH_OWN = 5  # minimum of verdicts on a chain, which uses the errors of the o
 BORROWED = 10.0  # number of its own errors that equals the errors of all other chains
 FEW_CLIPS = 5  # with fewer clips, verdicts are resampled instead
 DRAWS = 400
+_SAME = 1e-9  # share by which two τ may differ
 
 
 def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
@@ -36,11 +37,16 @@ def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """A suggested τ in radians; 90 % of the resampled suggestions are from `low` to `high`."""
+    """A suggested τ in radians.
+
+    Between `low` and `high`, τ costs the same, or 90 % of the resampled suggestions lie there.
+    `least` is the smallest accepted error, NaN if none was accepted.
+    """
 
     tau: float
     low: float
     high: float
+    least: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +68,10 @@ class VerdictCurve:
     reviewed
         The τ in radians from which intervals were listed, as the median of chains and clips.
     others
-        Recall of other chains' errors, shape (n,), and the number of these errors, which is 0 for a
-        curve of all chains.
+        Recall of the errors of other chains, shape (n,), and their number, which is 0 for a curve
+        of all chains.
+    least
+        The size of the smallest accepted error in radians, NaN if there is none.
     """
 
     tau: Array
@@ -74,6 +82,7 @@ class VerdictCurve:
     clips: float
     reviewed: float
     others: tuple[Array, int] = (np.zeros(0), 0)
+    least: float = math.nan
 
     @property
     def counts(self) -> tuple[int, int]:
@@ -144,12 +153,12 @@ class VerdictCurve:
         chosen, but never one below the median τ of the review, since the number of alarms below it
         is hardly known.
         """
-        usable = self.tau >= self.reviewed * (1 - 1e-9)
+        usable = self.tau >= self.reviewed * (1 - _SAME)
         if not usable.any():
             return np.full(len(cost), len(self.tau) - 1)
         cost = np.where(usable, cost, np.inf)
         good = cost <= cost.min(axis=1, keepdims=True) + LOSS_ALLOWED
-        modest = good & (self.tau <= smallest * (1 + 1e-9))
+        modest = good & (self.tau <= smallest * (1 + _SAME))
         last = len(self.tau) - 1 - modest[:, ::-1].argmax(axis=1)
         return np.asarray(np.where(modest.any(axis=1), last, good.argmax(axis=1)))
 
@@ -161,16 +170,52 @@ class VerdictCurve:
         draws: int = DRAWS,
         seed: int = 0,
     ) -> Suggestion | None:
-        """Return the τ that the verdicts suggest, with its uncertainty, or None if they are too
-        few.
+        """Return the τ that the verdicts suggest, with its uncertainty.
+
+        Returns None if there are too few verdicts, or if they are one-sided (see
+        :meth:`is_one_sided`).
         """
-        if not self.enough:
+        if not self.enough or self.is_one_sided(price, smallest):
             return None
-        place = self.best(self.cost(price), smallest)[0]
+        cost = self.cost(price)
+        place = int(self.best(cost, smallest)[0])
         drawn = self.best(self.cost(price, self.draw(draws, seed)), smallest)
         low, high = np.quantile(self.tau[drawn], [0.5 - LEVEL / 2, 0.5 + LEVEL / 2])
-        tau = float(self.tau[place])
-        return Suggestion(tau, min(float(low), tau), max(float(high), tau))
+        first, last = self._plateau(cost[0], place)
+        low, high = min(float(low), first), max(float(high), last)
+        return Suggestion(float(self.tau[place]), low, high, self.least)
+
+    def is_one_sided(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> bool:
+        """True if only strong intervals were judged, and τ above these would gain nothing.
+
+        Errors between the smallest size to find and the weakest judged interval are unknown then,
+        so such verdicts do not justify a τ that would miss them.
+        """
+        if self.reviewed <= smallest * (1 + _SAME):
+            return False
+        usable = self.tau >= self.reviewed * (1 - _SAME)
+        cost = self.cost(price)[0]
+        return not usable.any() or bool(cost[usable][0] <= cost[usable].min() + LOSS_ALLOWED)
+
+    @property
+    def one_sided_sentence(self) -> str:
+        """A sentence that explains why one-sided verdicts suggest no τ."""
+        return (
+            f"Nothing below {math.degrees(self.reviewed):.2f}° was judged, and the smallest "
+            f"accepted error is {math.degrees(self.least):.1f}°. Judge weaker intervals, too, "
+            "because these verdicts do not justify a larger τ."
+        )
+
+    def _plateau(self, cost: Array, place: int) -> tuple[float, float]:
+        """Return the range of τ in radians around `place` that costs the same, where reviewed."""
+        same = (np.abs(cost - cost[place]) <= LOSS_ALLOWED) & (
+            self.tau >= self.reviewed * (1 - _SAME)
+        )
+        same[place] = True
+        other = np.flatnonzero(~same)
+        first = int(other[other < place].max(initial=-1)) + 1
+        last = int(other[other > place].min(initial=len(cost))) - 1
+        return float(self.tau[first]), float(self.tau[last])
 
     def draw(self, draws: int, seed: int) -> Array:
         """Return the number of times that each row occurs in samples with replacement, (draws,
@@ -215,7 +260,9 @@ def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> Verd
     reviewed = float(np.median(seen)) if seen else math.inf
     reviewed_chains = sum(clip.reviewed_chains for clip in clips)
     length = max(sum(clip.minutes * clip.reviewed_chains for clip in clips), reviewed_chains)
-    return VerdictCurve(GRID, errors, natural, found, alarms, length, reviewed, others)
+    least = min((v.size for clip in clips for v in clip.verdicts if v.error), default=math.nan)
+    counts = errors, natural, found, alarms
+    return VerdictCurve(GRID, *counts, length, reviewed, others, least)
 
 
 def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
