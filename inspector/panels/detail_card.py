@@ -130,6 +130,7 @@ class DetailCard(QWidget):
         self.several = Caption()
         self.several.hide()
         head = hbox((self.title, 1), self.end)
+        head.addStrut(self.end.sizeHint().height())  # so that the rows below do not move
         self._text = vbox((self.why, 1), self._link)
         vbox(self.several, head, self._text, form, buttons, owner=self)
         self.set_low(False)
@@ -249,8 +250,6 @@ class DetailCard(QWidget):
         """Show the button that opens the quality tab, but only for faults of the capture."""
         fault = kind is not None and kind.of_capture
         self._link.setVisible(fault)
-        below = kind is not None and kind.info.below
-        self.end.keep_room(below or not fault)  # without it, the heading may be longer
         if kind == Kind.NOISE_BURST:
             self.to_quality.setText(_SMOOTH)
             self.to_quality.setToolTip(

@@ -38,13 +38,6 @@ class EndChoice(QWidget):
             button.clicked.connect(self._clicked)
         self._carried = False
         hbox(self.name, 4, *self.choices.values(), owner=self, margins=(0, 0, 0, 0), spacing=0)
-        self.keep_room(True)  # keeps the rows below in position
-
-    def keep_room(self, keep: bool) -> None:
-        """Set whether the space of the widget stays reserved while it is hidden."""
-        policy = self.sizePolicy()
-        policy.setRetainSizeWhenHidden(keep)
-        self.setSizePolicy(policy)
 
     def show_end(self, word: str, carried: bool) -> None:
         """Show whether a 'foot', a 'hand' or the 'next joint' turned along."""

@@ -40,7 +40,7 @@ from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
 
 _ROOM, _ROOM_LOW = 8, 3  # pixels of a row in addition to its text
-_WITH_COUNT = 430  # pixels; in a narrower list, only the status bar shows the count
+_WITH_COUNT = 480  # pixels: in a narrower list only the status bar shows the count
 _EVERYTHING = IntervalFilter()
 _FOLDING = {"Right": True, "Left": False}
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from PySide6.QtCore import QSignalBlocker, Qt
+from PySide6.QtCore import QSignalBlocker, QSize, Qt
 from PySide6.QtGui import QAction, QResizeEvent
-from PySide6.QtWidgets import QComboBox, QLabel, QSizePolicy, QSlider, QSpinBox, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QSlider, QSpinBox, QWidget
 
 from inspector.language import tr, tr_as
 from inspector.session.document import Document
@@ -14,6 +14,8 @@ from inspector.session.open_clip import Show
 from inspector.session.player import SPEEDS, Player
 from inspector.widgets.building import hbox, tool_button, vbox
 
+_MARGIN = 8  # pixels on the left and on the right
+_LEAST_SLIDER = 200  # pixels; with less the slider gets a row of its own
 _PLAY, _PAUSE = tr_as("button", "Play"), tr_as("button", "Pause")
 _SHOWN = {
     Show.BEFORE: tr_as("in the 3D view", "Before"),
@@ -48,7 +50,7 @@ class Transport(QWidget):
         self.frame.setAccessibleName(tr("Frame"))
         self.time = QLabel()
         self._time_width = self.fontMetrics().horizontalAdvance("000.000 / 000.00 s") + 8
-        self.time.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.time.setMinimumWidth(self._time_width)
         self.speed = QComboBox()
         self.speed.addItems([f"{s:g}×" for s in SPEEDS])
         self.speed.setToolTip(tr("Speed (J slower, K real time, L faster)"))
@@ -59,8 +61,11 @@ class Transport(QWidget):
         self.show_box.setAccessibleName(tr("What the 3D view shows"))
         for box in (self.speed, self.show_box):
             box.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        below = hbox(*buttons, self.frame, (self.time, 1), self.speed, self.show_box)
-        vbox(self.slider, below, owner=self, margins=(8, 4, 8, 4), spacing=2)
+        self._row = hbox(*buttons, self.frame, self.time, None, self.speed, self.show_box)
+        self._rows = vbox(
+            self.slider, self._row, owner=self, margins=(_MARGIN, 2, _MARGIN, 2), spacing=2
+        )
+        self._in_row = False  # True: the slider is in the row of the buttons
         self.slider.valueChanged.connect(document.go_to)
         self.frame.valueChanged.connect(lambda f: document.go_to(f - document.first_frame))
         document.numbering_changed.connect(self._opened)
@@ -75,9 +80,35 @@ class Transport(QWidget):
         self._player_changed()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide the time in a narrow window, because the curves also show it."""
+        """In a narrow window, hide the time, because the curves show it as well. In a very narrow
+        one, give the slider a row of its own.
+        """
         super().resizeEvent(event)
-        self._frame_changed(self._document.frame)
+        room = self.width() - self._least_width()
+        fits = room >= _LEAST_SLIDER
+        if fits != self._in_row:
+            self._place_slider(in_row=fits)
+        self.time.setVisible(room >= _LEAST_SLIDER + self._time_width)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the size without the time, and with the slider in a row of its own."""
+        return QSize(self._least_width(), super().minimumSizeHint().height())
+
+    def _least_width(self) -> int:
+        """Return the width in pixels that everything needs except the time and the slider."""
+        fixed = *self._buttons, self.frame, self.speed, self.show_box
+        gaps = 2 * _MARGIN + self._row.spacing() * (len(fixed) + 1)
+        return gaps + sum(max(p.minimumSizeHint().width(), p.minimumWidth()) for p in fixed)
+
+    def _place_slider(self, *, in_row: bool) -> None:
+        self._in_row = in_row
+        (self._rows if in_row else self._row).removeWidget(self.slider)
+        if in_row:
+            self._row.insertWidget(self._row.indexOf(self.speed), self.slider, 1)
+        else:
+            self._rows.insertWidget(0, self.slider)
+        gap = self._row.indexOf(self.time) + 1
+        self._row.setStretch(gap, int(not in_row))
 
     def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
         """Return the widgets that show the frame, each with its value for the first frame."""
@@ -97,8 +128,7 @@ class Transport(QWidget):
         for widget, first in self._counted():
             with QSignalBlocker(widget):
                 widget.setValue(frame + first)
-        room = self.width() - self.minimumSizeHint().width()
-        if (data := self._document.data) and room >= self._time_width:
+        if data := self._document.data:
             seconds = frame * data.motion.frame_time
             total = data.motion.frames * data.motion.frame_time
             self.time.setText(f"{seconds:.3f} / {total:.2f} s")

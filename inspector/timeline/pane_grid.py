@@ -12,7 +12,8 @@ from inspector.timeline.pane import Pane
 from inspector.timeline.plot import Plot
 from inspector.widgets.building import hint
 
-_ROW, _COLUMN = 88, 440  # minimum height of a readable pane, in pixels
+_ROW, _COLUMN = 88, 440  # pixels that a pane needs to be readable
+_NARROW = 280  # pixels of the width of two panes, if there is no room for two others
 
 
 class PaneGrid(QStackedWidget):
@@ -105,6 +106,8 @@ class PaneGrid(QStackedWidget):
         scale = max((pane.scenery.scale for pane in self._panes.values()), default=1.0)
         rows = max(1, int(self.height() / (_ROW * scale)))
         most = max(1, int(self.width() / (_COLUMN * scale)))
+        if rows * most == 1 and self.width() >= 2 * _NARROW * scale:
+            most = 2  # the angles and the strength belong together
         kept = [k for k in self._kept if k in wanted][: rows * most]
         shown = [k for k in wanted if k in kept]
         columns = max(1, -(-len(shown) // rows))

@@ -174,7 +174,7 @@ _STYLE = """
 QLabel[textFormat="AutoText"] {{ qproperty-textFormat: PlainText; }}
 * {{ dialogbuttonbox-buttons-have-icons: 0; }}
 QDockWidget {{ font-weight: 600; }}
-QDockWidget::title {{ background: {window}; padding: 6px 8px; }}
+QDockWidget::title {{ background: {window}; padding: 3px 8px; }}
 QDockWidget > QWidget {{ font-weight: 400; }}
 QMainWindow::separator {{ background: {line}; width: 3px; height: 3px; }}
 QMainWindow::separator:hover {{ background: {accent}; }}
@@ -183,7 +183,7 @@ QHeaderView::section {{ background: {raised}; color: {soft}; border: 0;
 QTableView {{ gridline-color: transparent; border: 1px solid {line};
   selection-background-color: {accent}; selection-color: {on_accent}; }}
 QToolBar {{ background: {window}; border: 0; border-bottom: 1px solid {line};
-  spacing: 2px; padding: 3px 6px; }}
+  spacing: 2px; padding: 0; }}
 QToolBar QToolButton {{ padding: 3px 5px; border: 1px solid transparent; border-radius: 4px; }}
 QToolBar QToolButton:hover:enabled {{ background: {raised}; border-color: {edge}; }}
 QToolBar QToolButton:pressed {{ background: {line}; }}

@@ -67,5 +67,5 @@ feature = Feature(
     "chains",
     Chains,
     rows=(MenuRows("Chains", _ROWS),),
-    panels=(DockPanel("chains", tr("Chains"), Area.LeftDockWidgetArea, lambda p: p.chains),),
+    panels=(DockPanel("chains", tr("Chains"), Area.RightDockWidgetArea, lambda p: p.chains),),
 )

@@ -11,9 +11,8 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
 _LOW = 640  # pixels of a window's height
 _STYLE = """
 QDockWidget::title { padding: 2px 8px; }
-QToolBar { padding: 0 6px; }
 QToolBar QToolButton { padding: 1px 5px; }
-QTabBar::tab { padding: 2px 11px; }
+QTabBar::tab { padding: 2px 7px; }
 QHeaderView::section { padding: 2px 4px; }
 """
 _REASONS = "title_away"  # a dock's property with the parts that hide its title

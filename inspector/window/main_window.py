@@ -6,7 +6,7 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QEvent
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import (
     QCloseEvent,
     QDragEnterEvent,
@@ -99,6 +99,8 @@ class MainWindow(Parts):
                 setattr(self, name, built)
 
     def _build_docks(self) -> None:
+        # The column on the right is as high as the window; the curves are below the figure only.
+        self.setCorner(Qt.Corner.BottomRightCorner, Area.RightDockWidgetArea)
         self._dock("curves", tr("Curves"), self.timeline, Area.BottomDockWidgetArea)
         for feature, panel in panels():
             content = panel.content(self.part(feature))

@@ -62,7 +62,13 @@ feature = Feature(
     "review",
     Reviewing,
     panels=(
-        DockPanel("intervals", tr("Intervals"), Area.RightDockWidgetArea, Reviewing.content),
+        DockPanel(
+            "intervals",
+            tr("Intervals"),
+            Area.RightDockWidgetArea,
+            Reviewing.content,
+            before="chains",
+        ),
         DockPanel(
             "history", tr("History"), Area.RightDockWidgetArea, lambda p: p.history, tab=True
         ),

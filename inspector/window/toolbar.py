@@ -16,6 +16,7 @@ from inspector.window.actions import Menus, rows
 # In a narrow window these lose their words: first the usual actions of programs, then the views.
 _SPARED: tuple[tuple[int, ...], ...] = ((), (1,), (1, 2))
 _Word = Qt.ToolButtonStyle
+_MARGIN = 2  # pixels around the buttons; the style has more
 
 
 class ToolBar(QToolBar):
@@ -54,8 +55,10 @@ class ToolBar(QToolBar):
             self._fit()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Adapt the number of words to a new font."""
+        """Adapt the number of words to a new font, and keep the margins in a new style."""
         super().changeEvent(event)
+        if event.type() == QEvent.Type.StyleChange and (layout := self.layout()) is not None:
+            layout.setContentsMargins(*4 * (_MARGIN,))
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange) and self._fitted:
             self._fit()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 from PySide6.QtCore import QByteArray, QEvent, QObject, QPoint, QRect, Qt, QTimer
@@ -10,19 +11,50 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QWidget
 
 from inspector.window.low_window import Compact, LowWindow
 
-# Chains, intervals, curves: maximum pixels, and shares of a small window's size.
-_MOST = 350, 545, 330
-_SHARES = 0.25, 0.38, 0.35
-_LOW_SHARES = 0.25, 0.38, 0.27  # shares in a low window
-# With a large font, the lines above the curves take some of the curves' height.
+
+@dataclass(frozen=True)
+class _Size:
+    """The initial size of a panel: a share of the window's size, within limits.
+
+    Attributes
+    ----------
+    share, largest
+        Shares of the window's width or height: the usual share, and the largest share.
+    least, most
+        Limits in pixels. In a small window, `largest` comes before `least`.
+    """
+
+    share: float
+    least: int
+    most: int
+    largest: float
+
+    def of(self, whole: int) -> int:
+        """Return the size in pixels in a window of this width or height."""
+        return round(min(max(self.share * whole, self.least), self.most, self.largest * whole))
+
+
+# The column with the lists and the card is as wide as the card needs; its chains are scrolled. The
+# curves are as high as two rows of plots. The figure takes the rest.
+_COLUMN = _Size(share=0.31, least=390, most=500, largest=0.38)
+_CHAINS = _Size(share=0.29, least=0, most=340, largest=0.29)
+_CURVES = _Size(share=0.3, least=236, most=330, largest=0.34)
+_LOW_CURVES = 0.27  # share of a low window's height
+# With a large font the lines above the curves take some of the curves' height.
 _USUAL_LINE, _LINES_ABOVE = 14, 14  # pixels of a line; lines of menus, titles, tabs and so on
 _SIZE = (1440, 900)  # size of the first window, if the screen is large enough
 _FRAME = (12, 40)  # pixels for borders and a title bar
-_STATE_VERSION = 2
+_SIZED = (  # docks and the direction of the size that is set
+    ("intervals", Qt.Orientation.Horizontal),
+    ("chains", Qt.Orientation.Vertical),
+    ("curves", Qt.Orientation.Vertical),
+)
+_STATE_VERSION = 3
 _LEEWAY = 3  # pixels by which a layout may be rounded
-# Usable sizes of restored panels: minimum pixels, and largest shares of the window's size.
-_LEAST = 120, 240, 110
-_LARGEST = 0.35, 0.5, 0.6
+# Usable sizes of restored panels, in the order of `_sizes`: pixels at least, and largest shares of
+# the window's size.
+_LEAST = 240, 70, 110
+_LARGEST = 0.5, 0.5, 0.6
 
 
 def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
@@ -132,11 +164,10 @@ class UsualLayout(QObject):
 
     def _make_usable(self) -> None:
         """Clamp the sizes of restored panels, which may come from another screen."""
-        window, names = self._window, ("chains", "intervals", "curves")
-        wholes = window.width(), window.width(), window.height()
-        ways = Qt.Orientation.Horizontal, Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        limits = zip(names, self._sizes(), _LEAST, _LARGEST, wholes, ways, strict=True)
-        for name, size, least, share, whole, way in limits:
+        window = self._window
+        wholes = window.width(), window.height(), window.height()
+        limits = zip(_SIZED, self._sizes(), _LEAST, _LARGEST, wholes, strict=True)
+        for (name, way), size, least, share, whole in limits:
             dock = self._docks[name]
             most = max(round(share * whole), least)
             if not (least <= size <= most or dock.isFloating() or dock.isHidden()):
@@ -156,12 +187,16 @@ class UsualLayout(QObject):
 
     def fit(self) -> None:
         """Give the panels the sizes that suit the current size of the window."""
-        window, docks = self._window, self._docks
         self._low.follow()
-        left, right, curves = self._fitting()
+        window, docks = self._window, self._docks
         across, upright = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
-        window.resizeDocks([docks["chains"], docks["intervals"]], [left, right], across)
+        column, chains, curves = self._fitting()
+        window.resizeDocks([docks["intervals"]], [column], across)
         window.resizeDocks([docks["curves"]], [curves], upright)
+        # Qt would divide the rest of the column between both if one of the heights were missing.
+        parts = [docks["intervals"], docks["chains"]]
+        rest = parts[1].geometry().bottom() - parts[0].geometry().top() - chains
+        window.resizeDocks(parts, [max(rest, 0), chains], upright)
 
     def follow(self) -> None:
         """Adapt the panels to a new size of the window, unless the user has set their sizes."""
@@ -177,19 +212,21 @@ class UsualLayout(QObject):
         self.fit()
 
     def _fitting(self) -> tuple[int, ...]:
+        """Return the sizes that suit the window, in the order of `_sizes`."""
         wide, high = self._window.width(), self._window.height()
-        shares = _LOW_SHARES if self._low.low else _SHARES
-        sizes = zip(_MOST, shares, (wide, wide, high), strict=True)
-        left, right, curves = (min(most, round(share * all_)) for most, share, all_ in sizes)
+        least = round(_LOW_CURVES * high)
+        curves = least if self._low.low else _CURVES.of(high)
         higher = max(self._window.fontMetrics().height() - _USUAL_LINE, 0)
-        least = min(curves, round(_LOW_SHARES[2] * high))
-        return left, right, max(curves - _LINES_ABOVE * higher, least)
+        curves = max(curves - _LINES_ABOVE * higher, min(curves, least))
+        return _COLUMN.of(wide), _CHAINS.of(high), curves
 
     @property
     def _complete(self) -> bool:
-        """True if no panel is hidden, unlike during a presentation."""
-        return not any(self._docks[name].isHidden() for name in ("chains", "intervals", "curves"))
+        """True if no panel is hidden, as it is during a presentation."""
+        return not any(self._docks[name].isHidden() for name, _ in _SIZED)
 
     def _sizes(self) -> tuple[int, ...]:
+        """Return the width of the column, the height of the chains and the height of the curves."""
         docks = self._docks
-        return docks["chains"].width(), docks["intervals"].width(), docks["curves"].height()
+        across = Qt.Orientation.Horizontal
+        return tuple(docks[n].width() if way == across else docks[n].height() for n, way in _SIZED)

@@ -155,6 +155,28 @@ def test_a_low_window_lists_four_intervals_above_a_whole_card(qtbot, show_window
     assert not card.why.label.toolTip()
 
 
+@pytest.mark.parametrize(("size", "share"), [((1440, 900), 0.35), ((1024, 700), 0.28)], ids=str)
+def test_the_figure_has_a_large_share_of_the_window(qtbot, show_window, tmp_path, size, share):
+    window = show_window(Settings())
+    resize(qtbot, window, size)
+    open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
+    act(window, "next_interval")
+    figure, area = window.viewport.view, window.docks["intervals"].widget()
+    wanted = share * window.width() * window.height()
+    qtbot.waitUntil(lambda: figure.width() * figure.height() >= wanted)
+    # What is needed for a decision is seen as well.
+    qtbot.waitUntil(lambda: rows_seen(window.intervals.table) >= 4)
+    card, transport = window.detail, window.transport
+    for part in (card.title, card.why, card.start, card.note, *card.buttons.values()):
+        assert whole(part, area), part
+    assert not area.verticalScrollBar().isVisible()
+    assert {"theta", "strength"} <= set(window.timeline.grid.shown)
+    for part in (transport, transport.slider, window.tools, window.chains.table):
+        assert part.isVisible()
+        assert not part.visibleRegion().isEmpty()
+    assert (window.width(), window.height()) == size, "the window has grown"
+
+
 def titles(window):
     return {name for name, dock in window.docks.items() if dock.titleBarWidget() is None}
 
