@@ -412,7 +412,7 @@ def _frames(judged: Judged) -> tuple[str, int, int]:
 
 
 def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
-    """Return the ids of intervals, not rejected, that overlap in a chain so that offsets add up."""
+    """Return the ids of intervals that overlap another one of their chain and are not rejected."""
     out: set[int] = set()
     reach: Judged | None = None  # the previous interval that reaches furthest
     wanted = (j for j in intervals if j.decision != Decision.REJECTED and j.interval.repairable)

@@ -224,7 +224,7 @@ class LimbFlipAnalysis:
     limbs: Mapping[str, LimbFlips]
 
     def automatic_tau(self, limb: str) -> float:
-        """Return the automatic τ in radians, for the departure of the limb's turn in one frame."""
+        """Return the automatic τ in radians, which a turn's departure in one frame must reach."""
         del limb
         return TAU
 

@@ -163,7 +163,7 @@ class _Descent:
         return False
 
     def is_done(self) -> bool:
-        """True if the fit has ended at the last widening. If not, the next widening may begin."""
+        """True if the fit has ended at the last widening; at an earlier one, begin the next."""
         if self.ended and self.wider > 1.0:
             self.wider = max(1.0, self.wider / NARROWER)
             self._begin()
