@@ -40,6 +40,7 @@ def bare_project(tmp_path, monkeypatch):
     monkeypatch.setattr(places, "ROOT", tmp_path)
     monkeypatch.setattr(places, "STAMP", tmp_path / ".venv/stamp")
     monkeypatch.setattr(places, "PYTHON", Path(sys.executable))
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # pytest starts in half the time
     return tmp_path
 
 
@@ -234,10 +235,10 @@ def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
     assert "python3 dev.py test --all" in told[1]
     assert told[-1] == "3 passed, 0 failed, 0 skipped"
     assert "tests/gui/test_falls.py" in told[-2]
+    monkeypatch.setattr(all_tests, "parent_of_tests", contextlib.nullcontext)  # as where none forks
     assert dev.command_test(["--all"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "4 passed, 0 failed, 0 skipped"
 
-    monkeypatch.setattr(all_tests, "parent_of_tests", contextlib.nullcontext)  # as where none forks
     (gui / "test_falls.py").write_text("import os\ndef test_b(): os.abort()\n")
     (gui / "test_wrong.py").write_text(
         "def test_c():\n    assert not 'c',\\\n        'why\\nmore'\n"

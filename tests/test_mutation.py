@@ -40,6 +40,7 @@ def test_nothing():
 def mutation(folder, *options):
     (folder / "small.py").write_text(MODULE)
     (folder / "test_small.py").write_text(TESTS)
+    path = os.pathsep.join([str(ROOT), *sys.path[1:], str(folder)])
     return subprocess.run(
         [
             sys.executable,
@@ -47,7 +48,7 @@ def mutation(folder, *options):
             *options,
         ],
         cwd=folder,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path[1:], str(folder)])},
+        env=os.environ | {"PYTHONPATH": path, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"},
         capture_output=True,
         text=True,
         timeout=600,
