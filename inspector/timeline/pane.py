@@ -28,7 +28,6 @@ _HEADROOM = {True: 0.14, False: 0.07}  # share above the curves; True with glyph
 _SMOOTH = 4_000  # maximum number of visible frames with antialiased lines
 _NO_SEAMS = np.zeros(0, dtype=np.int64)
 _LIT_WIDTH = 3.0
-_LEAST_PART = 10.0  # smallest range of a part of the values
 
 
 @dataclass(frozen=True)
@@ -52,6 +51,7 @@ class Pane(Canvas):
     """A plot with curves, whose values are set from outside."""
 
     enlarged = Signal()  # show this plot alone, or all again
+    least_part = 10.0  # least range of a part of the values
 
     def __init__(
         self,
@@ -208,7 +208,7 @@ class Pane(Canvas):
         if not len(seen):
             return
         low, high = float(seen.min()), float(seen.max())
-        spare = 0.5 * max(0.0, _LEAST_PART - (high - low))
+        spare = 0.5 * max(0.0, self.least_part - (high - low))
         low, high = low - spare, high + spare
         span = high - low
         low, high = low - 0.07 * span, high + self._headroom * span

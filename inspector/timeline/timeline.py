@@ -251,6 +251,8 @@ class Timeline(QWidget):
         scenery.selected = document.interval_id
         if everything:
             self._load_chain()
+        elif self._curves is not None:
+            self._choose_plots(self._curves)
         if self._curves is not None:
             state = document.review.state
             scenery.set_intervals(state.of_chain(document.chain))
@@ -288,16 +290,21 @@ class Timeline(QWidget):
         scenery.unreliable = curves.unreliable
         scenery.unreliable_words = curves.unreliable_words
         scenery.unreliable_hint = curves.unreliable_hint
-        words = {key: plot.axis(curves) for key, plot in self.plots.items()}
-        self._applicable = [key for key, axis in words.items() if axis]
-        self.grid.show_panes(self._applicable)
-        for key, pane in self.panes.items():
+        self._choose_plots(curves)
+        for pane in self.panes.values():
             pane.colour()
-            pane.front.values = words[key]
             pane.time.forget_zoom()
         for key in self._applicable:
             self.plots[key].draw_clip(curves, self.panes[key])
         self._show_range()
+
+    def _choose_plots(self, curves: Curves) -> None:
+        """Show the plots that apply to the selected chain and interval."""
+        words = {key: plot.axis(curves) for key, plot in self.plots.items()}
+        for key, pane in self.panes.items():
+            pane.front.values = words[key]
+        self._applicable = [key for key, axis in words.items() if axis]
+        self.grid.show_panes(self._applicable)
 
     def _show_overview(self) -> None:
         document = self.document

@@ -8,19 +8,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import pyqtgraph as pg
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPen
-from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
 from inspector.language import tr
 from inspector.timeline.curves import Curves, in_degrees
-from inspector.timeline.layers import Layer, Scenery
+from inspector.timeline.dots import Dots
+from inspector.timeline.layers import Scenery
 from inspector.timeline.pane import Pane
 from inspector.timeline.plot import Plot
 from inspector.widgets.axes import root_scale
 
-_DOT, _RING = 4.0, 6.5  # radii in pixels; a dot and a ring at the same point are both visible
 _SPARE = 0.12  # margin around a dot outside the range, as a share of the range
 
 
@@ -35,7 +31,7 @@ class WhatIfDots:
         """
         self._plots = {key: plot for key, plot in plots.items() if plot.dots}
         self._panes = {key: panes[key] for key in self._plots}
-        self.layers = {key: _Dots(pane.view, scenery) for key, pane in self._panes.items()}
+        self.layers = {key: Dots(pane.view, scenery) for key, pane in self._panes.items()}
         self._values: dict[str, float] = {}
 
     def show(self, curves: Curves | None, frame: int, values: Mapping[str, float]) -> None:
@@ -61,7 +57,7 @@ class WhatIfDots:
                 parts.append((f"  {first} {symbol} {'○' if ring else '●'} {angle}", "after"))
         return parts
 
-    def _place(self, pane: Pane, layer: _Dots, frame: int, dots: list[tuple[float, bool]]) -> None:
+    def _place(self, pane: Pane, layer: Dots, frame: int, dots: list[tuple[float, bool]]) -> None:
         if (frame, dots) == (layer.frame, layer.dots):
             return
         layer.mark(pane)
@@ -69,43 +65,3 @@ class WhatIfDots:
         layer.mark(pane)
         heights = [height for height, _ in dots]
         pane.time.include((min(heights), max(heights)) if heights else None, _SPARE)
-
-
-class _Dots(Layer):
-    """The dots of one plot, at heights in the plot's own values."""
-
-    def __init__(self, view: pg.ViewBox, scenery: Scenery) -> None:
-        super().__init__(view, scenery, 60.0)
-        self.frame = 0
-        self.dots: list[tuple[float, bool]] = []
-
-    def mark(self, pane: Pane) -> None:
-        """Show the dots in a pane, and repaint the strip that contains them."""
-        if self.dots:
-            wide = 2.0 * _RING * self.scenery.scale
-            strip = QRectF(self.place(self.frame) - wide, 0.0, 2.0 * wide, self._view.height())
-            pane.viewport().update(strip.translated(self._view.scenePos()).toAlignedRect())
-
-    def paint(
-        self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
-    ) -> None:
-        """Draw the visible dots with a rim in the background colour."""
-        low, high = self._view.viewRange()[1]
-        ink, paper = QColor(self.scenery.theme.after), QColor(self.scenery.theme.surface)
-        painter.save()
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        for height, ring in self.dots:
-            at = QPointF(
-                self.place(self.frame), (high - height) / (high - low) * self._view.height()
-            )
-            if not QRectF(self._view.rect()).contains(at):
-                continue
-            scale = self.scenery.scale
-            for colour, extra in ((paper, 1.5), (ink, 0.0)):
-                radius = ((_RING if ring else _DOT) + (0.0 if ring else extra)) * scale
-                painter.setPen(
-                    QPen(colour, (2.0 + 2.0 * extra) * scale) if ring else Qt.PenStyle.NoPen
-                )
-                painter.setBrush(Qt.BrushStyle.NoBrush if ring else colour)
-                painter.drawEllipse(at, radius, radius)
-        painter.restore()

@@ -53,7 +53,7 @@ def one_more(tmp_path, monkeypatch):
 
 
 def test_panes_are_ordered_by_place():
-    assert list(plots()) == ["theta", "delta", "height", "strength", "other", "offset"]
+    assert list(plots()) == ["why", "theta", "delta", "height", "strength", "other", "offset"]
     assert len({plot.priority for plot in plots().values()}) == len(plots())
     assert [key for key, plot in plots().items() if plot.takes_tau] == ["strength"]
 

@@ -354,7 +354,7 @@ class ClipAnalysis:
         if chains == self._of_limbs:
             found = [self.shown(kind) for kind in kinds]
         else:
-            found = [found_by(k, replace(self._search(""), chosen=chains)) for k in kinds]
+            found = [found_by(k, replace(self.search(""), chosen=chains)) for k in kinds]
         bursts, frozen = (sum(map(len, own.values())) for own in found)
         every = self.every_chain if self._people is None else self.rig.chains(self.motion)
         limbs = [c for c in every if not isinstance(c, Helper | Limb)]
@@ -417,7 +417,7 @@ class ClipAnalysis:
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:
             try:
-                found = found_by(kind, self._search(by))
+                found = found_by(kind, self.search(by))
             except TwistError as error:
                 if kind.built_in:
                     raise
@@ -454,7 +454,7 @@ class ClipAnalysis:
         """
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
-    def _search(self, method: str) -> KindSearch:
+    def search(self, method: str) -> KindSearch:
         """Return the input for the finders of kinds.
 
         `method` is a detector, or an empty string for the clip as captured.
@@ -524,7 +524,7 @@ class ClipAnalysis:
 
     @cached_property
     def _often_jumping(self) -> tuple[str, ...]:
-        return self._with_many(found_by(Kind.LONE_JUMP, self._search("")))
+        return self._with_many(found_by(Kind.LONE_JUMP, self.search("")))
 
     def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
         """Return the people whose chains have many of the given jumps."""

@@ -90,8 +90,7 @@ def find_backward_bends(search: KindSearch) -> Found:
 
 
 def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
-    frames = search.corrected()
-    motion = search.motion if frames is None else frames(0, search.motion.frames)
+    motion = search.corrected_motion()
     shortest = max(SHORTEST * motion.fps, FEWEST)
     owner, names = chain_of_joint(search.chains), motion.skeleton.names
     middle = {limb.child for limb in search.named if isinstance(limb, Limb)}

@@ -58,6 +58,15 @@ class KindSearch:
     captured: KindSearch | None = None
     _kept: MutableMapping[Any, Any] = field(default_factory=dict)
 
+    def corrected_motion(self) -> Motion:
+        """Return the motion with all automatic corrections."""
+        frames = self.corrected()
+        return self.motion if frames is None else frames(0, self.motion.frames)
+
+    def joint_of(self, interval: Interval) -> int:
+        """Return the index of an interval's joint; raise KeyError if the clip lacks it."""
+        return self.motion.skeleton.index(interval.joint)
+
     def once(self, work: Callable[[KindSearch], Known]) -> Known:
         """Return the result of `work`, computed once per clip and shared by its kinds.
 

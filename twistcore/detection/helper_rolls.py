@@ -102,6 +102,13 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
     return HelperAnalysis(known, own)
 
 
+def roll_curve(motion: Motion, helper: Helper) -> Array:
+    """Return the sum of a helper's turns about the bone, in radians, (frames,)."""
+    above = int(motion.skeleton.parents[helper.parent])
+    q = motion.rotations[:, helper.parent]
+    return np.asarray(np.cumsum(twist_increments(motion.rotations[:, above], q, helper.axis)[1]))
+
+
 def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
     """Return the evidence for an interval: the helper's jumps at both ends, in degrees."""
     opens, closes = (

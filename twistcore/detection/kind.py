@@ -57,6 +57,11 @@ class KindInfo:
         loaded when the kind is first searched for. "" for a kind that the detectors find.
     corrected : bool
         True if the search comes after all automatic corrections.
+    quantity : str
+        The curve that shows why an interval is listed, 'package.module:function'. The function
+        takes a `KindSearch` and an interval, and returns a `twistcore.detection.quantity.Quantity`,
+        or None if there is no curve for this interval. "" for a kind whose angles of a chain or
+        limb show it.
     colour : str
         The theme colour of the kind's word in the list of intervals; "" for the text colour.
     counted : str
@@ -87,6 +92,7 @@ class KindInfo:
     below: bool = False
     find: str = ""
     corrected: bool = False
+    quantity: str = ""
     colour: str = ""
     counted: str = ""
     here: str = ""

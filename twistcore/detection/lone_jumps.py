@@ -164,6 +164,18 @@ def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
     return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
 
 
+def turns_in_room(motion: Motion, joint: int) -> Array:
+    """Return the turn of a joint about its own axis since the previous frame, in world space.
+
+    The turns are in radians, (frames,), and 0 for a joint without an axis.
+    """
+    turns, axis = np.zeros(motion.frames), own_axis(motion.skeleton, joint)
+    if axis is not None:
+        rotations = _in_room(motion, joint, np.arange(motion.frames))
+        turns = turns_about(rotations, axis)
+    return turns
+
+
 def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
     """Return the global rotations of a joint at the given frames, (n, 4)."""
     line = [joint]

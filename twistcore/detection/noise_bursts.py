@@ -184,12 +184,11 @@ def noise_level(turns: Array, fps: float) -> Array:
     # Medians, so that one or two jumps are not mistaken for noise.
     changes, moves = (median_filter(v, width, mode="nearest") for v in (size, far))
     sigma = np.sqrt(changes / _MIDDLE)
-    usual = quantile(sigma, 0.15)  # a burst may last for most of a short clip
     against = np.zeros(frames)
     against[1:-2] = (change[1:-2] * change[2:-1]).sum(axis=1) < 0.0
     swings = uniform_filter1d(against, width, mode="nearest")
     noisy = (changes > _ROUGH * moves) & (swings > _SWINGS)
-    noisy &= sigma > max(_LEAST, _BEYOND * usual)
+    noisy &= sigma > _least_noise(sigma)
     out = np.zeros(frames)
     off = 0.5 * np.sqrt(size)
     for start, stop in runs(noisy):
@@ -200,6 +199,25 @@ def noise_level(turns: Array, fps: float) -> Array:
             if len(part) >= _FEWEST // 2 and part[0] < stop and part[-1] >= start:
                 out[part[0] : part[-1] + 1] = level
     return out
+
+
+def _least_noise(sigma: Array) -> float:
+    """Return the smallest σ that is a burst, in degrees; sigma: σ in every frame, (frames,)."""
+    usual = quantile(sigma, 0.15)  # a burst may last for most of a short clip
+    return max(_LEAST, _BEYOND * usual)
+
+
+def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
+    """Return σ of a joint's turns in every frame, (frames,), and the smallest σ of a burst.
+
+    Both are in degrees. `motion` is the motion without held frames.
+    """
+    from scipy.ndimage import median_filter  # slow to load
+
+    width = max(_FEWEST, round(_WINDOW * motion.fps))
+    changes = median_filter(_changes(turns_of(motion.rotations[:, joint])), width, mode="nearest")
+    sigma = np.sqrt(changes / _MIDDLE)
+    return sigma, _least_noise(sigma)
 
 
 def _often(mask: Mask, width: int) -> bool:

@@ -71,8 +71,7 @@ def find_stretches(search: KindSearch) -> Found:
 
 
 def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
-    frames = search.corrected()
-    motion = search.motion if frames is None else frames(0, search.motion.frames)
+    motion = search.corrected_motion()
     if (held := without_held(motion)) is not None:
         motion = held.motion
     owner = chain_of_joint(search.chains)
@@ -81,11 +80,7 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
         levels = _levels(motion, joint)
         if not 2 <= len(levels) <= 1 + MOST_JUMPS:
             continue
-        usual, by_rest = _usual(levels), False
-        if usual is None or abs(usual) > TURNED:
-            rest = _near_rest(levels)
-            if rest is not None and _has_mirrored(motion, owner, joint, rest):
-                usual, by_rest = rest, True
+        usual, by_rest = _expected(motion, owner, joint, levels)
         if usual is None:
             continue
         for level in _wrong(levels, usual, max(SHORTEST * motion.fps, FEWEST)):
@@ -112,6 +107,40 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
     return found
 
 
+def usual_roll(motion: Motion, chains: Sequence[Chain], joint: int) -> float | None:
+    """Return the roll of a joint with which its stretches are compared, in radians, or None.
+
+    `motion` is the motion without held frames.
+    """
+    return _expected(motion, chain_of_joint(chains), joint, _levels(motion, joint))[0]
+
+
+def _expected(
+    motion: Motion, owner: Mapping[int, Chain], joint: int, levels: Sequence[_Level]
+) -> tuple[float | None, bool]:
+    """Return the roll that a joint should have, radians, and whether the rest pose shows it."""
+    usual = _usual(levels)
+    if usual is None or abs(usual) > TURNED:
+        rest = _near_rest(levels)
+        if rest is not None and _has_mirrored(motion, owner, joint, rest):
+            return rest, True
+    return usual, False
+
+
+def defined_roll(motion: Motion, joint: int) -> Array:
+    """Return the roll of a joint about its own bone, in radians, (frames,).
+
+    The roll is NaN where a swing near 180° leaves it undefined, and in all frames of a joint
+    without a bone.
+    """
+    axis = own_axis(motion.skeleton, joint)
+    if axis is None:
+        return np.full(motion.frames, np.nan)
+    rotations = motion.rotations[:, joint]
+    defined = twist_reliability(rotations, axis) > _DEFINED
+    return np.where(defined, twist_angle(rotations, axis), np.nan)
+
+
 def _levels(motion: Motion, joint: int) -> list[_Level]:
     """Return the levels of a joint's roll between its jumps, sorted by start.
 
@@ -124,7 +153,8 @@ def _levels(motion: Motion, joint: int) -> list[_Level]:
     jumps = np.abs(turns_about(rotations, axis)) > max(JUMP, limit(motion.fps))
     jumps &= ~find_cuts(motion) if jumps.any() else True
     borders = [0, *np.flatnonzero(jumps).tolist(), motion.frames]
-    roll, defined = twist_angle(rotations, axis), twist_reliability(rotations, axis) > _DEFINED
+    roll = defined_roll(motion, joint)
+    defined = np.isfinite(roll)
     return [
         _Level(start, stop, _mean(roll[start:stop][defined[start:stop]]))
         for start, stop in pairwise(borders)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -104,22 +104,19 @@ def _of_person(
     `step` is the angle by which each joint of the person turns, in degrees, shape (frames, joints).
     Only frames [first, last) are examined.
     """
-    off = np.zeros_like(step)
-    off[1:-1] = np.abs(step[1:-1] - 0.5 * (step[:-2] + step[2:]))
+    off = np.abs(step - _pace(step))
     moves = np.median(step, axis=0) > _MOVES
     if moves.sum() < FEWEST:
         return
-    least = max(_LEAST_SLOW if motion.fps < _SLOW else _LEAST, 2.0 * np.degrees(motion.angle_step))
+    least = _least_step(motion)
     wanted = max(FEWEST, int(np.ceil(SHARE * moves.sum())))
     off, step = off[:, moves], step[:, moves]
     suspected = np.flatnonzero((off > least).sum(axis=1) >= wanted)
     suspected = suspected[(suspected >= first) & (suspected < last)]
     if not len(suspected):
         return
-    usual = _usual_around(off, suspected, max(8, 2 * round(_AROUND * motion.fps)))
-    over = off[suspected] > np.maximum(_TIMES * np.maximum(usual, _FLOOR), least)
-    # The frames next to a step are off the mean as well: the step is the largest.
-    over &= step[suspected] >= np.maximum(step[suspected - 1], step[suspected + 1])
+    most = _most_off_pace(off, suspected, motion.fps, least)
+    over = _steps_at(step, off, suspected, most)
     many = over.sum(axis=1) >= wanted
     for k in np.flatnonzero(many).tolist():
         many[k] = _bends(motion, int(suspected[k]), least) >= 0.5 * wanted
@@ -132,6 +129,66 @@ def _of_person(
         turns = max(float(np.median(step[suspected[k]][over[k]])) for k in rows)
         if turns >= _SHOWS:
             yield BodyStep(start, stop, share, turns, person)
+
+
+def _pace(step: Array) -> Array:
+    """Return the mean of the turns before and after each frame, in degrees, (frames, joints).
+
+    At the ends it is the turn itself.
+    """
+    pace = step.copy()
+    pace[1:-1] = 0.5 * (step[:-2] + step[2:])
+    return pace
+
+
+def _least_step(motion: Motion) -> float:
+    """Return how far a joint must be off its pace in any clip like this one, in degrees."""
+    least = _LEAST_SLOW if motion.fps < _SLOW else _LEAST
+    return max(least, 2.0 * float(np.degrees(motion.angle_step)))
+
+
+def _most_off_pace(off: Array, frames: NDArray[np.intp], fps: float, least: float) -> Array:
+    """Return how far each joint may be off its pace in some frames, in degrees, (n, joints)."""
+    usual = _usual_around(off, frames, max(8, 2 * round(_AROUND * fps)))
+    return np.maximum(_TIMES * np.maximum(usual, _FLOOR), least)
+
+
+def _steps_at(step: Array, off: Array, frames: NDArray[np.intp], most: Array) -> Mask:
+    """Return a mask of the joints that step in some frames, (n, joints).
+
+    `most` is the result of :func:`_most_off_pace`.
+    """
+    # The frames next to a step are off the mean as well: the step is the largest.
+    return np.asarray(
+        (off[frames] > most) & (step[frames] >= np.maximum(step[frames - 1], step[frames + 1]))
+    )
+
+
+def body_curve(
+    motion: Motion, joints: Sequence[int], start: int, stop: int
+) -> tuple[Array, Array] | None:
+    """Return the median turn of the joints that step in frames [start, stop), and its limit.
+
+    Both are in degrees, (frames,). The limit is how far the joints may turn into each frame, given
+    the frames before and after it. `joints` are the joints of a person, and `motion` is the motion
+    without held frames. The result is None if no joint steps.
+    """
+    frames = np.arange(max(start, 1), min(stop, motion.frames - 1))
+    if not len(frames):
+        return None
+    step = _steps(motion.rotations[:, list(joints)])
+    step = step[:, np.median(step, axis=0) > _MOVES]
+    pace = _pace(step)
+    off = np.abs(step - pace)
+    most = _most_off_pace(off, frames, motion.fps, _least_step(motion))
+    over = _steps_at(step, off, frames, most)
+    rows = zip(frames.tolist(), over, strict=True)
+    turns = [float(np.median(step[t][own])) if own.any() else 0.0 for t, own in rows]
+    best = int(np.argmax(turns))
+    if not (own := over[best]).any():
+        return None
+    limit = np.median(pace[:, own] + most[best, own], axis=1)
+    return np.median(step[:, own], axis=1), limit
 
 
 def _bends(motion: Motion, frame: int, least: float) -> int:
@@ -176,20 +233,18 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
     frames = motion.frames
     if frames < 4 * _REACH or not motion.positioned:
         return []
-    height, slow = motion.skeleton.height, motion.fps < _SLOW
-    least = (PLACE_SLOW if slow else PLACE) * height
-    floor = _PLACE_FLOOR * height
-    change = np.diff(motion.positions, axis=0)
-    off = np.zeros((frames, len(motion.positioned)))
-    # A step is compared with the smaller of the changes before and after it.
-    turned = np.linalg.norm(np.diff(change, axis=0), axis=2)
-    off[2:-1] = np.minimum(turned[:-1], turned[1:])
+    height, least = motion.skeleton.height, _least_way(motion)
+    off = _off_path(motion)
     found = []
     for k, joint in enumerate(motion.positioned):
         over = (off[:, k] > least) & counted
         over[: _EDGE + 1] = False
         over[frames - _EDGE :] = False
-        jumps = [t for t in np.flatnonzero(over).tolist() if _stands_out(off[:, k], t, floor)]
+        jumps = [
+            t
+            for t in np.flatnonzero(over).tolist()
+            if off[t, k] > _PLACE_TIMES * _usual_way(motion, off[:, k], t)
+        ]
         mask = np.zeros(frames, dtype=bool)
         mask[jumps] = True
         for start, stop in runs(mask | np.roll(mask, 1) & np.roll(mask, -1)):
@@ -198,7 +253,37 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
     return sorted(found, key=lambda p: (p.start, p.joint))
 
 
-def _stands_out(off: Array, t: int, floor: float) -> bool:
-    """True if a position is much farther off its path in frame t than in nearby frames."""
-    around = np.concatenate([off[max(t - _REACH, 2) : t - 2], off[t + 3 : t + 1 + _REACH]])
-    return bool(off[t] > _PLACE_TIMES * max(median(around), floor))
+def place_curve(motion: Motion, joint: int, frame: int) -> tuple[Array, float] | None:
+    """Return how far a joint's position is off its path, (frames,), and the least jump at a frame.
+
+    Both are fractions of the skeleton's height. `motion` is the motion without held frames. The
+    result is None for a joint without position channels.
+    """
+    if joint not in motion.positioned:
+        return None
+    off = _off_path(motion)[:, motion.positioned.index(joint)]
+    least = max(_least_way(motion), _PLACE_TIMES * _usual_way(motion, off, frame))
+    return off / motion.skeleton.height, least / motion.skeleton.height
+
+
+def _off_path(motion: Motion) -> Array:
+    """Return how far the positions are off their paths, in the file's unit, (frames, joints).
+
+    The change into a frame is compared with the nearer of the changes before and after it.
+    """
+    off = np.zeros((motion.frames, len(motion.positioned)))
+    turned = np.linalg.norm(np.diff(motion.positions, n=2, axis=0), axis=2)
+    off[2:-1] = np.minimum(turned[:-1], turned[1:])
+    return off
+
+
+def _least_way(motion: Motion) -> float:
+    """Return the smallest jump in position that counts, in the file's unit."""
+    return (PLACE_SLOW if motion.fps < _SLOW else PLACE) * motion.skeleton.height
+
+
+def _usual_way(motion: Motion, off: Array, t: int) -> float:
+    """Return how far a position usually is off its path around a frame, in the file's unit."""
+    around = np.concatenate([off[max(t - _REACH, 2) : max(t - 2, 0)], off[t + 3 : t + 1 + _REACH]])
+    floor = _PLACE_FLOOR * motion.skeleton.height
+    return max(median(around), floor) if len(around) else floor

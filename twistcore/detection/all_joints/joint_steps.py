@@ -163,7 +163,7 @@ def _spikes_at(
         return []
     start, joint, off, back = start[keep], joint[keep], off[keep], back[keep]
     usual = np.maximum(_usual(q, start, joint, n), limits.floor)
-    keep = off >= np.where(back <= _BACK * off, _TIMES, _CLEARLY) * usual
+    keep = off >= _least_spike(off, back, usual)
     for depth in range(1, _ABOVE + 1):
 
         def above(t: Index, depth: int = depth) -> Array:
@@ -193,16 +193,67 @@ def _jumps_at(
     q: Array, parents: Index, start: Index, joint: Index, limits: StepLimits
 ) -> list[JointStep]:
     step = _angle(q[start - 1, joint], q[start, joint])
-    around = [k for k in range(-_NEAR, _NEAR + 1) if k]
-    at = np.clip(start + np.array(around)[:, None], 1, len(q) - 1)
-    near = _angle(q[at - 1, joint], q[at, joint])
+    near = _turns_near(q, start, joint)
     usual = np.maximum(np.median(near, axis=0), limits.floor)
-    keep = (step >= _TIMES * usual) & (step >= _CALM * near.max(axis=0))
+    keep = step >= _least_jump(near, usual)
     for depth in range(1, _ABOVE + 1):
         before, after = (_in_frame_above(q, parents, t, joint, depth) for t in (start - 1, start))
         keep &= _angle(before, after) >= _ALONE * step
     rows = zip(joint[keep], start[keep], step[keep], usual[keep], strict=True)
     return [JointStep(int(j), int(s), int(s) + 1, float(d), float(u)) for j, s, d, u in rows]
+
+
+def _least_spike(off: Array, back: Array, usual: Array) -> Array:
+    """Return the smallest departure that is a spike, in degrees, without the joint's own limit.
+
+    `back` is the angle between the frames before and after the spike.
+    """
+    return np.asarray(np.where(back <= _BACK * off, _TIMES, _CLEARLY) * usual)
+
+
+def _turns_near(q: Array, start: Index, joint: Index) -> Array:
+    """Return the turns of joints per frame next to a jump, in degrees, (frames, n)."""
+    around = [k for k in range(-_NEAR, _NEAR + 1) if k]
+    at = np.clip(start + np.array(around)[:, None], 1, len(q) - 1)
+    return _angle(q[at - 1, joint], q[at, joint])
+
+
+def _least_jump(near: Array, usual: Array) -> Array:
+    """Return the smallest step that is a jump, in degrees, without the joint's own limit."""
+    return np.asarray(np.maximum(_TIMES * usual, _CALM * near.max(axis=0)))
+
+
+def path_curve(
+    rotations: Array, joint: int, start: int, stop: int, limits: StepLimits
+) -> tuple[Array, float]:
+    """Return how far a joint is off its path in each frame, (frames,), and the least spike.
+
+    In frames [start, stop) of a spike, the path leads from the frame before to the frame after
+    them; in other frames it leads over as many frames around each of them. Both are in degrees.
+    """
+    own, frames = rotations[:, joint], len(rotations)
+    n = min(stop - start, limits.longest)  # a person may have made an interval of any length
+    middle, t = n // 2, np.arange(frames)
+    before, behind = np.maximum(t - middle - 1, 0), np.minimum(t + n - middle, frames - 1)
+    off = _angle(own, _between(own[before], own[behind], (middle + 1) / (n + 1)))
+    ends = own[max(start - 1, 0)], own[min(stop, frames - 1)]
+    share = np.arange(1, stop - start + 1)[:, None] / (stop - start + 1)
+    off[start:stop] = _angle(own[start:stop], _between(*ends, share))
+    at, one = np.array([start]), np.array([joint])
+    usual = np.maximum(_usual(rotations, at, one, n), limits.floor)
+    least = _least_spike(off[start:stop].min(keepdims=True), _angle(*ends), usual)
+    return off, float(max(limits.spike[joint], least[0]))
+
+
+def turn_curve(rotations: Array, joint: int, start: int, limits: StepLimits) -> tuple[Array, float]:
+    """Return the turn of a joint since the previous frame, (frames,), and the least jump into the
+    frame `start`, both in degrees.
+    """
+    own, one = rotations[:, joint], np.array([joint])
+    turns = np.concatenate([[0.0], _angle(own[:-1], own[1:])])
+    near = _turns_near(rotations, np.array([start]), one)
+    usual = np.maximum(np.median(near, axis=0), limits.floor)
+    return turns, float(max(limits.jump[joint], _least_jump(near, usual)[0]))
 
 
 def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: int) -> Array:
@@ -252,7 +303,7 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
     return np.asarray(np.median(off, axis=0))
 
 
-def _between(a: Array, b: Array, share: float) -> Array:
+def _between(a: Array, b: Array, share: float | Array) -> Array:
     """Return a rotation between a and b, (…, 4), which must be close together.
 
     `share` is the fraction of the way from a to b, 0…1.

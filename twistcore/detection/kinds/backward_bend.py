@@ -20,4 +20,5 @@ KIND = KindInfo(
     legend="bends backward by {size}",
     tip="{joint} bends backward by {size}; this is not corrected",
     why="{joint} bends backward by {size}; in most of the clip it bends to the other side",
+    quantity="twistcore.detection.quantities.backward_bend:flexion_of_hinge",
 )

@@ -19,4 +19,5 @@ KIND = KindInfo(
     legend="the whole body steps by {size}",
     tip="many joints jump at once, by a median of {size}; this is not corrected",
     why="Many joints jump in the same frame, by a median of {size}",
+    quantity="twistcore.detection.quantities.body_step:turn_of_body",
 )

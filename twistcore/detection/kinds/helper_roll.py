@@ -10,4 +10,5 @@ KIND = KindInfo(
     repair="roll",  # never automatically: its confidence was not measured
     here="helper roll {frames} of {joint} ({size})",
     happens="{part} rolls",
+    quantity="twistcore.detection.quantities.helper_roll:roll_of_helper",
 )

@@ -19,4 +19,5 @@ KIND = KindInfo(
     legend="jumps by {size}",
     tip="{joint} jumps by {size} in one frame; this is not corrected",
     why="{joint} jumps by {size} in one frame and is steady before and after it",
+    quantity="twistcore.detection.quantities.joint_jump:turn_per_frame",
 )

@@ -18,4 +18,5 @@ KIND = KindInfo(
     tip="{joint} jumps about its own axis; this is not corrected",
     find="twistcore.detection.lone_jumps:find_lone_jumps",
     corrected=True,
+    quantity="twistcore.detection.quantities.lone_jump:turn_about_axis",
 )

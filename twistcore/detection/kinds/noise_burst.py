@@ -17,4 +17,5 @@ KIND = KindInfo(
     legend="noise of {size}",
     tip="{joint} has noise of {size}; this is not corrected",
     find="twistcore.detection.capture_faults:find_bursts",
+    quantity="twistcore.detection.quantities.noise_burst:noise_of_joint",
 )

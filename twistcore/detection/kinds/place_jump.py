@@ -19,4 +19,5 @@ KIND = KindInfo(
     legend="the place jumps",
     tip="the position of {joint} jumps; this is not corrected",
     why="The position of {joint} jumps in one frame",
+    quantity="twistcore.detection.quantities.place_jump:way_off_path",
 )

@@ -22,4 +22,5 @@ KIND = KindInfo(
     why="{joint} leaves its path by {size} and comes back at once, as no body does",
     offer="Accepting it moves {joint} evenly from the frame before to the frame after, and with it "
     "all joints below; this is never done automatically",
+    quantity="twistcore.detection.quantities.spike:angle_off_path",
 )

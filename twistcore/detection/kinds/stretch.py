@@ -23,4 +23,5 @@ KIND = KindInfo(
     tip="{joint} jumps about its own bone and stays turned; accept it to turn the joint back",
     why="{joint} stays turned about its own bone by {size}, from one jump to the next",
     offer="Accepting it turns {joint} back in all these frames; this is never done automatically",
+    quantity="twistcore.detection.quantities.stretch:roll_from_usual",
 )

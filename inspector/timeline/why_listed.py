@@ -1,0 +1,141 @@
+"""A plot of the quantity that shows why the selected interval is listed, with its limit."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+from PySide6.QtWidgets import QWidget
+
+from inspector.language import of_core, tr
+from inspector.session.document import Document
+from inspector.timeline.curves import Title
+from inspector.timeline.dots import Dots
+from inspector.timeline.layers import Scenery
+from inspector.timeline.pane import CurveStyle, Pane
+from inspector.widgets.axes import UnitAxis
+from inspector.widgets.background import OneTask
+from inspector.widgets.signed_numbers import plain
+from twistcore.detection import Interval
+from twistcore.detection.quantity import Quantity, quantity_of
+
+_STYLES = (
+    CurveStyle("limit", "tau", dashed=True),
+    CurveStyle("size", "text"),
+    CurveStyle("value", "before"),
+)
+
+
+def shown_interval(document: Document) -> Interval | None:
+    """Return the selected interval if its kind declares a quantity, or None.
+
+    An exercise must not reveal its errors, so it has none.
+    """
+    judged = document.interval
+    if document.data is None or document.data.blind or judged is None:
+        return None
+    return judged.interval if judged.interval.kind.info.quantity else None
+
+
+class WhyListed(Pane):
+    """A plot of the quantity that the kind of the selected interval declares.
+
+    The quantity is computed in the background, and immediately in a figure.
+    """
+
+    def __init__(self, document: Document, scenery: Scenery, parent: QWidget | None = None) -> None:
+        super().__init__("why", _STYLES, scenery, shade=False, parent=parent)
+        self.least_part = 0.0  # the limit is always visible
+        self._document = document
+        self._task = OneTask(self)
+        self._interval: Interval | None = None  # whose quantity is shown or being computed
+        self.quantity: Quantity | None = None
+        self._failure = ""
+        self.dot = Dots(self.view, scenery, "before")
+        document.frame_changed.connect(self._describe)
+
+    def refresh(self) -> None:
+        """Show the quantity of the selected interval, unless the plot is hidden."""
+        interval = shown_interval(self._document)
+        if interval is None or interval is self._interval or self.isHidden():
+            return
+        if self._interval is None or not self._interval.may_be_same(interval):
+            self.forget()  # for the same error the curve stays until the new one is there
+        self._interval = interval
+        assert self._document.data is not None
+        search = self._document.data.analysis.search(self._document.method)
+        work = partial(quantity_of, search, interval)
+        if self.scenery.still:
+            self._show(work())
+        else:
+            self._describe()
+            self._task.run(lambda _: work(), self._show, self._fail)
+
+    def forget(self) -> None:
+        """Drop the quantity and cancel its computation."""
+        self._task.cancel()
+        self._interval = self.quantity = None
+        self._failure = ""
+        self.dot.dots = []
+        for name in self.curves:
+            self.set_curve(name, np.zeros(0))
+
+    def _fail(self, error: Exception) -> None:
+        self._failure = of_core(str(error))
+        self._describe()
+
+    def _show(self, quantity: Quantity | None) -> None:
+        interval, self.quantity = self._interval, quantity
+        if interval is None:
+            return
+        if quantity is None:
+            self._failure = tr("There is no curve for this interval.")
+            self._describe()
+            return
+        values = quantity.values
+        axis = self.axes["left"]
+        assert isinstance(axis, UnitAxis)
+        axis.unit, axis.picture = quantity.unit, None
+        turns = np.abs(np.diff(values)) > 180.0 if quantity.unit == "°" else np.zeros(0)
+        self.set_curve("value", values, np.flatnonzero(turns))
+        self.set_curve("limit", quantity.limit if quantity.limit is not None else np.zeros(0))
+        size = np.full(len(values), np.nan)
+        if quantity.size is not None:
+            size[interval.start : interval.stop] = quantity.size
+            inside = np.abs(values[interval.start : interval.stop] - quantity.size)
+            if np.isfinite(inside).any():  # where the number of the interval is reached
+                self.dot.frame = interval.start + int(np.nanargmin(inside))
+                self.dot.dots = [(float(values[self.dot.frame]), False)]
+        self.set_curve("size", size)
+        self._fit()
+        self._describe()
+        self.touch()
+
+    def _fit(self) -> None:
+        """Show all values, or those in the visible frames if the other plots do so, too."""
+        seen = np.concatenate([y for y, _ in self.values.values()])
+        seen = seen[np.isfinite(seen)]
+        low, high = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)
+        self.time.forget_zoom()
+        self.show_values(low, high)
+        self.show_part(*self.view.viewRange()[0])
+
+    def _describe(self, *_: object) -> None:
+        """Show the title: the quantity at the playhead, and the limit."""
+        if self._interval is None or self.isHidden():
+            return
+        quantity, frame = self.quantity, self._document.frame
+        if quantity is None:
+            self.show_title([(self._failure or "…", "soft")])
+            return
+        title: Title = [(f"{of_core(quantity.label)} ", "soft")]
+        title.append((_number(quantity, float(quantity.values[frame])), "before"))
+        if quantity.limit is not None:
+            title.append((f"   {tr('limit')} ", "soft"))
+            title.append((_number(quantity, float(quantity.limit[frame])), "tau"))
+        self.show_title(title)
+
+
+def _number(quantity: Quantity, value: float) -> str:
+    """Return a value with its unit, or a dash if it is undefined."""
+    return f"{plain(value)}{quantity.unit}" if np.isfinite(value) else "–"

@@ -1,0 +1,30 @@
+"""The curve of a backward bend: the flexion of the knee or elbow about its hinge."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from twistcore.detection.backward_bends import hinge_of
+from twistcore.detection.evidence import Witnesses
+from twistcore.detection.finding import KindSearch
+from twistcore.detection.interval import Interval
+from twistcore.detection.quantity import Quantity
+
+
+def flexion_of_hinge(search: KindSearch, interval: Interval) -> Quantity | None:
+    """Return the flexion, negative where the joint bends backward, with the hinge's limit."""
+    joint = search.joint_of(interval)
+    chain = next((c for c in search.chains if c.child == joint and c.ends), None)
+    if chain is None:
+        return None
+    motion = search.corrected_motion()
+    if (hinge := hinge_of(Witnesses.of(motion, chain))) is None:
+        return None
+    return Quantity(
+        f"Bend of {interval.joint}, backward below 0",
+        hinge.flexion,
+        np.full(motion.frames, -hinge.limit),
+        -math.degrees(interval.size),
+    )

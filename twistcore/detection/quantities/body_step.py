@@ -1,0 +1,32 @@
+"""The curve of a body step: how far the joints that step turn from frame to frame."""
+
+from __future__ import annotations
+
+import math
+
+from twistcore.detection.all_joints.body_steps import body_curve
+from twistcore.detection.finding import KindSearch
+from twistcore.detection.interval import Interval
+from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
+from twistcore.skeleton.notation import linear_keys, without_held
+from twistcore.skeleton.people import find_people
+
+
+def turn_of_body(search: KindSearch, interval: Interval) -> Quantity | None:
+    """Return the median turn of the stepping joints, with how far they may turn into a frame."""
+    motion, kept = search.motion, without_held(search.motion)
+    if kept is None and (keys := linear_keys(motion)) is not None:
+        kept = keys.alone(motion)
+    own = OwnFrames.of(motion, kept)
+    person = next(c.person for c in search.chains if c.name == interval.chain)
+    joints = next(p.joints for p in find_people(motion.skeleton) if p.name == person)
+    found = body_curve(own.motion, joints, *own.span(interval))
+    if found is None:
+        return None
+    turns, limit = found
+    return Quantity(
+        "Median turn of the joints that step",
+        own.examined(turns, interval, ends=ENDS),
+        own.examined(limit, interval, around=1, ends=ENDS),
+        math.degrees(interval.size),
+    )

@@ -1,0 +1,28 @@
+"""The curve of a helper roll: the twist bone's roll about the bone, from the frame before."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from twistcore.detection.finding import KindSearch
+from twistcore.detection.helper_rolls import SMALLEST_ROLL, roll_curve
+from twistcore.detection.interval import Interval
+from twistcore.detection.quantity import Quantity
+from twistcore.skeleton.helper import Helper
+
+
+def roll_of_helper(search: KindSearch, interval: Interval) -> Quantity | None:
+    """Return the roll since the frame before the interval, with the smallest roll that counts."""
+    own = (h for h in search.named if isinstance(h, Helper) and h.name == interval.chain)
+    if (helper := next(own, None)) is None:
+        return None
+    roll, frames = roll_curve(search.motion, helper), search.motion.frames
+    before = interval.start - 1 if interval.start else min(interval.stop, frames - 1)
+    return Quantity(
+        f"Roll of {interval.chain} from the frame before",
+        np.degrees(roll - roll[before]),
+        np.full(frames, math.copysign(math.degrees(SMALLEST_ROLL), interval.shown)),
+        math.degrees(interval.shown),
+    )

@@ -1,0 +1,24 @@
+"""The curve of a lone jump: how far the joint turns about its own axis from frame to frame."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from twistcore.detection.finding import KindSearch
+from twistcore.detection.interval import Interval
+from twistcore.detection.lone_jumps import limit, turns_in_room
+from twistcore.detection.quantity import OwnFrames, Quantity
+
+
+def turn_about_axis(search: KindSearch, interval: Interval) -> Quantity:
+    """Return the turn about the joint's own axis in world space, with the fastest possible turn."""
+    own, joint = OwnFrames.of(search.corrected_motion()), search.joint_of(interval)
+    most = math.copysign(math.degrees(limit(own.motion.fps)), interval.residual)
+    return Quantity(
+        f"Roll of {interval.joint} per frame",
+        own.examined(np.degrees(turns_in_room(own.motion, joint)), interval),
+        own.level(most),
+        math.degrees(interval.size),
+    )

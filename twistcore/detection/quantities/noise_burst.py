@@ -1,0 +1,22 @@
+"""The curve of a noise burst: the noise of the noisiest joint in every frame."""
+
+from __future__ import annotations
+
+import math
+
+from twistcore.detection.finding import KindSearch
+from twistcore.detection.interval import Interval
+from twistcore.detection.noise_bursts import noise_curve
+from twistcore.detection.quantity import OwnFrames, Quantity
+
+
+def noise_of_joint(search: KindSearch, interval: Interval) -> Quantity:
+    """Return σ of the joint's noise around each frame, with the smallest σ of a burst."""
+    own = OwnFrames.of(search.motion)
+    sigma, least = noise_curve(own.motion, search.joint_of(interval))
+    return Quantity(
+        f"Noise σ of {interval.joint}",
+        sigma[own.at],
+        own.level(least),
+        math.degrees(interval.size),
+    )

@@ -1,0 +1,25 @@
+"""The curve of a jump in position: how far the position is off its path in each frame."""
+
+from __future__ import annotations
+
+from twistcore.detection.all_joints.body_steps import place_curve
+from twistcore.detection.finding import KindSearch
+from twistcore.detection.interval import Interval
+from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
+
+
+def way_off_path(search: KindSearch, interval: Interval) -> Quantity | None:
+    """Return the shift in per cent of the skeleton's height, with the least jump."""
+    own = OwnFrames.of(search.motion)
+    start, stop = own.span(interval)
+    found = place_curve(own.motion, search.joint_of(interval), start)
+    if found is None:
+        return None
+    ways, least = 100.0 * found[0], 100.0 * found[1]
+    return Quantity(
+        f"Position of {interval.joint} off its path, of the height",
+        own.examined(ways, interval, around=2, ends=ENDS),
+        own.level(least),
+        float(ways[start:stop].max()),
+        " %",
+    )
