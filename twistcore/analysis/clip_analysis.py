@@ -453,8 +453,9 @@ class ClipAnalysis:
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def search(self, method: str) -> KindSearch:
-        """Return the input for the finders of kinds. `method` is a detector, or '' for the raw
-        clip.
+        """Return the input for the finders of kinds.
+
+        `method` is a detector, or an empty string for the clip as captured.
         """
         whole, chosen = self._whole or self, self._of_limbs
         shared, chains = whole._shared, whole._of_limbs

@@ -304,7 +304,7 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
 
 
 def _between(a: Array, b: Array, share: float | Array) -> Array:
-    """Return a rotation between a and b, (…, 4), which must be close to each other.
+    """Return a rotation between a and b, (…, 4), which must be close together.
 
     `share` is the fraction of the way from a to b, 0…1.
     """
