@@ -144,8 +144,8 @@ def _body(offsets: Array) -> Array:
     off = np.degrees(np.arccos(np.clip((np.trace(best @ measured.T) - 1.0) / 2.0, -1.0, 1.0)))
     if off > _ASKEW:
         raise TwistError(
-            "expected a rest pose that is upright and faces along an axis, found one "
-            f"{off:.0f}° askew"
+            "expected a rest pose that is upright and faces along an axis, found a "
+            f"deviation of {off:.0f}°"
         )
     feet = sum(best @ offsets[toe] for toe in TOES)
     if feet[2] < -0.5 * np.linalg.norm(feet):
