@@ -116,7 +116,8 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
     if abs(body[0]) < 1.0 - 1e-9:
         turned = np.degrees(2.0 * np.arccos(min(1.0, abs(body[0]))))
         notes.append(
-            f"The skeleton's rest pose faces another way than SMPL's: turned by {turned:.0f}°."
+            "The skeleton's rest pose does not face the same way as SMPL's: it is turned by "
+            f"{turned:.0f}°."
         )
     if moved:
         notes.append(
