@@ -61,13 +61,13 @@ def _wrong_arguments(arguments: argparse.Namespace) -> str:
     if arguments.language not in ("", "system", *codes()):
         return f"--language {arguments.language}: expected one of {', '.join(codes())} or system."
     if picture and folder:
-        return "--demo writes a picture, too. Use either --demo or --screenshot."
+        return "--demo also writes an image. Use either --demo or --screenshot."
     if (picture or folder) and file and not is_there(file):
         return f"{file}: this file does not exist."
     if picture and picture.is_dir():
-        return f"{picture} is a folder. --screenshot needs the name of a picture file."
+        return f"{picture} is a folder. Give --screenshot the name of an image file."
     if picture and picture.suffix.lower() not in _PICTURES:
-        return f"{picture}: the name of a picture must end with {', '.join(_PICTURES)}."
+        return f"{picture}: the name of an image must end with {', '.join(_PICTURES)}."
     target = folder or (picture.parent if picture else None)
     if target and (wrong := next((p for p in (target, *target.parents) if is_file(p)), None)):
         return f"{wrong} is a file. Choose a folder for the results."
@@ -112,8 +112,8 @@ def _parser() -> argparse.ArgumentParser:
         "--screenshot",
         type=Path,
         metavar="PNG",
-        help="save a picture of the window and quit; without a clip the window is empty (default: "
-        "no picture)",
+        help="save an image of the window and quit; without a clip the window is empty (default: "
+        "no image)",
     )
     parser.add_argument(
         "--demo",

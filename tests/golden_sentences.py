@@ -41,7 +41,7 @@ SENTENCES = {
     "file: own source": "FOLDER/walk.bvh: expected a file other than the clip's own source (set replace_source=True to replace it)",
     "name: chain": "ASSETS/walk.bvh: no chain 'Tail'; expected one of LeftArm, LeftArm-LeftHand, LeftForeArm, LeftLeg, LeftShoulder, LeftUpLeg, LeftUpLeg-LeftFoot, RightArm, RightArm-RightHand, RightForeArm, RightLeg, RightShoulder, RightUpLeg, RightUpLeg-RightFoot",
     "name: chain near": "ASSETS/walk.bvh: no chain 'LeftAm'; did you mean LeftArm?",
-    "name: chain of several": "ASSETS/walk.bvh: chain 'left leg' can mean LeftLeg or LeftUpLeg-LeftFoot; expected one of these",
+    "name: chain of several": "ASSETS/walk.bvh: the chain name 'left leg' is ambiguous; choose LeftLeg or LeftUpLeg-LeftFoot",
     "name: person": "ASSETS/walk.bvh: no person 'Kim'; the clip has only one person",
     "name: detector": "no detector 'median'; expected one of consistency, paper",
     "name: no clip": "expected a clip or a motion, found str 'walk.bvh'",

@@ -69,7 +69,7 @@ class StartPage(QScrollArea):
         self._heading = soft(QLabel(tr("Recent"), alignment=Qt.AlignmentFlag.AlignHCenter))
         self._recent = QVBoxLayout()
         self._recent.setSpacing(0)
-        drop = hint(tr("or drop a clip, a session or a folder on this window."))
+        drop = hint(tr("or drop a clip, a session or a folder here."))
         column = QWidget()
         column.setMaximumWidth(_WIDTH)
         vbox(

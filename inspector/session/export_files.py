@@ -267,8 +267,8 @@ def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> st
     steps = ""
     if jumps:
         steps = plural(
-            "{n} channel step of more than 180° remains: {first}.",
-            "{n} channel steps of more than 180° remain: {first}.",
+            "{n} step of more than 180° remains in the channels: {first}.",
+            "{n} steps of more than 180° remain in the channels: {first}.",
             len(jumps),
             first=of_core(str(jumps[0])),
         )

@@ -60,7 +60,7 @@ class Script(QObject):
         """Save a screenshot of the window. Raises OSError."""
         path.parent.mkdir(parents=True, exist_ok=True)
         if not self.window.grab().save(str(path)):
-            self.fail(f"{path}: the picture could not be written.")
+            self.fail(f"{path}: the image could not be written.")
 
     def fail(self, text: str) -> None:
         """Print an error message and end the script."""

@@ -50,7 +50,7 @@ def test_a_flip_goes_with_the_jumps_at_its_edges(walk):
 def test_a_stretch_goes_with_its_jumps(walk):
     stretch = made(FOOT, 20, 90, Kind.STRETCH, joint="RightFoot")
     assert groups_of(walk, jump(19), stretch, jump(60)) == [
-        ({0, 1}, "RightFoot stays turned and the jump at its edge")
+        ({0, 1}, "RightFoot is turned wrongly and the jump at its edge")
     ]
 
 

@@ -85,11 +85,11 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     name = motion.skeleton.names[placed] if placed is not None else ""
     remark(
         f"{arguments.output}: {len(joints)} joint{'' if len(joints) == 1 else 's'}"
-        f"{f' and the place of {name}' if place else ''} "
+        f"{f' and the position of {name}' if place else ''} "
         f"{_how(arguments, gains, cutoff)}"
     )
     turning, moving = untracked_names(motion, joints, placed if place else None)
-    for names, what in ((() if arguments.joints else turning, ""), (moving, "the place of ")):
+    for names, what in ((() if arguments.joints else turning, ""), (moving, "the position of ")):
         if names:
             left = "was left as it is" if len(names) == 1 else "were left as they are"
             remark(f"  {what}{_listed(names)} {left}")

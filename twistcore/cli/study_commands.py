@@ -90,7 +90,7 @@ def inject_command(arguments: argparse.Namespace) -> int:
             }
         )
     if not errors and not protocol.clean:
-        problem(f"{arguments.clip}: is too short for an error")
+        problem(f"{arguments.clip} is too short for an error")
         return 1
     return 0
 

@@ -79,7 +79,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         if isinstance(result, Exception):
             problems.append(reason(path, result))
         elif not result[arguments.method]:
-            problems.append(f"{path}: has no chain for which τ can be tuned")
+            problems.append(f"{path} has no chain for which τ can be tuned")
         else:
             found[path] = result
             with_session = ", with its session" * (path in sessions.of)
@@ -273,7 +273,8 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
             problems.append(reason(clip, result))
         elif result.method != arguments.method:
             problems.append(
-                f"{clip}: was judged with the detector {result.method}; choose it with --method"
+                f"{clip} was judged with the detector {result.method}; choose this detector "
+                "with --method"
             )
         elif arguments.performer in (None, result.performer):
             clips.append(result)

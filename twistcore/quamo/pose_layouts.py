@@ -248,7 +248,7 @@ def _poses(path: Path, names: Names) -> Poses:
         if trans in _CAMERA:
             up = "-y"
             notes.append(
-                f"The root's place is {trans!r}, in front of a camera whose focal length was "
+                f"The root's position is {trans!r}, in front of a camera whose focal length was "
                 "assumed: its depth was not measured and is held constant."
             )
     frames, count = rotations.shape[:2]

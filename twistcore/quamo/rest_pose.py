@@ -116,7 +116,8 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
     if abs(body[0]) < 1.0 - 1e-9:
         turned = np.degrees(2.0 * np.arccos(min(1.0, abs(body[0]))))
         notes.append(
-            f"The skeleton's rest pose faces another way than SMPL's: turned by {turned:.0f}°."
+            "The skeleton's rest pose does not face the same way as SMPL's: it is turned by "
+            f"{turned:.0f}°."
         )
     if moved:
         notes.append(
@@ -144,8 +145,8 @@ def _body(offsets: Array) -> Array:
     off = np.degrees(np.arccos(np.clip((np.trace(best @ measured.T) - 1.0) / 2.0, -1.0, 1.0)))
     if off > _ASKEW:
         raise TwistError(
-            "expected a rest pose that is upright and faces along an axis, found one "
-            f"{off:.0f}° askew"
+            "expected a rest pose that is upright and faces along an axis, found a "
+            f"deviation of {off:.0f}°"
         )
     feet = sum(best @ offsets[toe] for toe in TOES)
     if feet[2] < -0.5 * np.linalg.norm(feet):

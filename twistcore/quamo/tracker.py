@@ -233,7 +233,7 @@ def snap_sentences(
     """
     lost, was = ("", "") if causal else (" in a pass", " there")
     return tuple(
-        f"{name} had lost the input by more than 90°{lost} and was set onto it{was} at {places}"
+        f"{name} was more than 90° away from the input{lost} and was reset to it{was} at {places}"
         for name, places in _where(snapped, names)
     )
 

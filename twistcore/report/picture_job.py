@@ -142,7 +142,7 @@ def _read_pictures(folder: Path, number: int, figure: Figure, problem: str) -> D
     for k in range(len(figure.pairs)):
         files = [picture_path(folder, number, k, which) for which in (0, 1)]
         if not all(file.is_file() for file in files):
-            return Drawn(problem=problem or "the drawing process left some out")
+            return Drawn(problem=problem or "the drawing process did not draw all pictures")
         before, after = (file.read_bytes() for file in files)
         pictures.append((before, after))
     return Drawn(tuple(pictures))

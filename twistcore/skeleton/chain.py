@@ -269,8 +269,8 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
             return alike[0]  # the chain precedes the limb that begins with it
         if alike:
             listed = " or ".join(c.name for c in alike)
-            raise TwistError(f"{where}: chain {name!r} can mean {listed}; expected one of these")
-    # A chain at the beginning of a limb may have the limb's label, and then comes first.
+            raise TwistError(f"{where}: the chain name {name!r} is ambiguous; choose {listed}")
+    # A chain that a limb begins with may have the limb's label, and goes before it.
     known = {_folded(word): c.name for c in reversed(chains) for word in (c.label, c.name)}
     from difflib import get_close_matches  # slow to load, and rarely needed
 

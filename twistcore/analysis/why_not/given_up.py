@@ -50,15 +50,17 @@ class SoftErrors:
         low, high = (given.start, given.stop) if given else (place.frame, place.frame)
         would_be = f"{what} would be an edge of {place.named(given) if given else 'an interval'}"
         if not found:
-            because = f"{would_be}, but a soft error explains more"
+            because = f"{would_be}, but a soft error explains the frames better"
             return place.reason(Why.OTHER, because, **numbers)
         _, interval, chain = min(
             ((max(i.start - high, low - i.stop, 0), i, c) for i, c in found), key=lambda s: s[0]
         )
         if chain.name == place.chain.name:
-            because = f"{would_be}, but that explains less than {place.named(interval)}"
+            because = (
+                f"{would_be}, but this explains the frames less well than {place.named(interval)}"
+            )
             return place.reason(Why.OTHER, because, **numbers)
-        because = f"{would_be}, but {place.error(interval, chain)} explains more"
+        because = f"{would_be}, but {place.error(interval, chain)} explains the frames better"
         return place.reason(Why.IMAGE, because, of=chain.name, **numbers)
 
     def _soft_errors(self) -> Iterator[tuple[Interval, Chain]]:

@@ -87,7 +87,9 @@ def _left(
         "spares": left.spared,
     }
     if left.price < left.spared:
-        because = f"it could be an edge of a flip in {span}, but another flip explains more"
+        because = (
+            f"it could be an edge of a flip in {span}, but another flip explains the frames better"
+        )
         return place.reason(Why.OTHER, because, **numbers)
     moves = f"the limb deviates by about {size(jump.scale)} in nearby frames"
     if jump.step > 0.03:

@@ -65,7 +65,8 @@ def find_asf(path: Path) -> Path:
     if len(candidates) != 1:
         found = f"{len(candidates)} others" if candidates else "none"
         raise AmcError(
-            str(path), f"expected its skeleton {path.stem}.asf in the same folder, found {found}"
+            str(path),
+            f"expected the clip's skeleton {path.stem}.asf in the same folder, found {found}",
         )
     return candidates[0]
 
