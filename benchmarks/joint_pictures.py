@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from numpy.typing import NDArray
 
@@ -93,14 +94,19 @@ class Scene:
 
     @cached_property
     def path(self) -> list[int]:
-        """The joint, the end of its bone, and the end of the next bone, as far as they exist."""
-        children = self.motion.skeleton.children
+        """The joint, the end of its bone, and the end of the next bone, as far as they exist.
+
+        A joint in the same place as the one above it is passed over.
+        """
+        children, offsets = self.motion.skeleton.children, self.motion.skeleton.offsets
         by_parent = {c.parent: c for c in self.chains if not isinstance(c, Limb)}
         found = [self.joint]
-        while len(found) < 3 and children[found[-1]]:
-            at = found[-1]
+        at = self.joint
+        while len(found) < 3 and children[at]:
             own = by_parent.get(at)
-            found.append(own.child if own else max(children[at], key=self._below))
+            at = own.child if own else max(children[at], key=self._below)
+            if np.any(offsets[at]) or at in self.motion.positioned:
+                found.append(at)
         return found
 
     def _below(self, joint: int) -> int:
@@ -367,7 +373,7 @@ def _curves(figure: Any, scene: Scene) -> None:
         else:
             panel.axvspan(*edges, color=PINK, alpha=0.10, lw=0)
         panel.set_xlim(frames[0] - 0.5, frames[-1] + 0.5)
-    for panel in (own, roll, place, sides):
+    for panel in filter(Axes.get_visible, (own, roll, place, sides)):
         panel.legend(
             fontsize=7.5,
             frameon=False,
@@ -527,8 +533,7 @@ def _sides(panel: Any, scene: Scene, frames: Frames) -> None:
         panel.axhline(0, color=SOFT, lw=0.6)
         _titled(panel, f"bend at {names[chain.child]}, °")
     else:
-        _titled(panel, "bend: no chain")
-        panel.plot([], [], label=" ")
+        panel.set_visible(False)
 
 
 def _whole_clip(panel: Any, scene: Scene) -> None:
