@@ -1,10 +1,14 @@
 """Carried rolls: P rolls, C's bone stays, C rolls along; found and repaired."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
+from twistcore.analysis.clip_analysis import ROLL_DOUBT, SURE_ROLL, analyse
+from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection.carried_rolls import bent_frames
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle
@@ -55,6 +59,17 @@ def test_the_repair_moves_no_joint_of_the_chain():
     np.testing.assert_allclose(
         after[:, joints], forward_kinematics(dirty)[1][:, joints], atol=1e-6 * 60.0
     )
+
+
+@pytest.mark.parametrize("confidence", [0.5, 0.69, 0.7])
+def test_a_less_sure_carried_roll_is_left_to_a_person(confidence):
+    dirty = analyse(with_error(roll("LeftArm", 80.0)))
+    (own,) = (i for i in dirty.detect() if i.kind == tc.Kind.CARRIED_ROLL)
+    given = replace(own, confidence=confidence)
+    left = dirty.protected(given)
+    assert left.open == (confidence < SURE_ROLL)
+    assert (ROLL_DOUBT in left.evidence.get("doubts", ())) == left.open
+    assert (given in automatic_corrections([left])) != left.open
 
 
 def test_a_counter_twist_in_the_same_frames_is_no_carried_roll():

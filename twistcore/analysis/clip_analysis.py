@@ -72,6 +72,8 @@ _SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # kinds with a finder 
 # corrected automatically.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
 BODY_STEP_DOUBT = "many joints jump at once where the interval begins or ends"
+ROLL_DOUBT = "less sure carried rolls were mostly false alarms in captures that were judged by eye"
+SURE_ROLL = 0.7  # minimum confidence of a carried roll that is corrected automatically
 RESTLESS_DOUBT = "there are lone jumps throughout the clip, so every detection is uncertain"
 
 
@@ -561,6 +563,8 @@ class ClipAnalysis:
         if interval not in self._protected:
             if interval.kind == Kind.COUNTER_TWIST and self._at_body_step(interval, method):
                 explain = partial(_doubted, BODY_STEP_DOUBT, interval.explain)
+            elif interval.kind == Kind.CARRIED_ROLL and interval.confidence < SURE_ROLL:
+                explain = partial(_doubted, ROLL_DOUBT, interval.explain)
             elif worse := tuple(m for m in self._measures(interval, method) if m.worse):
                 explain = partial(_made_worse, interval.explain, worse)
             else:
