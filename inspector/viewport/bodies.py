@@ -17,8 +17,9 @@ from inspector.viewport.mesh_actor import Index, segments
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, matrix_from_quaternion, normalise
 
-# The part of a vertex, which determines its colour. SKIN, BAND: light and dark stripes of a limb.
-FRONT, BACK, SIDE, STRIPE, JOINT, SKIN, BAND = PARTS = range(7)
+# The part of a vertex, which determines its colour. SKIN, BAND: light and dark stripes of a limb;
+# FIN: the edge of the fin along its front.
+FRONT, BACK, SIDE, STRIPE, JOINT, SKIN, BAND, FIN = PARTS = range(8)
 _SHORTEST = 1e-4  # of the height; shorter bones get no body
 
 # Cross-sections of the wedge: (position 0…1, half width, half thickness), in units of the bone's

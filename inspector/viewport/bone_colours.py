@@ -14,10 +14,10 @@ from inspector.widgets.theme import Theme
 Colours = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 # Shift of each of PARTS towards white, or towards black if negative.
-_LIGHT = np.array([0.34, -0.24, -0.06, -0.60, -0.28, 0.50, -0.45])
-_DARK = np.array([0.10, -0.24, -0.06, 0.55, -0.28, 0.34, -0.52])
-_SCALED = np.array([0.10, -0.24, -0.06, -0.55, -0.28, 0.15, -0.45])
-GHOST_ALPHA = (50.0, 80.0, 45.0, 240.0, 45.0, 0.0, 32.0)  # alpha of the ghost's PARTS
+_LIGHT = np.array([0.34, -0.24, -0.06, -0.60, -0.28, 0.50, -0.45, 0.82])
+_DARK = np.array([0.10, -0.24, -0.06, 0.55, -0.28, 0.34, -0.52, 0.75])
+_SCALED = np.array([0.10, -0.24, -0.06, -0.55, -0.28, 0.15, -0.45, 0.6])
+GHOST_ALPHA = (50.0, 80.0, 45.0, 240.0, 45.0, 0.0, 32.0, 60.0)  # alpha of the ghost's PARTS
 _SUGGESTED = 0.35  # share of the colour of after in a suggestion
 _SCALE = ("#f3cf52", "#e8603c", "#b0308f")  # |offset| of 60°, 120°, 180°, which differ in lightness
 
@@ -50,7 +50,7 @@ def shaded(colour: Floats, share: Floats) -> Floats:
 
 
 def palette(theme: Theme) -> Floats:
-    """Return the colours by role and part, (5, 7, 3) in 0…255."""
+    """Return the colours by role and part, (5, 8, 3) in 0…255."""
     by_role = theme.bone, theme.bone, theme.before, theme.after
     colours = np.stack([*(rgb(c) for c in by_role), mix(theme.bone, theme.after, _SUGGESTED)])
     out = shaded(colours[:, None], _DARK if theme.dark else _LIGHT)

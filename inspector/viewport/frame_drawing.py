@@ -65,14 +65,12 @@ class AngleSign:
     """An angle to write into the image.
 
     - degrees: the offset
-    - times: the factor by which its fan is enlarged
     - bone: the ends of its bone before correction, (2, 3)
     - spoke: the centre and the middle of the rim of its fan, (2, 3), or None without a fan
     - rim: points along the fan's rim, (n, 3)
     """
 
     degrees: float
-    times: int
     bone: Array
     spoke: Array | None
     rim: Array
@@ -110,7 +108,7 @@ class FrameDrawing:
         seen = self.guest is None and (scene.split or document.show != Show.BEFORE)
         third = self.companion.pose(document.frame) if self.companion and seen else None
         scene.draw_companion(third, pose)
-        turn = self.turn(scene, camera)
+        turn = self.turn(scene)
         # Axes would be inside the fan.
         triads = looks.triads and self.guest is None and (turn is None or not turn.drawn)
         scene.draw_triads(pose, _ends(selected_chain(document)) if triads else ())
@@ -129,7 +127,7 @@ class FrameDrawing:
         if self.guest is not None:
             self.guest.draw(scene, pose, camera)
 
-    def turn(self, scene: Scene, camera: OrbitCamera) -> Turn | None:
+    def turn(self, scene: Scene) -> Turn | None:
         """Return the turn of the selected chain or limb, or None if it has none or with a guest."""
         document, chain = self._document, selected_chain(self._document)
         if chain is None or self.guest is not None:
@@ -137,9 +135,7 @@ class FrameDrawing:
         now, then = (document.pose(document.frame, after=after) for after in (False, True))
         offset = float(document.offset(chain.name)[document.frame])
         skeleton = scene.data.motion.skeleton
-        return turn_of(
-            chain, offset, now, then, scene.bones, skeleton, scene.height, camera.direction
-        )
+        return turn_of(chain, offset, now, then, scene.bones, skeleton, scene.height)
 
     def pose(self, scene: Scene, show: Show | None = None) -> Pose:
         """Return the pose of the frame. `show` is by default the document's choice."""
@@ -175,7 +171,7 @@ class FrameDrawing:
             text += trails_text(scene.trails.apart / scene.height)
         return text
 
-    def angle_to_show(self, scene: Scene, camera: OrbitCamera) -> AngleSign | None:
+    def angle_to_show(self, scene: Scene) -> AngleSign | None:
         """Return the offset at the frame, or None without an offset or if before is not shown."""
         document, chain = self._document, selected_chain(self._document)
         hidden = not scene.split and document.show == Show.AFTER
@@ -187,11 +183,11 @@ class FrameDrawing:
         if abs(degrees) < LEAST_ANGLE:
             return None
         _, positions = document.pose(document.frame, after=False)
-        turn = None if fault else self.turn(scene, camera)
+        turn = None if fault else self.turn(scene)
         bone = positions[[chain.parent, chain.child]]
         if turn is None:
-            return AngleSign(degrees, 1, bone, None, bone)
-        return AngleSign(degrees, turn.times, bone, turn.spoke, turn.rim)
+            return AngleSign(degrees, bone, None, bone)
+        return AngleSign(degrees, bone, turn.spoke, turn.rim)
 
     def own_joints(self, scene: Scene) -> tuple[int, ...]:
         """Return the joints of the person with the selected chain, or of the first person."""

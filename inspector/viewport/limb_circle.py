@@ -25,8 +25,6 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, quaternion_from_axis_angle, rotate
 
 _FAN = 0.5, (0.08, 0.13)  # radius in lengths of the bone; its bounds in figure heights
-_SMALL, _SEEN = np.radians(15.0), np.radians(45.0)  # smaller turns are enlarged to about this width
-_TIMES = 3, 5  # bounds of the factor
 _DIAL = 0.06  # radius of a twist bone's circle, in figure heights
 _DIAL_AT = 0.25, 0.75  # position on its bone; closer to an end, the joint would hide it
 _FOLDED = 0.02  # of the limb's length; an end closer to the first joint defines no line
@@ -122,14 +120,6 @@ def bone_circle(ends: Array, front: Array, height: float) -> Circle | None:
     return Circle(first, end, axis, (first + end) / 2.0, radius * normalise(across))
 
 
-def times_drawn(offset: float) -> int:
-    """Return the factor by which a turn about a bone is enlarged. `offset` is in radians."""
-    size = abs(offset)
-    if size >= _SMALL:
-        return 1
-    return int(np.clip(round(_SEEN / max(size, 1e-9)), *_TIMES))
-
-
 def limb_bones(limb: Limb, skeleton: Skeleton) -> list[tuple[int, int]]:
     """Return the bones of a limb from P to E, as pairs (parent, joint)."""
     return [(int(skeleton.parents[j]), j) for j in joint_path(skeleton, limb.parent, limb.end)]
@@ -153,8 +143,11 @@ class LimbCircle:
         edges = _ARC + 3 + np.arange(4).reshape(2, 2)  # of the fan
         self.way = Piece(_ARC + 7, lines=np.vstack([way, tip, edges])).unlit(width=4.0)
         self.before = Piece(len(_HOOPS), lines=_WIRES, channels=0).unlit(width=2.0)
+        self.core = Piece(len(SPHERE), faces=TRIANGLES, channels=0).unlit()  # makes it look hollow
         self.after = Piece(len(SPHERE), faces=TRIANGLES, channels=0).lit()
-        self.pieces = self.line, self.circle, self.swept, self.way, self.before, self.after
+        self.pieces = (
+            self.line, self.circle, self.swept, self.way, self.core, self.before, self.after
+        )  # fmt: skip
         self._most, self._mark = _MARK[0] * height, 0.0
         for renderer in renderers:
             for piece in self.pieces:
@@ -171,6 +164,7 @@ class LimbCircle:
             piece.tint(rgb(theme.soft))
         for piece in (self.swept, self.before):
             piece.tint(rgb(theme.before))
+        self.core.tint(rgb(theme.raised))
         self.after.tint(rgb(theme.after))
         first = np.arange(_ARC + 7) >= _ARC + 5  # the edge at before
         self.way.paint(np.where(first[:, None], rgb(theme.before), rgb(theme.after)))
@@ -195,10 +189,11 @@ class LimbCircle:
         turned = circle is not None and bool(abs(offset) > SAME)
         both = turned and before and after is not None
         self.line.show(circle is not None and line)
-        self.circle.show(circle is not None)
+        self.circle.show(circle is not None and line)  # of a bone's, only the fan matters
         for piece in (self.swept, self.way):
             piece.show(both)
         self.before.show(turned and before)
+        self.core.show(turned and before)
         self.after.show(turned and after is not None)
         if circle is None:
             return
@@ -210,7 +205,9 @@ class LimbCircle:
         radius = float(np.linalg.norm(circle.aside))
         self._mark = self._most if line else min(self._most, _MARK[1] * radius)
         if before:
-            self.before.move(circle.centre + circle.aside + _HOLLOW * self._mark * _HOOPS)
+            place = circle.centre + circle.aside
+            self.before.move(place + _HOLLOW * self._mark * _HOOPS)
+            self.core.move(place + self._mark * SPHERE)
         if after is not None:
             self.after.move(after + self._mark * SPHERE)
         if both:

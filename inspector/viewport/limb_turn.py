@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from inspector.viewport.limb_circle import (
     bone_circle,
     circle_of,
     helper_circle,
-    times_drawn,
 )
 from inspector.viewport.limb_side import main_bone
 from twistcore.skeleton.chain import Chain
@@ -30,7 +29,7 @@ LEAST_ANGLE = 0.5  # degrees, to be shown at a bone
 class Turn:
     """The circle of a turned limb or bone before correction, and the movement of its mark.
 
-    - drawn: the turn as drawn, radians, enlarged by the factor `times`
+    - drawn: the turn, radians
     - after: the mark's position after correction, (3,)
     - line: True if the circle is about a limb's line, not about a bone
     """
@@ -38,7 +37,6 @@ class Turn:
     circle: Circle
     drawn: float
     after: Array
-    times: int = 1
     line: bool = True
 
     @property
@@ -61,13 +59,12 @@ def turn_of(
     bones: Sequence[BoneSegment],
     skeleton: Skeleton,
     height: float,
-    towards: Array,
 ) -> Turn | None:
     """Return the turn of a chain or limb at a frame, or None if it has no circle.
 
-    The bone of a chain has a circle only if it is turned; its fan is on the near side. `offset` is
-    in radians. `before` and `after` have global rotations (joints, 4) and positions (joints, 3).
-    `height` is the figure's. `towards` is the unit vector towards the viewer, (3,).
+    The bone of a chain has a circle only if it is turned; its fan leads from the bone's front
+    before correction, where its fin is, to its front after it. `offset` is in radians. `before` and
+    `after` have global rotations (joints, 4) and positions (joints, 3). `height` is the figure's.
     """
     if isinstance(chain, Limb):
         circle = circle_of(chain, before[1])
@@ -85,11 +82,5 @@ def turn_of(
     circle = bone_circle(before[1][[chain.parent, chain.child]], front, height)
     if circle is None:
         return None
-    times = times_drawn(offset)
-    # The fan may begin at the front, at the back or at a side of the bone.
-    quarters = np.pi / 2.0 * np.arange(4.0)
-    middles = circle.at(quarters - 0.5 * times * offset) - circle.centre
-    start = circle.at(quarters)[int(np.argmax(middles @ towards))]
-    circle = replace(circle, aside=start - circle.centre)
-    mark = circle.at(np.array([-times * offset]))[0]
-    return Turn(circle, times * offset, mark, times, line=False)
+    mark = circle.at(np.array([-offset]))[0]
+    return Turn(circle, offset, mark, line=False)

@@ -22,7 +22,7 @@ NOTHING: Array = np.zeros((0, 2))
 _WAYS = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
 _COMPASS = np.stack([np.cos(_WAYS), np.sin(_WAYS)], axis=1)
 _REACHES = 14.0, 32.0, 54.0, 80.0  # pixels from a place to a label that would cover something there
-_FAR = 0.08  # covered samples for which a label moves away by a pixel
+_FAR = 0.2  # covered samples for which a label moves away by a pixel
 _SAMPLE = 6  # pixels
 SIDES = {"Left": tr_as("side", "L"), "Right": tr_as("side", "R")}  # letters in the picture
 EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")

@@ -23,6 +23,7 @@ from inspector.viewport.lights import background, light
 from inspector.viewport.limb_circle import Circle, LimbCircle
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
+from inspector.viewport.striped_skin import aligned_fronts
 from inspector.viewport.trails import Trails
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.chain import find_chains
@@ -48,7 +49,8 @@ class Scene:
         self.people = {person.name: person.joints for person in people}
         self.up = guess_up(data.positions, self._limbs, data.motion.skeleton)
         self.height = figure_size(data.positions, data.motion.skeleton)
-        self.bones: tuple[BoneSegment, ...] = find_bones(data.motion, self.up, self.height)
+        bones = find_bones(data.motion, self.up, self.height)
+        self.bones: tuple[BoneSegment, ...] = aligned_fronts(bones, self._limbs)
         self.fronts: tuple[Front, ...] = heads_and_chests(
             self._limbs, data.motion.skeleton, data.rotations, data.positions, self.height
         )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from inspector.language import tr
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.frame_drawing import FrameDrawing
@@ -31,7 +30,7 @@ def show_signs(
 ) -> None:
     """Show the signs of the drawn pose. `size` is the size of an image in pixels."""
     thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
-    sign, pose = drawing.angle_to_show(scene, camera), drawing.left
+    sign, pose = drawing.angle_to_show(scene), drawing.left
     busy, spoke = NOTHING, None
     body = NOTHING if pose is None else _body(scene, pose, camera, size)
     if sign is None:
@@ -40,10 +39,8 @@ def show_signs(
         bone, depth = camera.project(sign.bone, *size)
         spoke = None if sign.spoke is None else camera.project(sign.spoke, *size)[0]
         rim = camera.project(sign.rim, *size)[0]
-        body = np.vstack([body, *(rim,) * _HEAVY])
+        body = np.vstack([body[::2], *(rim,) * _HEAVY])
         text = f"{abs(sign.degrees):.0f}°"
-        if sign.times > 1:
-            text = tr("{angle} (arc {times}× as wide)", angle=text, times=sign.times)
         overlays.show_angle(text, bone, thick / float(depth.mean()), spoke, body)
         angle = sampled(overlays.angle.geometry())
         body = np.vstack([body, *(angle,) * _HEAVY])
@@ -54,7 +51,8 @@ def show_signs(
         return
     places = _letters(drawing, pose, camera, size, thick, spoke)
     overlays.show_sides(places, body)
-    _show_whole(overlays, drawing, scene, pose, camera, size, np.vstack([busy, *places.values()]))
+    busy = np.vstack([busy, body[::2], *places.values()])
+    _show_whole(overlays, drawing, scene, pose, camera, size, busy)
 
 
 def _body(scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]) -> Array:

@@ -10,13 +10,13 @@ correct bones form a line, and the fin of a bone that is turned leaves it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inspector.viewport.bodies import BAND, SKIN, STRIPE, BoneSegment
+from inspector.viewport.bodies import BAND, FIN, SKIN, STRIPE, BoneSegment
 from inspector.viewport.mesh_actor import Index, segments
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import (
@@ -43,7 +43,7 @@ _GIRTH = {
 }
 _USUAL = (0.024, 0.020)
 _FIN = 0.10, 0.90  # where the fin begins and ends, as shares of the bone
-_FOOT, _EDGE = (0.36, 0.80), (0.22, 1.40)  # half its width, and distance from the bone, in radii
+_FOOT, _EDGE = (0.44, 0.80), (0.34, 1.42)  # half its width, and distance from the bone, in radii
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +90,7 @@ def build_skin(
     bones: Sequence[BoneSegment], chains: Sequence[Chain], height: float, *, fine: bool = False
 ) -> Skin:
     """Return the skin of every chain's bone P→C with a body. `fine` doubles the vertices."""
-    numbers = {(b.parent, b.child): k for k, b in enumerate(bones) if b.child >= 0}
-    pairs = [(c, numbers[c.parent, c.child]) for c in chains if (c.parent, c.child) in numbers]
+    pairs, fronts = _pairs(bones, chains), aligned_fronts(bones, chains)
     count = len(pairs)
     parent = np.array([c.parent for c, _ in pairs], dtype=np.int64)
     child = np.array([c.child for c, _ in pairs], dtype=np.int64)
@@ -101,14 +100,10 @@ def build_skin(
     above = np.array([to_joint.get(c.parent, k) for k, (c, _) in enumerate(pairs)], dtype=np.int64)
     axis, across = np.zeros((count, 3)), np.zeros((count, 2, 3))
     radius = np.zeros((count, len(STATIONS)))
-    for k in np.argsort(parent).tolist():  # bones above come first
-        chain, number = pairs[k]
-        bone = bones[number]
+    for k, (chain, number) in enumerate(pairs):
+        bone, first = bones[number], fronts[number].normal
         length = float(np.linalg.norm(bone.tip))
         axis[k] = bone.tip / length
-        first = bone.normal
-        if above[k] != k:
-            first = _carried(across[above[k], 0], axis[above[k]], axis[k])
         across[k] = first, np.cross(axis[k], first)
         start, stop = height * np.array(_GIRTH.get(chain.segment, _USUAL))
         swell = 1.0 + _SWELL * np.sin(np.pi * np.sqrt(STATIONS)) ** 2
@@ -127,6 +122,29 @@ def build_skin(
         np.append(part, np.tile(fin_part, count)),
         np.vstack([faces, count * size + fin_faces]), edges, fin, fin_normals,
     )  # fmt: skip
+
+
+def aligned_fronts(
+    bones: Sequence[BoneSegment], chains: Sequence[Chain]
+) -> tuple[BoneSegment, ...]:
+    """Return the bones with the front of each chain's bone P→C aligned along its limb in the rest
+    pose.
+    """
+    found = list(bones)
+    pairs = sorted(_pairs(bones, chains), key=lambda pair: pair[0].parent)  # bones above first
+    into = {chain.child: number for chain, number in reversed(pairs)}
+    for chain, number in pairs:
+        if (above := into.get(chain.parent)) is not None:
+            upper, axis = found[above], normalise(found[number].tip)
+            normal = _carried(upper.normal, normalise(upper.tip), axis)
+            found[number] = replace(found[number], normal=normal)
+    return tuple(found)
+
+
+def _pairs(bones: Sequence[BoneSegment], chains: Sequence[Chain]) -> list[tuple[Chain, int]]:
+    """Return each chain whose bone P→C has a body, with the index of the bone."""
+    numbers = {(b.parent, b.child): k for k, b in enumerate(bones) if b.child >= 0}
+    return [(c, numbers[c.parent, c.child]) for c in chains if (c.parent, c.child) in numbers]
 
 
 def roll(skin: Skin, rotations: Array) -> Array:
@@ -202,13 +220,13 @@ def _fins(
     sides, normals = [], []
     for a, b in pairwise(section):  # flank, edge, flank
         out = np.array([b[1] - a[1], a[0] - b[0]])
-        sides.append([(0, *a), (1, *a), (1, *b), (0, *b)])
+        sides.append([(0, *a), (0, *b), (1, *b), (1, *a)])
         normals.append(np.tile([0.0, *normalise(out)], (4, 1)))
     for at in (0, 1):
-        sides.append([(at, *corner) for corner in section])
+        sides.append([(at, *corner) for corner in (section if at else section[::-1])])
         normals.append(np.tile([2.0 * at - 1.0, 0.0, 0.0], (4, 1)))
     corners, out = np.array(sides, dtype=float).reshape(-1, 3), np.concatenate(normals)
-    part = np.repeat([STRIPE, SKIN, STRIPE, STRIPE, STRIPE], 4)
+    part = np.repeat([STRIPE, FIN, STRIPE, STRIPE, STRIPE], 4)
     tips = np.array([bones[number].tip for _, number in pairs]).reshape(-1, 3)
     along = np.array(_FIN)[corners[:, 0].astype(int)]  # (F,)
     thick = np.array([np.interp(along, STATIONS, row) for row in radius]).reshape(-1, len(along), 1)

@@ -9,7 +9,6 @@ from inspector.bundled import FLIPPED
 from inspector.session.settings import Settings, load_settings
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.head_and_chest import heads_and_chests
-from inspector.viewport.limb_circle import times_drawn
 from inspector.viewport.solid_and_ghost import Style
 from tests.gui.pictures import FRAME, INJECTED, WALK, insert_twist, settle
 from tests.gui.windows import act, open_clip
@@ -51,10 +50,8 @@ def test_a_fan_shows_how_far_the_bone_is_turned(qtbot, document, show_view, degr
     view = show_view(document)
     view.focus_chain()
     settle(qtbot, view)
-    turn = view.drawing.turn(view.scene, view.camera)
-    assert turn.drawn == pytest.approx(turn.times * np.radians(degrees))
-    assert turn.times == (1 if abs(degrees) >= 15.0 else times_drawn(np.radians(degrees)))
-    assert (turn.times > 1) == (abs(degrees) < 15.0)
+    turn = view.drawing.turn(view.scene)
+    assert turn.drawn == pytest.approx(np.radians(degrees))
     circle = view.scene._circle
     rim = circle.swept.points.astype(float)[1:]
     radius = np.linalg.norm(turn.circle.aside)
@@ -62,13 +59,18 @@ def test_a_fan_shows_how_far_the_bone_is_turned(qtbot, document, show_view, degr
     assert length == pytest.approx(radius * abs(turn.drawn), rel=0.01)
     assert not circle.line.shown
     assert f"{abs(degrees):.0f}°" in view.overlays.angle.text()
-    assert ("×" in view.overlays.angle.text()) == (turn.times > 1)
-    # The best view sees the circle open, and the fan on the near side.
+    # The fan leads from the front of the bone before correction to its front after it.
+    joint, frame = document.find_chain("LeftForeArm").parent, document.frame
+    normal = next(b.normal for b in view.scene.bones if b.parent == joint)
+    for after, angle in ((False, 0.0), (True, -turn.drawn)):
+        front = rotate(document.pose(frame, after=after)[0][joint], normal)
+        end = turn.circle.at(np.array([angle]))[0] - turn.circle.centre
+        assert front @ end == pytest.approx(radius, rel=1e-3)
+    # The best view sees the circle open.
     assert 0.25 < abs(view.camera.direction @ turn.circle.axis) < 0.8
-    assert (turn.spoke[1] - turn.spoke[0]) @ view.camera.direction > 0.0
     document.go_to(FRAME + 50)
     settle(qtbot, view)
-    assert view.drawing.turn(view.scene, view.camera) is None
+    assert view.drawing.turn(view.scene) is None
     assert not circle.swept.shown
 
 
