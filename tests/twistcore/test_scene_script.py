@@ -244,7 +244,7 @@ def test_a_scene_turned_otherwise_where_nothing_is_corrected_is_refusal(monkeypa
         )
     )  # fmt: skip
     words = refusal(monkeypatch, script("maya"), Cmds(rig))
-    assert names_in_one_line(words, f" {frame:g} ", "LeftForeArm", "4.00°")
+    assert names_in_one_line(words, f" {frame:g},", "LeftForeArm", "4.00°")
 
 
 def test_references_lie_where_nothing_is_corrected():

@@ -96,7 +96,7 @@ def chains_left(
     for chain in chains:
         if joints := stuck_joints(motion, chain, twists):
             some = uncorrectable_joints(motion, chain, carried=True) != joints
-            where = " in intervals that keep the limb's end" if some else ""
+            where = " in intervals that keep the end of the limb" if some else ""
             left.append(
                 f"{chain.name} was not corrected{where}, because these joints do not have "
                 f"three rotation channels: {', '.join(joints)}"
