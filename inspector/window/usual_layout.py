@@ -9,7 +9,7 @@ from functools import partial
 from PySide6.QtCore import QByteArray, QEvent, QObject, QPoint, QRect, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QWidget
 
-from inspector.window.low_window import Compact, LowWindow
+from inspector.window.low_window import Compact, LowWindow, is_seen
 
 
 @dataclass(frozen=True)
@@ -53,10 +53,16 @@ _SIZED = (  # docks and the direction of the size that is set
 _STATE_VERSION = 3
 _SEPARATOR = 3  # pixels between two docks, as in the style sheet
 _LEEWAY = 3  # pixels by which a layout may be rounded
-# Usable sizes of restored panels, in the order of `_sizes`: pixels at least, and largest shares of
-# the window's size.
-_LEAST = 240, 70, 110
-_LARGEST = 0.5, 0.5, 0.6
+# Usable widths of restored panels next to the figure, and usable heights of panels above or below
+# it: pixels at least, and the largest share of the window's size.
+_Area = Qt.DockWidgetArea
+_USABLE = {
+    _Area.LeftDockWidgetArea: (120, 0.35),
+    _Area.RightDockWidgetArea: (240, 0.5),
+    _Area.BottomDockWidgetArea: (110, 0.6),
+    _Area.TopDockWidgetArea: (110, 0.6),
+}
+_SIDES = _Area.LeftDockWidgetArea, _Area.RightDockWidgetArea
 
 
 def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
@@ -173,12 +179,16 @@ class UsualLayout(QObject):
     def _make_usable(self) -> None:
         """Clamp the sizes of restored panels, which may come from another screen."""
         window = self._window
-        wholes = window.width(), window.height(), window.height()
-        limits = zip(_SIZED, self._sizes(), _LEAST, _LARGEST, wholes, strict=True)
-        for (name, way), size, least, share, whole in limits:
-            dock = self._docks[name]
+        for dock in self._docks.values():
+            if dock.isFloating() or not is_seen(dock):
+                continue
+            area = window.dockWidgetArea(dock)
+            least, share = _USABLE[area]
+            across = area in _SIDES
+            size, whole = (part.width() if across else part.height() for part in (dock, window))
             most = max(round(share * whole), least)
-            if not (least <= size <= most or dock.isFloating() or dock.isHidden()):
+            way = Qt.Orientation.Horizontal if across else Qt.Orientation.Vertical
+            if not least <= size <= most:
                 window.resizeDocks([dock], [min(max(size, least), most)], way)
 
     def kept(self, geometry: str) -> tuple[str, str] | None:
