@@ -7,7 +7,7 @@ separate surface, Qt copies the other widgets directly to the screen.
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtCore import QEvent, QObject, QPoint, Qt
 from PySide6.QtGui import QGuiApplication, QPaintEvent, QWindow
 from PySide6.QtWidgets import QWidget
 
@@ -19,7 +19,25 @@ def own_surface(view: QWidget) -> None:
         QGuiApplication.setAttribute(Qt.ApplicationAttribute.AA_DontCreateNativeWidgetSiblings)
         view.setAttribute(Qt.WidgetAttribute.WA_DontCreateNativeAncestors)
         view.setAttribute(Qt.WidgetAttribute.WA_NativeWindow)
+        _Along(view)
         _Uncovered(view.window())
+
+
+class _Along(QObject):
+    """Moves the surface along when the view's parent is moved, which Qt forgets to do."""
+
+    def __init__(self, view: QWidget) -> None:
+        super().__init__(view)
+        self._view = view
+        if (parent := view.parentWidget()) is not None:
+            parent.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Move the surface to the place of the view in its window; let every event pass."""
+        surface = self._view.windowHandle()
+        if event.type() == QEvent.Type.Move and surface is not None:
+            surface.setPosition(self._view.mapTo(self._view.window(), QPoint(0, 0)))
+        return False
 
 
 class _Uncovered(QObject):

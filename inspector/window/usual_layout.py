@@ -9,7 +9,7 @@ from functools import partial
 from PySide6.QtCore import QByteArray, QEvent, QObject, QPoint, QRect, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QWidget
 
-from inspector.window.low_window import Compact, LowWindow
+from inspector.window.low_window import Compact, LowWindow, is_seen
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,7 @@ class _Size:
 _COLUMN = _Size(share=0.31, least=390, most=500, largest=0.38)
 _CHAINS = _Size(share=0.29, least=0, most=340, largest=0.29)
 _CURVES = _Size(share=0.3, least=236, most=330, largest=0.34)
+_CLIPS = _Size(share=0.23, least=0, most=340, largest=0.25)  # to the left of the figure
 _LOW_CURVES = 0.27  # share of a low window's height
 # With a large font the lines above the curves take some of the curves' height.
 _USUAL_LINE, _LINES_ABOVE = 14, 14  # pixels of a line; lines of menus, titles, tabs and so on
@@ -50,11 +51,18 @@ _SIZED = (  # docks and the direction of the size that is set
     ("curves", Qt.Orientation.Vertical),
 )
 _STATE_VERSION = 3
+_SEPARATOR = 3  # pixels between two docks, as in the style sheet
 _LEEWAY = 3  # pixels by which a layout may be rounded
-# Usable sizes of restored panels, in the order of `_sizes`: pixels at least, and largest shares of
-# the window's size.
-_LEAST = 240, 70, 110
-_LARGEST = 0.5, 0.5, 0.6
+# Usable widths of restored panels next to the figure, and usable heights of panels above or below
+# it: pixels at least, and the largest share of the window's size.
+_Area = Qt.DockWidgetArea
+_USABLE = {
+    _Area.LeftDockWidgetArea: (120, 0.35),
+    _Area.RightDockWidgetArea: (240, 0.5),
+    _Area.BottomDockWidgetArea: (110, 0.6),
+    _Area.TopDockWidgetArea: (110, 0.6),
+}
+_SIDES = _Area.LeftDockWidgetArea, _Area.RightDockWidgetArea
 
 
 def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
@@ -103,9 +111,14 @@ class UsualLayout(QObject):
         self._pressed: tuple[int, ...] = ()  # their sizes when the mouse was pressed
         self._restored = False  # True: restored from an earlier run, but not shown yet
         self._floating: list[QDockWidget] = []
+        self._column_laid = QTimer(self, singleShot=True, interval=0)
+        self._column_laid.timeout.connect(self._divide_column)
+        docks["clips"].visibilityChanged.connect(self._fit_clips)
         window.installEventFilter(self)
         for dock in docks.values():
             dock.topLevelChanged.connect(partial(self._floated, dock))
+            for changed in (dock.visibilityChanged, dock.dockLocationChanged):
+                changed.connect(lambda _: self._column_laid.start())
             dock.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -113,9 +126,9 @@ class UsualLayout(QObject):
         if watched is not self._window:
             self._double_clicked |= event.type() == QEvent.Type.MouseButtonDblClick
         elif event.type() == QEvent.Type.MouseButtonPress:
-            self._pressed = self._sizes() if self._complete else ()
+            self._pressed = self._dragged_sizes() if self._complete else ()
         elif event.type() == QEvent.Type.MouseButtonRelease and self._pressed:
-            self._by_hand |= self._sizes() != self._pressed
+            self._by_hand |= self._dragged_sizes() != self._pressed
         return super().eventFilter(watched, event)
 
     def restore(self, geometry: str, layout: str) -> None:
@@ -165,12 +178,16 @@ class UsualLayout(QObject):
     def _make_usable(self) -> None:
         """Clamp the sizes of restored panels, which may come from another screen."""
         window = self._window
-        wholes = window.width(), window.height(), window.height()
-        limits = zip(_SIZED, self._sizes(), _LEAST, _LARGEST, wholes, strict=True)
-        for (name, way), size, least, share, whole in limits:
-            dock = self._docks[name]
+        for dock in self._docks.values():
+            if dock.isFloating() or not is_seen(dock):
+                continue
+            area = window.dockWidgetArea(dock)
+            least, share = _USABLE[area]
+            across = area in _SIDES
+            size, whole = (part.width() if across else part.height() for part in (dock, window))
             most = max(round(share * whole), least)
-            if not (least <= size <= most or dock.isFloating() or dock.isHidden()):
+            way = Qt.Orientation.Horizontal if across else Qt.Orientation.Vertical
+            if not least <= size <= most:
                 window.resizeDocks([dock], [min(max(size, least), most)], way)
 
     def kept(self, geometry: str) -> tuple[str, str] | None:
@@ -193,10 +210,29 @@ class UsualLayout(QObject):
         column, chains, curves = self._fitting()
         window.resizeDocks([docks["intervals"]], [column], across)
         window.resizeDocks([docks["curves"]], [curves], upright)
-        # Qt would divide the rest of the column between both if one of the heights were missing.
-        parts = [docks["intervals"], docks["chains"]]
-        rest = parts[1].geometry().bottom() - parts[0].geometry().top() - chains
-        window.resizeDocks(parts, [max(rest, 0), chains], upright)
+        self._fit_clips(not docks["clips"].isHidden())
+        self._divide_column(chains)
+        self._column_laid.start()  # and again with its height in the new layout
+
+    def _fit_clips(self, shown: bool) -> None:
+        """Give the list of clips its width, if it is shown and nobody has sized the panels."""
+        if shown and not self._by_hand and not self._restored:
+            size = _CLIPS.of(self._window.width())
+            self._window.resizeDocks([self._docks["clips"]], [size], Qt.Orientation.Horizontal)
+
+    def _divide_column(self, chains: int | None = None) -> None:
+        """Give the chains their height, and the lists above them the rest of the column."""
+        parts = [self._docks["intervals"], self._docks["chains"]]
+        areas = {self._window.dockWidgetArea(part) for part in parts}
+        together = len(areas) == 1 and not any(part.isFloating() for part in parts)
+        if self._by_hand or self._restored or not self._complete or not together:
+            return
+        chains = self._fitting()[1] if chains is None else chains
+        # Qt would divide the rest between both if one of the heights were missing. The status bar,
+        # unlike the chains, is in its place while Qt moves the docks.
+        bottom = self._window.statusBar().geometry().top() - _SEPARATOR
+        rest = bottom - parts[0].geometry().top() - chains
+        self._window.resizeDocks(parts, [max(rest, 0), chains], Qt.Orientation.Vertical)
 
     def follow(self) -> None:
         """Adapt the panels to a new size of the window, unless the user has set their sizes."""
@@ -224,6 +260,10 @@ class UsualLayout(QObject):
     def _complete(self) -> bool:
         """True if no panel is hidden, as it is during a presentation."""
         return not any(self._docks[name].isHidden() for name, _ in _SIZED)
+
+    def _dragged_sizes(self) -> tuple[int, ...]:
+        """Return all sizes that a person can change by dragging a border."""
+        return *self._sizes(), self._docks["clips"].width()
 
     def _sizes(self) -> tuple[int, ...]:
         """Return the width of the column, the height of the chains and the height of the curves."""

@@ -177,6 +177,19 @@ def test_the_figure_has_a_large_share_of_the_window(qtbot, show_window, tmp_path
     assert (window.width(), window.height()) == size, "the window has grown"
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only X11 has a surface of its own")
+def test_the_surface_of_the_figure_moves_along(qtbot, show_window):
+    window = show_window(Settings())
+    surface = window.viewport.windowHandle()
+    if surface is None:
+        pytest.skip("not on X11")
+    centre = window.centralWidget()
+    centre.move(centre.x() + 37, centre.y())
+    place = window.viewport.mapTo(window, QPoint(0, 0))
+    assert surface.position() == place
+    assert place.x() >= 37
+
+
 def titles(window):
     return {name for name, dock in window.docks.items() if dock.titleBarWidget() is None}
 
