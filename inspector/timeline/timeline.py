@@ -285,7 +285,8 @@ class Timeline(QWidget):
         scenery.unreliable_words = curves.unreliable_words
         scenery.unreliable_hint = curves.unreliable_hint
         words = {key: plot.axis(curves) for key, plot in self.plots.items()}
-        self._applicable = [key for key, axis in words.items() if axis]
+        shown = {key for key, plot in self.plots.items() if plot.in_exercise or not data.blind}
+        self._applicable = [key for key, axis in words.items() if axis and key in shown]
         self.grid.show_panes(self._applicable)
         for key, pane in self.panes.items():
             pane.colour()
