@@ -28,7 +28,7 @@ from twistcore.study.class_exercise import (
     schema_of,
     write_exercise,
 )
-from twistcore.study.exercise import decoys, hide_errors
+from twistcore.study.exercise import hide_errors, natural_stretches
 from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
 from twistcore.synthesis.truth import SCHEMA as TRUTH
@@ -48,7 +48,7 @@ def hidden(
     listed: list[Interval] = []
     if kind == "judge":
         listed = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
-        listed += decoys(motion, chains, errors, seed)
+        listed += natural_stretches(errors, motion.frames)
     return dirty, errors, tuple(sorted(listed, key=lambda i: (i.chain, i.start)))
 
 

@@ -15,6 +15,9 @@ from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.theme import Colours
 from inspector.widgets.typeset import Typesetter
 
+# The colour of a result, by the smallest share of right answers.
+_ROLES = (1.0, "accepted"), (0.5, "undecided"), (0.0, "rejected")
+
 
 class GuideCard(QWidget):
     """A card with a page, its task, and the buttons of the lesson or exercise."""
@@ -25,8 +28,8 @@ class GuideCard(QWidget):
         super().__init__()
         self._colours = colours
         self._typesetter = typesetter
-        self.done = False  # True if the task is done
-        self._task = ""
+        self.done = False  # whether the task is done
+        self._task, self._mark, self._role = "", "▸", "accent"
         self.title, self.task = QLabel(wordWrap=True), QLabel(wordWrap=True)
         self.title.setTextFormat(Qt.TextFormat.PlainText)
         self.task.setTextFormat(Qt.TextFormat.RichText)
@@ -42,7 +45,7 @@ class GuideCard(QWidget):
         colours.changed.connect(self._colour)
 
     def _colour(self) -> None:
-        self.set_done(self.done)
+        self._show_task(self._mark)
 
     def prepare(self, formulas: Sequence[str]) -> None:
         """Typeset formulas before the pages that contain them are shown."""
@@ -66,9 +69,17 @@ class GuideCard(QWidget):
 
     def set_done(self, done: bool) -> None:
         """Mark the task as done or open."""
-        self.done = done
-        theme = self._colours.theme
-        colour, mark = (theme.accepted, "✓") if done else (theme.accent, "▸")
+        self.done, self._role = done, "accepted" if done else "accent"
+        self._show_task("✓" if done else "▸")
+
+    def set_result(self, text: str, share: float) -> None:
+        """Show a result in the place of the task. `share` is its quality, 0…1, shown as colour."""
+        self._task, self.done = text, True
+        self._role = next(role for least, role in _ROLES if share >= least)
+        self._show_task("✓" if share == 1.0 else "✗")
+
+    def _show_task(self, mark: str) -> None:
+        self._mark, colour = mark, getattr(self._colours.theme, self._role)
         self.task.setVisible(bool(self._task))
         self.task.setText(f"{mark} {_plain(self._task)}")
         self.task.setStyleSheet(f"color: {colour}")

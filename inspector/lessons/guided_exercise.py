@@ -7,23 +7,21 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSpinBox, QToolButton, QWidget
 
-from inspector.bundled import EXERCISE_PAGE
-from inspector.language import in_language, plural, tr, tr_as
+from inspector.language import plural, tr, tr_as
 from inspector.lessons.classroom import hidden, open_for_student, to_review
+from inspector.lessons.exercise_texts import exercise_page, score_text
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
-from inspector.lessons.lesson_file import body_and_task
+from inspector.lessons.scene_of_page import ViewBefore
 from inspector.lessons.teachers_files import TeachersFiles
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
 from inspector.widgets.building import tool_button
 from inspector.widgets.file_dialog import ask_files, ask_where
-from inspector.widgets.signed_numbers import signed
 from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
@@ -36,12 +34,6 @@ from twistcore.synthesis import InjectedError
 KINDS = {"judge": tr("Judge"), "find": tr("Find")}
 _NOTHING_KEPT = tr("An exercise saves nothing. When it ends, your own clip comes back unchanged.")
 _HAND_IN = tr("An exercise saves nothing by itself. Press Hand in… to write your verdicts.")
-
-
-def exercise_page() -> tuple[str, str, str]:
-    """Return the title, text and task of the exercise page."""
-    head, _, text = in_language(EXERCISE_PAGE).read_text(encoding="utf-8").partition("\n")
-    return (head.removeprefix("# ").strip(), *body_and_task(text.splitlines()))
 
 
 def make_exercise(
@@ -78,8 +70,9 @@ class Exercise(QObject):
         self._errors: tuple[InjectedError, ...] = ()
         self._task = OneTask(self)
         self._class: ClassExercise | None = None  # the open exercise of a class
-        self._since = 0.0
-        # The verdicts at the last submission, or at the start.
+        self._since, self._seed = 0.0, 1  # the start of a class exercise; the seed of another one
+        self._view_before: ViewBefore | None = None  # the view before the exercise
+        # The verdicts as last handed in, or at the start.
         self._kept: list[tuple[Interval, Decision]] = []
         self.result: ExerciseScore | None = None
         self.kind, self.seed = QComboBox(), QSpinBox()
@@ -131,10 +124,14 @@ class Exercise(QObject):
         """End the exercise and return to the person's clip."""
         self._task.cancel()
         self.running, self._class = False, None
+        if self._view_before is not None:
+            self._view_before.restore()
+            self._view_before = None
         self.ended.emit()
 
     def _start(self) -> None:
         folder, seed = self._program.aside.folder(), self.seed.value()
+        self._seed = seed
         clip, kind = self._clips[seed % len(self._clips)], str(self.kind.currentData())
         self.start.setEnabled(False)
         make = partial(make_exercise, clip, folder, seed, kind)
@@ -149,8 +146,15 @@ class Exercise(QObject):
         self.score_button.setEnabled(True)
         self._program.guide.show_page(*exercise_page())
         self._program.aside.show(data, _NOTHING_KEPT)
-        self._program.show_intervals()
+        self._look_at_skin()
         self._judged()
+
+    def _look_at_skin(self) -> None:
+        """Show the list and the striped skin, which shows the errors, until the exercise ends."""
+        if self._view_before is None:
+            self._view_before = ViewBefore(self._program)
+        self._program.actions["skin"].setChecked(True)
+        self._program.show_intervals()
 
     def _judged(self) -> None:
         begun = self._class is not None or bool(self._errors)
@@ -173,15 +177,16 @@ class Exercise(QObject):
         guide.show_text(score_text(result, self._program.document.first_frame))
         total, wrong = len(self._errors), result.false_verdicts
         found = {"found": len(result.hits), "total": total}
-        guide.set_task(
-            plural(
-                "You found {found} of {total} errors and gave {n} false verdict.",
-                "You found {found} of {total} errors and gave {n} false verdicts.",
-                wrong,
-                **found,
-            )
+        words = plural(
+            "{found} of {total} errors found, {n} false verdict",
+            "{found} of {total} errors found, {n} false verdicts",
+            wrong,
+            **found,
         )
-        guide.set_done(True)
+        right = len(result.hits) / max(total + len(result.false_accepted), 1)
+        guide.set_result(words, right)
+        self.seed.setValue(self._seed % self.seed.maximum() + 1)
+        self.start.setText(tr("Next exercise"))
 
     # -- a class ------------------------------------------------------------------------------
 
@@ -226,7 +231,7 @@ class Exercise(QObject):
         self._program.guide.show_page(*exercise_page())
         self._program.aside.show(data, _HAND_IN, signed=True)
         self._kept = self._verdicts()
-        self._program.show_intervals()
+        self._look_at_skin()
         self._judged()
 
     def _verdicts(self) -> list[tuple[Interval, Decision]]:
@@ -305,41 +310,3 @@ class Exercise(QObject):
             document.select_chain(chain)
             document.go_to(int(frame))
             self._program.viewport.focus_chain()
-
-
-def score_text(result: ExerciseScore, first_frame: int) -> str:
-    """Return the score as Markdown. `first_frame` is the number of the clip's first frame."""
-    lines = [
-        tr(
-            "**Hits {hits}** · **misses {misses}** · **false verdicts {wrong}**",
-            hits=len(result.hits),
-            misses=len(result.misses),
-            wrong=result.false_verdicts,
-        ),
-        "",
-    ]
-    for title, rows in (
-        (tr("Found"), result.hits),
-        (tr("Missed"), result.misses),
-        (tr("Rejected, although it is an error"), result.false_rejected),
-        (tr("Accepted, although it is natural motion"), result.false_accepted),
-    ):
-        if rows:
-            lines += [f"{title}:", ""]
-            lines += [_row(r, first_frame) for r in rows]
-            lines.append("")
-    if result.left:
-        lines.append(
-            plural("{n} interval has no verdict.", "{n} intervals have no verdict.", result.left)
-        )
-    return "\n".join(lines)
-
-
-def _row(found: InjectedError | Interval, first: int) -> str:
-    largest = found.offset[int(np.argmax(np.abs(found.offset)))]
-    degrees = f"{signed(np.degrees(largest), 0)}°"
-    frames = tr(
-        "{start} to {stop}", start=found.start + first, stop=found.stop + first
-    )  # like Start and Stop in the table
-    place = f"{found.chain}, {frames}, {degrees}"
-    return f"- [{place}](at:{found.chain}/{found.start})"

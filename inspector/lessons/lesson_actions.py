@@ -53,6 +53,7 @@ class LessonActions:
         self._add_menu()
         self.player.began.connect(lambda: self._show_guide(self._title))
         self.player.ended.connect(self._close_guide)
+        self.player.finished.connect(self._offer_next)
         self.hidden_errors.ended.connect(self._close_guide)
         self.program.guide.linked.connect(self.hidden_errors.go_to)
 
@@ -103,6 +104,20 @@ class LessonActions:
         self.window.statusBar().showMessage(f"{lesson.title} …")
         self._title, self._lesson = lesson.title, lesson
         self.player.begin(lesson, self._refuse)
+
+    def _offer_next(self) -> None:
+        """Ask whether to go on with the lesson that follows, or with the exercise."""
+        assert self._lesson is not None
+        lessons = [TOUR, *(path for path in sorted(LESSONS.glob("*.md")) if path != TOUR)]
+        names = [path.name for path in lessons]
+        name = self._lesson.path.name
+        text = tr("{title} is finished. What next?", title=self._lesson.title)
+        answers = [(tr("Exercise"), self.exercise), (tr("Nothing"), lambda: None)]
+        following = names.index(name) + 1 if name in names else len(names)
+        if following < len(lessons):
+            own = in_language(lessons[following])
+            answers.insert(0, (read_lesson(own).title, partial(self.play, own)))
+        self.program.document.question.emit(text, tuple(answers))
 
     def _refuse(self, error: Exception) -> None:
         """End the lesson and show why it cannot be played."""

@@ -45,6 +45,7 @@ class LessonPlayer(QObject):
 
     began = Signal()  # the first page is about to be shown
     ended = Signal()
+    finished = Signal()  # the last page was left by Finish, after `ended`
 
     def __init__(self, program: GuidedProgram, parent: QObject) -> None:
         super().__init__(parent)
@@ -116,6 +117,7 @@ class LessonPlayer(QObject):
     def _go(self, at: int) -> None:
         if at >= len(self.pages):
             self.end()
+            self.finished.emit()
             return
         self.at = at
         page = self.pages[at]

@@ -50,6 +50,7 @@ class Plot:
     - takes_tau: True if the pane shows the τ line
     - no_limb: the message to show if a limb is selected and the pane cannot show limbs
     - gestures: the class of its mouse gestures
+    - in_exercise: True to show the pane in an exercise, whose errors it must not reveal
     - build: makes the widget, by default an empty pane with these styles
     """
 
@@ -73,6 +74,7 @@ class Plot:
     takes_tau: bool = False
     no_limb: str = ""
     gestures: type[Gestures] = Gestures
+    in_exercise: bool = False
     build: Callable[[Document, Scenery, QWidget], Pane] | None = None
 
     def pane(self, document: Document, scenery: Scenery, parent: QWidget) -> Pane:

@@ -303,7 +303,9 @@ class Timeline(QWidget):
         words = {key: plot.axis(curves) for key, plot in self.plots.items()}
         for key, pane in self.panes.items():
             pane.front.values = words[key]
-        self._applicable = [key for key, axis in words.items() if axis]
+        blind = self.document.data is not None and self.document.data.blind
+        shown = {key for key, plot in self.plots.items() if plot.in_exercise or not blind}
+        self._applicable = [key for key, axis in words.items() if axis and key in shown]
         self.grid.show_panes(self._applicable)
 
     def _show_overview(self) -> None:

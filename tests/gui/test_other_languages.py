@@ -15,7 +15,7 @@ from inspector.bundled import ASSETS, EXERCISE_PAGE, LANGUAGES, LESSONS
 from inspector.language import texts_of_script, tr, use_language
 from inspector.language.extraction import texts_in_code
 from inspector.lessons import page_export, web_page
-from inspector.lessons.guided_exercise import exercise_page
+from inspector.lessons.exercise_texts import exercise_page
 from inspector.lessons.lesson_file import read_lesson
 from inspector.lessons.lesson_text import formulas
 from inspector.teaching import what_if_words

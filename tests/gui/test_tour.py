@@ -12,7 +12,8 @@ from PySide6.QtWidgets import QApplication
 
 from inspector.bundled import EXERCISE_PAGE, FLIPPED, LESSONS
 from inspector.lessons.classroom import scored, write_for_class
-from inspector.lessons.guided_exercise import exercise_page, make_exercise
+from inspector.lessons.exercise_texts import exercise_page
+from inspector.lessons.guided_exercise import make_exercise
 from inspector.lessons.lesson_checks import CHECKS
 from inspector.lessons.lesson_conditions import CONDITIONS
 from inspector.lessons.lesson_file import read_lesson
@@ -430,6 +431,50 @@ def test_an_exercise_does_not_give_itself_away(qtbot, at_forearm):
         assert at_forearm.detail.why.text() == ""
     at_forearm.lesson_actions.leave_guide()
     assert not any(np.isnan(row.peak) for row in at_forearm.chains._model.things)
+
+
+def test_an_exercise_shows_changes_only_and_its_score_in_the_colour_it_deserves(qtbot, at_forearm):
+    document, exercise = at_forearm.document, at_forearm.lesson_actions.hidden_errors
+    panes, skin = at_forearm.timeline.grid.shown, at_forearm.actions_by_id["skin"]
+    assert "strength" in panes
+    act(at_forearm, "skin")
+    start_exercise(qtbot, at_forearm, "Judge", 5)
+    qtbot.waitUntil(lambda: at_forearm.timeline.grid.shown == ["delta"])
+    assert skin.isChecked()
+    guide, theme = at_forearm.guide, at_forearm.colours.theme
+    truth = {(e.chain, e.start) for e in exercise._errors}
+    first = next(j for j in document.intervals if (j.interval.chain, j.interval.start) in truth)
+    document.do(Decide((first.id,), Decision.ACCEPTED, "me", document.now()))
+    exercise.score_button.click()
+    assert guide.task.text() == f"✗ 1 of {len(truth)} errors found, 0 false verdicts"
+    assert theme.rejected in guide.task.styleSheet()
+    for j in document.intervals:
+        if (j.interval.chain, j.interval.start) in truth:
+            document.do(Decide((j.id,), Decision.ACCEPTED, "me", document.now()))
+    exercise.score_button.click()
+    assert theme.accepted in guide.task.styleSheet()
+    assert exercise.start.text() == "Next exercise"
+    assert exercise.seed.value() == 6
+    exercise.leave.click()
+    qtbot.waitUntil(lambda: at_forearm.timeline.grid.shown == panes)
+    assert not skin.isChecked()
+
+
+@pytest.mark.parametrize(
+    ("lesson", "first"),
+    [("3-1-definition", "3.2 How the twists are measured"), ("tour", "3.1 What a twist error is")],
+)
+def test_after_finish_comes_what_is_next(qtbot, at_forearm, lesson, first):
+    asked = []
+    at_forearm.document.question.connect(lambda text, answers: asked.append((text, answers)))
+    player = play(qtbot, at_forearm, LESSONS / f"{lesson}.md")
+    for _ in player.pages:
+        player.forward.click()
+    ((text, answers),) = asked
+    assert text.endswith("is finished. What next?")
+    assert [words for words, _ in answers] == [first, "Exercise", "Nothing"]
+    answers[1][1]()
+    assert at_forearm.lesson_actions.hidden_errors.running
 
 
 def test_the_score_counts_frames_as_the_table_does(qtbot, at_forearm):

@@ -1,6 +1,5 @@
 """One frame's quantities: equal to those of the whole clip, and what altering a frame does."""
 
-from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +20,7 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 from twistcore.skeleton.signals import twist_signals
-from twistcore.study.exercise import decoys, hide_errors, score_exercise
+from twistcore.study.exercise import hide_errors, score_exercise
 
 EXACT = 1e-9
 TURN = np.radians(70.0)
@@ -228,54 +227,3 @@ def test_every_kind_of_verdict_is_counted(clip):
     assert (result.false_verdicts, result.left) == (2, 1)
     # The same frames in another chain are no hit.
     assert not score_exercise([found], [judged(1, free, found.start, found.stop, yes)]).hits
-
-
-@pytest.mark.parametrize("seed", range(1, 21))
-def test_decoys_lie_in_the_clip_apart_from_each_other_and_from_errors(clip, seed):
-    chains = find_chains(clip.motion)
-    _, errors = hide_errors(clip.motion, chains, seed)
-    found = decoys(clip.motion, chains, errors, seed)
-    counts = Counter(i.chain for i in found)
-    assert counts.keys() == {e.chain for e in errors}
-    assert all(2 <= count <= 5 for count in counts.values())
-    for k, one in enumerate(found):
-        assert 0 < one.start < one.stop <= clip.motion.frames
-        for other in (*found[k + 1 :], *errors):
-            if other.chain == one.chain:
-                assert one.stop + 4 <= other.start or other.stop + 4 <= one.start
-
-
-def busiest_chains_right(errors, listed):
-    """Share of right verdicts of who accepts what is listed in the two chains with most of it."""
-    busiest = [name for name, _ in Counter(i.chain for i in listed).most_common(2)]
-    truth = {(e.chain, e.start) for e in errors}
-    right = sum((i.chain in busiest) == ((i.chain, i.start) in truth) for i in listed)
-    return right / len(listed)
-
-
-def longer_chain_right(errors, listed):
-    """The same of who accepts what is listed in the one chain with most of it."""
-    ((busiest, _),) = Counter(i.chain for i in listed).most_common(1)
-    truth = {(e.chain, e.start) for e in errors}
-    right = sum((i.chain == busiest) == ((i.chain, i.start) in truth) for i in listed)
-    return right / len(listed)
-
-
-@pytest.mark.parametrize("rule", [busiest_chains_right, longer_chain_right])
-def test_counting_the_intervals_of_chains_does_not_solve_the_exercise(rule):
-    shares = []
-    for name in ("walk.bvh", "dance.bvh", "basketball.bvh"):
-        motion = read_bvh(ASSETS / name).motion
-        chains = find_chains(motion)
-        for seed in range(1, 13):
-            _, errors = hide_errors(motion, chains, seed)
-            listed = (*errors, *decoys(motion, chains, errors, seed))
-            shares.append(rule(errors, listed))
-    assert len(shares) == 36
-    assert np.mean(shares) == pytest.approx(0.5, abs=0.06)
-
-
-def test_a_clip_too_short_for_decoys_gets_none(clip):
-    chains = find_chains(clip.motion)
-    _, errors = hide_errors(clip.motion, chains, 1)
-    assert decoys(clip.motion.sliced(0, 12), chains, errors, 1) == ()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -11,13 +12,12 @@ from twistcore.detection import Interval
 from twistcore.review import Decision, Judged
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.signals import twist_signals
 from twistcore.study.evaluation import match_intervals
-from twistcore.synthesis import PROTOCOLS, InjectedError, draw_errors, generator, inject
+from twistcore.synthesis import InjectedError, generator, inject
 
-_LONGEST = 20  # frames of a decoy, the same as for an error of P0
-_APART = 4  # frames between two decoys of a chain
-_CHOICE = 10  # number of the liveliest moments from which one is drawn
+_JUMPS = 4, 6  # jumps in a chain; an even number, so that the first and last stretch are alike
+_SHORTEST = 6  # frames of a stretch
+_SIZES = 50.0, 150.0  # degrees, which the striped skin shows
 
 
 @dataclass(frozen=True)
@@ -53,10 +53,13 @@ class ExerciseScore:
 def hide_errors(
     motion: Motion, chains: Sequence[Chain], seed: int
 ) -> tuple[Motion, tuple[InjectedError, ...]]:
-    """Return the motion with errors of the paper's kind in two chains that share no joint.
+    """Return the motion with errors in two chains that share no joint.
 
-    The same seed hides the same errors in the same clip. Chains that cannot be corrected are never
-    used; a motion without correctable chains is returned unchanged.
+    A chain is cut into an odd number of stretches, and every other one is wrong by the same angle.
+    Whether the first one is wrong is drawn. At each jump the curves show the same on both sides, so
+    only the figure shows which side is wrong. The same seed hides the same errors in the same clip.
+    Chains that cannot be corrected are never used; a motion without correctable chains is returned
+    unchanged.
     """
     rng = generator(seed, "exercise")
     free = [c for c in chains if not uncorrectable_joints(motion, c)]
@@ -65,49 +68,41 @@ def hide_errors(
         joints = {j for c in targets for j in (c.parent, c.child)}
         if len(targets) < 2 and not joints & {free[k].parent, free[k].child}:
             targets.append(free[k])
-    errors = draw_errors(motion, targets, rng, PROTOCOLS["P0"])
-    return inject(motion, chains, errors), errors
+    errors: list[InjectedError] = []
+    for chain in targets:
+        stretches = _stretches(motion.frames, rng)
+        angle = np.radians(rng.uniform(*_SIZES)) * rng.choice([-1.0, 1.0])
+        for start, stop in stretches[int(rng.integers(2)) :: 2] if len(stretches) > 1 else ():
+            errors.append(InjectedError(chain.name, start, stop, np.full(stop - start, angle)))
+    return inject(motion, chains, errors), tuple(errors)
 
 
-def decoys(
-    motion: Motion, chains: Sequence[Chain], errors: Sequence[InjectedError], seed: int
-) -> tuple[Interval, ...]:
-    """Return 2 to 5 intervals without an error per chain, as many as there can be errors.
+def _stretches(frames: int, rng: np.random.Generator) -> list[tuple[int, int]]:
+    """Return an odd number of stretches [start, stop) that cover the clip, of random lengths."""
+    jumps = min(int(rng.choice(_JUMPS)), (frames // _SHORTEST - 1) // 2 * 2)
+    if jumps < 2:
+        return [(0, frames)]
+    slack = frames - (jumps + 1) * _SHORTEST
+    steps = np.sort(rng.integers(0, slack + 1, jumps)) + _SHORTEST * np.arange(1, jumps + 1)
+    ends = [0, *map(int, steps), frames]
+    return list(pairwise(ends))
 
-    `motion` is the clean motion. Decoys are in the same chains as the errors but do not overlap
-    them, so that neither the chain nor the number of intervals reveals the errors. Each decoy
-    begins where the chain's parent really twists fast, so that θp alone does not show the
-    difference. Lengths and offsets are drawn as for errors. A clip that is too short has fewer
-    decoys.
+
+def natural_stretches(errors: Sequence[InjectedError], frames: int) -> tuple[Interval, ...]:
+    """Return the stretches of the same chains between the errors, as intervals to judge.
+
+    Their offset is the opposite angle, which would turn them like the stretches around them. So
+    neither the number of intervals nor their offsets reveal which of them are errors.
     """
-    rng = generator(seed, "decoys")
     out: list[Interval] = []
-    for chain in chains:
-        taken = [(e.start, e.stop) for e in errors if e.chain == chain.name]
-        for _ in range(int(rng.integers(2, 6)) if taken else 0):
-            if (start := _lively(motion, chain, taken, rng)) is None:
-                break
-            length = int(rng.integers(1, _LONGEST + 1))
-            angle = np.radians(rng.uniform(5.0, 180.0)) * rng.choice([-1.0, 1.0])
-            out.append(Interval(chain.name, start, start + length, np.full(length, angle)))
-            taken.append((start, start + length))
+    for chain in dict.fromkeys(e.chain for e in errors):
+        own = sorted((e for e in errors if e.chain == chain), key=lambda e: e.start)
+        starts, stops = [0, *(e.stop for e in own)], [*(e.start for e in own), frames]
+        angle = -float(own[0].offset[0])
+        for start, stop in zip(starts, stops, strict=True):
+            if start < stop:
+                out.append(Interval(chain, start, stop, np.full(stop - start, angle)))
     return tuple(sorted(out, key=lambda i: (i.chain, i.start)))
-
-
-def _lively(
-    motion: Motion, chain: Chain, taken: Sequence[tuple[int, int]], rng: np.random.Generator
-) -> int | None:
-    """Return a frame in which the parent twists fast and a decoy would overlap nothing.
-
-    `taken` are the spans that are in use. The result is None if there is no such frame.
-    """
-    speed = np.abs(twist_signals(motion, chain).dtheta_p)
-    speed[:2] = speed[max(len(speed) - _LONGEST, 0) :] = -1.0
-    for start, stop in taken:
-        speed[max(start - _LONGEST - _APART, 0) : stop + _APART] = -1.0
-    lively = np.argsort(speed)[-_CHOICE:]
-    lively = lively[speed[lively] >= 0.0]
-    return int(rng.choice(lively)) if len(lively) else None
 
 
 def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) -> ExerciseScore:

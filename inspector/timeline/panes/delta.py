@@ -52,5 +52,6 @@ plot = Plot(
     describe=_describe,
     styles=BEFORE_AND_AFTER,
     root=True,
+    in_exercise=True,
     dots=(("dtheta_p", "Δθp", False), ("dtheta_c", "Δθc", True)),
 )

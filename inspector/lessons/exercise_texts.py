@@ -1,0 +1,61 @@
+"""The page of the exercise, and its score in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from inspector.bundled import EXERCISE_PAGE
+from inspector.language import in_language, plural, tr
+from inspector.lessons.lesson_file import body_and_task
+from inspector.widgets.signed_numbers import signed
+from twistcore.detection import Interval
+from twistcore.study.exercise import ExerciseScore
+from twistcore.synthesis import InjectedError
+
+
+def exercise_page() -> tuple[str, str, str]:
+    """Return the title, text and task of the exercise page."""
+    head, _, text = in_language(EXERCISE_PAGE).read_text(encoding="utf-8").partition("\n")
+    return (head.removeprefix("# ").strip(), *body_and_task(text.splitlines()))
+
+
+def score_text(result: ExerciseScore, first_frame: int) -> str:
+    """Return the score as Markdown. `first_frame` is the number of the clip's first frame."""
+    lines = [
+        tr(
+            "**Hits {hits}** · **misses {misses}** · **false verdicts {wrong}**",
+            hits=len(result.hits),
+            misses=len(result.misses),
+            wrong=result.false_verdicts,
+        ),
+        "",
+    ]
+    for title, rows in (
+        (tr("Found"), result.hits),
+        (tr("Missed"), result.misses),
+        (tr("Rejected, although it is an error"), result.false_rejected),
+        (tr("Accepted, although it is natural motion"), result.false_accepted),
+    ):
+        if rows:
+            lines += [f"{title}:", ""]
+            lines += [_row(r, first_frame) for r in rows]
+            lines.append("")
+    if result.left:
+        lines.append(
+            plural("{n} interval has no verdict.", "{n} intervals have no verdict.", result.left)
+        )
+    then = tr(
+        "Next: click the places above and look at the stripes there. Then press *Next exercise*, "
+        "which hides other errors."
+    )
+    return "\n".join([*lines, "", then])
+
+
+def _row(found: InjectedError | Interval, first: int) -> str:
+    largest = found.offset[int(np.argmax(np.abs(found.offset)))]
+    degrees = f"{signed(np.degrees(largest), 0)}°"
+    frames = tr(
+        "{start} to {stop}", start=found.start + first, stop=found.stop + first
+    )  # like Start and Stop in the table
+    place = f"{found.chain}, {frames}, {degrees}"
+    return f"- [{place}](at:{found.chain}/{found.start})"
