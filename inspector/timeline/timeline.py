@@ -178,7 +178,6 @@ class Timeline(QWidget):
         """Update plots that have just become visible, and show on the button how many are
         hidden.
         """
-        self._show_range()
         self._repaint()
         self._refresh_shown()
         seen, wanted = len(self.grid.shown), len(self.grid.chosen)
@@ -349,8 +348,8 @@ class Timeline(QWidget):
             self.panes[key].touch()
 
     def _show_range(self, *_: object) -> None:
-        for key in self.grid.shown:
-            self.panes[key].show_frames(*self.visible.ends)
+        for pane in self.panes.values():
+            pane.show_frames(*self.visible.ends)
         self._show_part(grow=True)
         self.overview.show_view(*self.visible.ends)
 
