@@ -292,7 +292,6 @@ class Timeline(QWidget):
         scenery.unreliable_hint = curves.unreliable_hint
         self._choose_plots(curves)
         for pane in self.panes.values():
-            pane.colour()
             pane.time.forget_zoom()
         for key in self._applicable:
             self.plots[key].draw_clip(curves, self.panes[key])

@@ -15,7 +15,7 @@ import pyvista as pv
 
 from inspector.viewport.mesh_actor import Index, segments
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array, matrix_from_quaternion, normalise
+from twistcore.skeleton.rotation import Array, matrix_from_quaternion, normalise, rotate
 
 # The part of a vertex, which determines its colour. SKIN, BAND: light and dark stripes of a limb;
 # FIN: the edge of the fin along its front.
@@ -47,6 +47,33 @@ class BoneSegment:
     tip: Array
     normal: Array
     width: float
+
+
+@dataclass(frozen=True, eq=False)
+class Rods:
+    """Bones as lines: the parents (n,), the tips (n, 3) in their coordinates, and half the widths
+    (n,).
+    """
+
+    parent: Index
+    tip: Array
+    width: Array
+
+    @classmethod
+    def of(cls, bones: Sequence[BoneSegment]) -> Rods:
+        """Return the lines of bones."""
+        return cls(
+            np.array([bone.parent for bone in bones], dtype=np.int64),
+            np.array([bone.tip for bone in bones]).reshape(-1, 3),
+            np.array([bone.width for bone in bones]),
+        )
+
+    def ends(self, rotations: Array, positions: Array) -> Array:
+        """Return both ends of each bone, (n, 2, 3), from global rotations (joints, 4) and
+        positions (joints, 3).
+        """
+        start = positions[self.parent]
+        return np.stack([start, start + rotate(rotations[self.parent], self.tip)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -78,7 +78,7 @@ class OrbitCamera:
 
     def moved(self, step: Array) -> OrbitCamera:
         """Return the camera moved by a world vector (3,)."""
-        return replace(self, target=self.target + step)
+        return self._placed(self.target + step, self.distance)
 
     def zoomed(self, factor: float) -> OrbitCamera:
         """Return the camera closer to the target by a factor."""
@@ -104,7 +104,15 @@ class OrbitCamera:
         size = max(tall, (high[0] - low[0]) / max(aspect, 0.1))
         centre[1] += covered * margin * size / 2.0
         away = margin * size / (2.0 * np.tan(VIEW_ANGLE / 2.0)) + (high[2] - low[2]) / 2.0
-        return replace(self, target=centre @ self.axes, distance=float(max(away, 1e-9)))
+        return self._placed(centre @ self.axes, float(max(away, 1e-9)))
+
+    def _placed(self, target: Array, distance: float) -> OrbitCamera:
+        """Return the camera at another place, with its directions, which are known already."""
+        camera = replace(self, target=target, distance=distance)
+        for name in ("sideways", "direction", "axes"):
+            if name in vars(self):
+                vars(camera)[name] = vars(self)[name]
+        return camera
 
     def project(self, points: Array, width: int, height: int) -> tuple[Array, Array]:
         """Return pixels (…, 2), y down, and depths (…) of points (…, 3)."""

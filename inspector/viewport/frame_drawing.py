@@ -90,6 +90,7 @@ class FrameDrawing:
         self.left: Pose | None = None  # the pose that was drawn in the left image
         self.roles: frozenset[int] = frozenset()  # of the bones that were drawn, in all images
         self._drawn_offsets: tuple[object, ...] = ()
+        self._drawn_turn: Turn | None = None
 
     def draw(self, scene: Scene, camera: OrbitCamera) -> None:
         """Draw everything as seen from the camera. The caller repaints."""
@@ -108,7 +109,7 @@ class FrameDrawing:
         seen = self.guest is None and (scene.split or document.show != Show.BEFORE)
         third = self.companion.pose(document.frame) if self.companion and seen else None
         scene.draw_companion(third, pose)
-        turn = self.turn(scene)
+        self._drawn_turn = turn = self.turn(scene)
         # Axes would be inside the fan.
         triads = looks.triads and self.guest is None and (turn is None or not turn.drawn)
         scene.draw_triads(pose, _ends(selected_chain(document)) if triads else ())
@@ -145,7 +146,6 @@ class FrameDrawing:
         show, frame = document.show if show is None else show, document.frame
         before, positions = document.pose(frame, after=False)
         after, after_positions = document.pose(frame, after=True)
-        differs = scene.shapes.differing(before, after)
         roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
         turned = scene.shapes.turned(before, after)
         if (turned & (roles == Role.CHOSEN)).any():  # colour the selected limb, and nothing else
@@ -157,7 +157,8 @@ class FrameDrawing:
         offsets = _bone_offsets(document, scene) if self.looks.by_offset else None
         if show == Show.BEFORE:
             return Pose(before, positions, roles, None, offsets)
-        ghost = (before, differs) if show == Show.BOTH else None
+        both = show == Show.BOTH
+        ghost = (before, scene.shapes.differing(before, after)) if both else None
         return Pose(after, after_positions, roles, ghost, offsets, positions)
 
     def legend(self, scene: Scene, theme: Theme) -> str:
@@ -172,7 +173,7 @@ class FrameDrawing:
         return text
 
     def angle_to_show(self, scene: Scene) -> AngleSign | None:
-        """Return the offset at the frame, or None without an offset or if before is not shown."""
+        """Return the offset at the drawn frame, or None without one or if before is not shown."""
         document, chain = self._document, selected_chain(self._document)
         hidden = not scene.split and document.show == Show.AFTER
         if chain is None or self.guest is not None or hidden:
@@ -183,7 +184,7 @@ class FrameDrawing:
         if abs(degrees) < LEAST_ANGLE:
             return None
         _, positions = document.pose(document.frame, after=False)
-        turn = None if fault else self.turn(scene)
+        turn = None if fault else self._drawn_turn
         bone = positions[[chain.parent, chain.child]]
         if turn is None:
             return AngleSign(degrees, bone, None, bone)

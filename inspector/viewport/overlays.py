@@ -149,10 +149,15 @@ class Overlays:
         room = self._room()
         least = np.array(room.topLeft().toTuple()) + np.array(size.toTuple()) / 2.0
         most = np.array(room.bottomRight().toTuple()) + 1.0 - np.array(size.toTuple()) / 2.0
-        near = [around + (reach + _half(size, way)) * way for reach in _REACHES for way in _COMPASS]
-        centres = np.clip(np.vstack([first, *near]), least, np.maximum(least, most))
+        reaches = np.array(_REACHES)[:, None] + np.abs(_COMPASS) @ np.array(size.toTuple()) / 2.0
+        near = around + (reaches[..., None] * _COMPASS).reshape(-1, 2)
+        centres = np.clip(np.vstack([first, near]), least, np.maximum(least, most))
         half = np.array(size.toTuple()) / 2.0 + 1.0
-        covered = (np.abs(busy[None] - centres[:, None]) < half).all(axis=2).sum(axis=1)
+        low, high = centres.min(axis=0) - half, centres.max(axis=0) + half
+        x, y = busy[((busy > low) & (busy < high)).all(axis=1)].T  # others are never covered
+        inside = np.abs(x - centres[:, :1]) < half[0]
+        inside &= np.abs(y - centres[:, 1:]) < half[1]
+        covered = np.count_nonzero(inside, axis=1)
         far = np.linalg.norm(centres - first, axis=1)
         at = centres[int(np.argmin(covered + _FAR * far))]
         box = QRect(QPoint(0, 0), size)

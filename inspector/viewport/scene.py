@@ -13,7 +13,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.viewport import opengl
-from inspector.viewport.bodies import BoneSegment, find_bones
+from inspector.viewport.bodies import BoneSegment, Rods, find_bones
 from inspector.viewport.bone_colours import mix
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.dashed_figure import DashedOutline
@@ -54,6 +54,7 @@ class Scene:
         self.fronts: tuple[Front, ...] = heads_and_chests(
             self._limbs, data.motion.skeleton, data.rotations, data.positions, self.height
         )
+        self.rods = Rods.of(self.bodies)
         self.ground: Ground = lowest(data.positions, self.up, self.height, self.roots)
         self._left: vtkRenderer = plotter.renderer
         self._right: vtkRenderer | None = None
@@ -142,7 +143,7 @@ class Scene:
         self._solid.draw(pose)
         self._ghost.draw(pose)
         if self._other is not None and after is not None:
-            self._other.draw(after)
+            self._other.draw(after, like=self._solid)
 
     def draw_companion(self, figure: tuple[Array, Array] | None, solid: Pose) -> None:
         """Draw the third figure (global rotations, positions) around the solid one, or hide it."""

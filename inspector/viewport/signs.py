@@ -10,8 +10,8 @@ from inspector.viewport.frame_drawing import FrameDrawing
 from inspector.viewport.overlays import NOTHING, Overlays, sampled
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose
-from inspector.viewport.whole_figure import bone_ends, miniature, miniature_size
-from twistcore.skeleton.rotation import Array, rotate
+from inspector.viewport.whole_figure import miniature, miniature_size
+from twistcore.skeleton.rotation import Array
 
 _GIRTH = 0.035  # half the width of a limb with a margin, in figure heights
 _BESIDE = 14.0  # pixels from a limb to the letter of its side
@@ -57,12 +57,11 @@ def show_signs(
 
 def _body(scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]) -> Array:
     """Return pixels all over the bones, heads and chests of a pose, (n, 2)."""
-    parents = [b.parent for b in scene.bodies]
-    start = pose.positions[parents]
-    stop = start + rotate(pose.rotations[parents], np.array([b.tip for b in scene.bodies]))
+    ends = scene.rods.ends(pose.rotations, pose.positions)
+    start, stop = ends[:, 0], ends[:, 1]
     points = start[:, None] + _ALONG[:, None] * (stop - start)[:, None]
     pixels, depth = camera.project(points, *size)
-    wide = np.array([max(b.width, _THIN * scene.height) for b in scene.bodies])[:, None]
+    wide = np.maximum(scene.rods.width, _THIN * scene.height)[:, None]
     reach = wide * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
     across = np.stack([reach, np.zeros_like(reach)], axis=-1)
     return np.concatenate([pixels, pixels + across, pixels - across]).reshape(-1, 2)
@@ -101,9 +100,9 @@ def _show_whole(
     busy: Array,
 ) -> None:
     """Show the whole figure if the image shows only a part of it."""
-    joints = set(drawing.own_joints(scene))
-    own = np.array([b.parent in joints for b in scene.bones], dtype=bool)
-    ends = bone_ends(scene, pose)
+    count = len(scene.bones)
+    own = np.isin(scene.rods.parent[:count], drawing.own_joints(scene))
+    ends = scene.rods.ends(pose.rotations, pose.positions)[:count]
     pixels, _ = camera.project(ends, *size)
     spare, room = _TOO_LARGE * np.array(size), np.array(size)
     small = miniature_size(size)

@@ -67,6 +67,11 @@ class Pose:
     ghost_positions: Array | None = None
     faint: NDArray[np.bool_] | None = None
 
+    def is_at(self, other: Pose) -> bool:
+        """True if both have the same rotations and positions; their colours may differ."""
+        pairs = (self.rotations, other.rotations), (self.positions, other.positions)
+        return all(one is two or np.array_equal(one, two) for one, two in pairs)
+
 
 class Shapes:
     """The shapes of a clip's figure in one style, shared by all figures."""
@@ -165,6 +170,8 @@ class Solid(_Figure):
         super().__init__(parts, renderer)
         self._shapes, self._ground, self._renderer = shapes, ground, renderer
         self._painted: tuple[bytes, ...] | None = None
+        self._pose: Pose | None = None  # the drawn pose, and where it is
+        self._places: list[tuple[Array, Array | None, Array]] = []
         self._faint: list[Piece] = []  # pieces of faint bones
         self._apart: list[NDArray[np.bool_]] = []  # their vertices
 
@@ -176,24 +183,37 @@ class Solid(_Figure):
         for _, _, shadow in self.parts:
             shadow.tint(mix(theme.window, "#000000", 0.38 if theme.dark else 0.13))
 
-    def draw(self, pose: Pose) -> None:
-        """Draw a pose."""
+    def draw(self, pose: Pose, like: Solid | None = None) -> None:
+        """Draw a pose. `like` is a figure of the same shapes that was drawn a moment ago, perhaps
+        in the same pose.
+        """
+        if like is not None and like._pose is not None and pose.is_at(like._pose):
+            self._places = like._places
+        else:
+            self._places = [self._placed(shape, pose) for shape, *_ in self.parts]
+        self._pose = pose
         degrees = b"" if pose.offsets is None else np.round(np.degrees(pose.offsets), 1).tobytes()
         faint = b"" if pose.faint is None else pose.faint.tobytes()
         look = pose.roles.tobytes(), degrees, faint
         changed = look != self._painted
         if changed and (self._painted is None or faint != self._painted[2]):
             self._set_apart(pose.faint)
-        for k, (shape, faces, shadow) in enumerate(self.parts):
-            points, normals = _placed(shape, pose.rotations, pose.positions)
-            shadow.move(shadow_points(points, self._ground))
+        for k, (_, faces, shadow) in enumerate(self.parts):
+            points, normals, below = self._places[k]
+            shadow.move(below)
             if changed:
                 self._paint(k, pose)
             if self._faint:
                 self._faint[k].move(points)
+                points = points.copy()
                 points[self._apart[k]] = points[0]  # faces of zero area are not drawn
             faces.move(points, normals)
         self._painted = look
+
+    def _placed(self, shape: Soup | Skin, pose: Pose) -> tuple[Array, Array | None, Array]:
+        """Return the vertices of a shape, its normals if it has some, and its shadow."""
+        points, normals = _placed(shape, pose.rotations, pose.positions)
+        return points, normals, shadow_points(points, self._ground)
 
     def _paint(self, k: int, pose: Pose) -> None:
         shape, faces, _ = self.parts[k]

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QEvent, QObject, QTimer
+from PySide6.QtCore import QEvent, QObject, QSize, QTimer
 from PySide6.QtGui import QCloseEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QToolTip, QWidget
 from pyvistaqt import QtInteractor
@@ -25,7 +25,6 @@ from inspector.viewport.navigation import Navigation
 from inspector.viewport.overlays import EMPTY, Overlays
 from inspector.viewport.scene import Scene, make_plotter
 from inspector.viewport.signs import show_signs
-from inspector.widgets.building import vbox
 from inspector.widgets.labels import plain_text
 from inspector.widgets.later import Stale
 from inspector.widgets.theme import Colours, Theme
@@ -263,7 +262,7 @@ class Viewport(Steering):
         navigation.hovered.connect(self.pointing.hover)
         self.view.setAccessibleName(tr("3D view of the figure"))
         self.view.installEventFilter(self)
-        vbox(self.view, owner=self, margins=(0, 0, 0, 0))
+        self.view.setGeometry(self.rect())
 
     def _describe(self) -> None:
         """Set the legend as description for screen readers."""
@@ -281,9 +280,22 @@ class Viewport(Steering):
             split=looks.split,
         )
 
+    def sizeHint(self) -> QSize:
+        """Return the size of the OpenGL widget, which fills the view.
+
+        The view has no layout: each change of a label over the image would lay out the whole
+        window again.
+        """
+        if self.view is None:
+            return super().sizeHint()
+        hint: QSize = self.view.sizeHint()  # type: ignore[no-untyped-call]
+        return hint
+
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Place the overlays and frame the preset for the new size."""
         super().resizeEvent(event)
+        if self.view is not None:
+            self.view.setGeometry(self.rect())
         self._place_overlays()
         if self._framed:
             self.set_view(self._framed)

@@ -51,14 +51,6 @@ def miniature_size(picture: tuple[int, int]) -> QSize:
     return QSize(wide, round(_TALL * wide))
 
 
-def bone_ends(scene: Scene, pose: Pose) -> Array:
-    """Return the ends of all bones, (bones, 2, 3)."""
-    start = pose.positions[[b.parent for b in scene.bones]]
-    tips = np.array([b.tip for b in scene.bones]).reshape(-1, 3)
-    return np.stack([start, start + rotate(pose.rotations[[b.parent for b in scene.bones]], tips)],
-                    axis=1)  # fmt: skip
-
-
 def miniature(
     scene: Scene,
     pose: Pose,

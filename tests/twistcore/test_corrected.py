@@ -153,3 +153,20 @@ def test_what_an_export_cannot_write_is_not_shown():
     assert corrected.offset("LeftShoulder").any()
     corrected.take([replace(FLIP, carried=True)])
     assert corrected.offset(FLIP.chain).any()
+
+
+def test_the_pose_of_a_frame_is_computed_once_until_the_corrections_change(analysis, monkeypatch):
+    chosen = [constant("LeftArm", 10, 20, 0.5), constant("RightLeg", 10, 20, -0.5)]
+    corrected, frame = Corrected(analysis), 12
+    corrected.take(chosen)
+    first = corrected.pose(frame)
+    parts = []
+    part = corrected._part
+    monkeypatch.setattr(corrected, "_part", lambda *ends: parts.append(ends) or part(*ends))
+    assert corrected.pose(frame) is first
+    with pytest.raises(ValueError, match="read-only"):
+        first[0][0] = 0.0
+    corrected.take(chosen[1:])
+    assert not np.array_equal(corrected.pose(frame)[0], first[0])
+    corrected.take(chosen)
+    np.testing.assert_array_equal(corrected.pose(frame)[0], first[0])

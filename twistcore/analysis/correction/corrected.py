@@ -70,6 +70,7 @@ class Corrected:
         # the intervals that each of them is the sum of
         self._summed: dict[str, list[Interval]] = {}
         self._forms: dict[str, _ClosedForm | None] = {}
+        self._last: tuple[int, tuple[Array, Array]] | None = None  # a frame and its pose
 
     def take(self, intervals: Iterable[Interval]) -> bool:
         """Set the intervals to correct, and return whether that changes anything; the sums of
@@ -86,6 +87,8 @@ class Corrected:
             elif interval.chain in (self._free_carried if interval.carried else self._free):
                 chosen.setdefault(interval.chain, []).append(interval)
         changed = chosen != self._summed or alone != self._alone
+        if changed:
+            self._last = None
         self._repairs, self._alone = JointRepairs(alone), alone
         for chain in [c for c in self._summed if self._summed[c] != chosen.get(c)]:
             del self._summed[chain], self._offsets[chain]
@@ -110,9 +113,15 @@ class Corrected:
         return self._repairs.at(frame, frame + 1)
 
     def pose(self, frame: int) -> tuple[Array, Array]:
-        """Return the global rotations (joints, 4) and positions (joints, 3) of a frame."""
-        rotations, positions = self._poses(frame, frame + 1)
-        return rotations[0], positions[0]
+        """Return the global rotations (joints, 4) and positions (joints, 3) of a frame.
+
+        Every part of a picture asks for the same pose, so the last one is kept. It is read-only.
+        """
+        if (last := self._last) is None or last[0] != frame:
+            rotations, positions = (part[0].view() for part in self._poses(frame, frame + 1))
+            rotations.flags.writeable = positions.flags.writeable = False
+            self._last = last = frame, (rotations, positions)
+        return last[1]
 
     def ways(self, joints: NDArray[np.int64], start: int, stop: int) -> Array:
         """Return the positions of joints in frames [start, stop), (frames, joints, 3).
