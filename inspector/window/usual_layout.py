@@ -36,7 +36,7 @@ class _Size:
 
 # The column with the lists and the card is as wide as the card needs; its chains are scrolled. The
 # curves are as high as two rows of plots. The figure takes the rest.
-_COLUMN = _Size(share=0.31, least=390, most=500, largest=0.38)
+_COLUMN = _Size(share=0.31, least=390, most=540, largest=0.38)
 _CHAINS = _Size(share=0.29, least=0, most=340, largest=0.29)
 _CURVES = _Size(share=0.3, least=236, most=330, largest=0.34)
 _CLIPS = _Size(share=0.23, least=0, most=340, largest=0.25)  # to the left of the figure
