@@ -26,10 +26,12 @@ if TYPE_CHECKING:
 
     from tests.gui.forked import Parent
 
-# The modules of window tests that take longest: first, so that all lanes end together.
+# The modules of window tests that take longest, in this order: first, so that no lane ends with a
+# long one while the others have nothing left to do.
 LONG = (
-    *("nothing_lost", "taken_away", "kill", "test_looks", "starts_and_ends"),
-    *("by_hand", "uncovered", "in_browser", "test_teaching", "test_tour"),
+    *("tuning_pages", "nothing_lost", "taken_away", "kill", "sessions", "starts_and_ends"),
+    *("recording", "test_tuning", "folder", "in_browser", "quality", "by_hand", "language"),
+    *("switched_clips", "test_tour", "test_teaching", "uncovered", "test_looks", "test_video"),
 )
 QUICK_MINUTES = "about 5 minutes on two cores"
 ALL_MINUTES = "about 15 minutes on two cores"
@@ -134,7 +136,7 @@ def core_tests() -> list[list[str]]:
 def window_tests() -> list[str]:
     """The modules of window tests, the long ones first."""
     files = sorted(places.ROOT.glob("tests/gui/test_*.py"))
-    files.sort(key=lambda file: not any(name in file.name for name in LONG))
+    files.sort(key=lambda file: [name not in file.name for name in LONG])
     return [file.relative_to(places.ROOT).as_posix() for file in files]
 
 

@@ -6,7 +6,9 @@ import itertools
 import shutil
 import threading
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from pytestqt.qtbot import QtBot
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from inspector.folder.queue import FolderQueue
+from inspector.session import opening
 from inspector.session.document import Document
 from inspector.session.opening import analyse_file
 from inspector.session.settings import Settings
@@ -24,13 +27,17 @@ from inspector.widgets.fonts import use_shipped_fonts
 from inspector.widgets.theme import DARK, Colours
 from inspector.window.main_window import MainWindow
 from tests.conftest import ASSETS
+from tests.gui.kept_window import KeptWindow
 from tests.gui.looks import looks_of
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
 from tests.gui.programs import Program
 from tests.gui.windows import act, close_window, open_clip, wait_until_active
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.files.marks import file_mark
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 
 _PATIENCE_MS = 60_000  # on a machine with much to do
@@ -134,6 +141,12 @@ def chain_by_chain(monkeypatch):
     monkeypatch.setattr(Settings.__init__, "__defaults__", tuple(defaults))
 
 
+@pytest.fixture(autouse=True)
+def known_samples(monkeypatch):
+    """A sample is examined once in a module, however often tests open it or copies of it."""
+    monkeypatch.setattr(opening, "core", SimpleNamespace(analyse=_analyse_once))
+
+
 @pytest.fixture(scope="module")
 def analysed():
     """The sample walk, for tests that do not edit its review."""
@@ -218,18 +231,58 @@ def window(qtbot, show_window, tmp_path):
     return window
 
 
+@pytest.fixture(scope="module")
+def kept():
+    """The windows that the tests of a module have in common: at most one."""
+    kept = []
+    yield kept
+    for one in kept:
+        one.close()
+
+
 @pytest.fixture
-def opened(qtbot, window):
+def new_window(kept):
+    """For a test that needs a window in which no other test was."""
+    while kept:
+        kept.pop().close()
+
+
+@pytest.fixture
+def window_for_clips(request, show_window, kept, tmp_path):
+    """A window for a test that opens a clip: with `ONE_WINDOW` in the module always the same."""
+    used = []
+
+    def show(settings, size=None):
+        if not getattr(request.module, "ONE_WINDOW", False):
+            return show_window(settings, tmp_path / "config" / "settings.json", size)
+        if not (kept and kept[0].fits(settings, size)):
+            while kept:
+                kept.pop().close()
+            kept.append(KeptWindow(settings, size))
+        used.append(kept[0])
+        return kept[0].show()
+
+    yield show
+    for one in used:
+        if one.window.isVisible():
+            one.put_away()
+        else:  # the test has closed it
+            kept.remove(one)
+            one.close()
+
+
+@pytest.fixture
+def opened(qtbot, window_for_clips):
     """The walk with eight errors in the window."""
+    window = window_for_clips(Settings(turn_ms=0))
     open_clip(qtbot, window, INJECTED)
     return window
 
 
 @pytest.fixture
-def at_forearm(qtbot, show_window, tmp_path):
+def at_forearm(qtbot, window_for_clips, tmp_path):
     """A copy of that walk in a dark window, the left forearm selected, a frame in the middle."""
-    window = show_window(Settings(theme="dark", turn_ms=0), tmp_path / "config" / "settings.json")
-    window.activateWindow()
+    window = window_for_clips(Settings(theme="dark", turn_ms=0))
     open_clip(qtbot, window, shutil.copy(INJECTED, tmp_path / "mine.bvh"))
     window.document.select_chain("LeftForeArm")
     window.document.go_to(90)
@@ -280,6 +333,23 @@ def start(tmp_path):
     for program in started:
         if program.process.poll() is None:
             program.kill()
+
+
+_analyses = {}
+
+
+@cache
+def _samples():
+    return {file_mark(path) for path in ASSETS.glob("*.bvh")}
+
+
+def _analyse_once(clip, rig=AS_FOUND):
+    if clip.sha256 not in _samples():
+        return analyse(clip, rig=rig)
+    key = clip.sha256, clip.name, rig
+    if key not in _analyses:
+        _analyses[key] = analyse(clip, rig=rig)
+    return _analyses[key]
 
 
 def _render_windows() -> int:

@@ -19,6 +19,8 @@ from inspector.timeline.title_lines import title_lines
 from inspector.widgets.theme import DARK, figures_font
 from tests.gui.windows import act
 
+ONE_WINDOW = True
+
 EVERYTHING = Contents(equations=True)
 WIDE_MM, DPI = 180.0, 300.0
 SVG = "{http://www.w3.org/2000/svg}"
@@ -296,6 +298,7 @@ def test_type_alone_decides_what_a_size_holds():
 
 
 @pytest.mark.thorough
+@pytest.mark.usefixtures("new_window")
 def test_equations_are_typeset_first_where_the_tab_was_never_shown(qtbot, at_forearm, tmp_path):
     path = tmp_path / "first.svg"
     contents = Contents(view=False, curves=False, equations=True)

@@ -24,6 +24,8 @@ from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
 
+ONE_WINDOW = True
+
 
 def test_nothing_accepted_exports_the_same_bytes(opened, tmp_path):
     export(opened, ExportChoice(tmp_path / "same.bvh", session=False, report=False))

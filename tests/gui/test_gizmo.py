@@ -22,6 +22,7 @@ def test_the_gizmo_comes_and_goes_with_the_tab(qtbot, taught):
     assert all(near(without, ink) < 0.2 * near(with_it, ink) for ink in inks)
 
 
+ONE_WINDOW = True
 LEFT, RIGHT, NONE = (getattr(Qt.MouseButton, f"{name}Button") for name in ("Left", "Right", "No"))
 
 

@@ -38,6 +38,8 @@ from twistcore.skeleton.limb import places
 from twistcore.skeleton.rotation import wrap
 from twistcore.tuning import Profile
 
+ONE_WINDOW = True
+
 LEG, CHAIN = "RightUpLeg-RightFoot", "RightUpLeg"
 JUMPS = [14, 31, 34, 174]  # of the foot
 FLIPS = [(14, 31), (34, 37), (38, 42), (45, 52), (73, 76), (174, 177)]

@@ -9,6 +9,7 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 
 from inspector.session.export_files import ExportChoice
+from inspector.session.settings import Settings
 from inspector.teaching.five_trackers import followers, turning
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED, changed, picture
@@ -21,12 +22,14 @@ from twistcore.quamo import Gains
 from twistcore.review import Decide, Decision, Review, Track, Tracking
 from twistcore.skeleton.motion import forward_kinematics
 
+ONE_WINDOW = True
+
 PLACE = "Hips, place"
 
 
 @pytest.fixture
-def window(qtbot, show_window, tmp_path):
-    window = show_window(size=(1280, 800))
+def window(qtbot, window_for_clips, tmp_path):
+    window = window_for_clips(Settings(turn_ms=0), size=(1280, 800))
     open_clip(qtbot, window, shutil.copy(INJECTED, tmp_path))
     return window
 
@@ -205,6 +208,7 @@ def test_gains_that_would_diverge_are_refused_in_a_sentence(qtbot, window, quali
 
 
 @pytest.mark.thorough
+@pytest.mark.usefixtures("new_window")
 def test_gains_of_the_page_follow_rate_and_direction_until_a_person_chooses(qtbot, window, quality):
     page = quality.page
     for causal in (False, True, False):
@@ -295,6 +299,7 @@ def test_undo_and_redo_show_direction_and_gains_of_the_review(qtbot, window, qua
 
 
 @pytest.mark.thorough
+@pytest.mark.usefixtures("new_window")
 def test_what_is_chosen_while_it_is_tracked_stays(qtbot, window, quality):
     quality.choose("LeftForeArm")
     quality.track()

@@ -26,6 +26,8 @@ from twistcore.review import Decide, Decision, recover
 from twistcore.study.exercise import score_exercise
 from twistcore.synthesis.truth import read_truth
 
+ONE_WINDOW = True
+
 ALL = sorted(LESSONS.glob("*.md"))
 TRANSLATED = sorted(p for p in LESSONS.glob("*/*.md") if p.name != EXERCISE_PAGE.name)
 
@@ -487,6 +489,7 @@ def test_the_score_counts_frames_as_the_table_does(qtbot, at_forearm):
 
 
 @pytest.mark.thorough
+@pytest.mark.usefixtures("new_window")
 def test_an_exercise_for_a_class_from_end_to_end(qtbot, at_forearm, tmp_path):
     exercise, document = at_forearm.lesson_actions.hidden_errors, at_forearm.document
     said = []

@@ -11,6 +11,7 @@ from inspector.lessons.classroom import to_review
 from inspector.panels.sure_ones import SureOnes
 from inspector.session.document import BLIND
 from inspector.session.open_clip import Borrowed
+from inspector.session.settings import Settings
 from inspector.tuning.verdict_evidence import Scope
 from inspector.tuning.verdict_page import needed_words
 from tests.gui.pictures import INJECTED
@@ -22,6 +23,8 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, LeaveOut, Review, write_session
 from twistcore.tuning.verdict_curve import verdict_curve
 from twistcore.tuning.verdicts_of import is_verdict
+
+ONE_WINDOW = True
 
 TIME = "2026-01-01T00:00:00+00:00"
 
@@ -44,8 +47,8 @@ def folder(tmp_path):
 
 
 @pytest.fixture
-def window(qtbot, show_window, folder):
-    window = show_window(size=(1440, 900))
+def window(qtbot, window_for_clips, folder):
+    window = window_for_clips(Settings(turn_ms=0), (1440, 900))
     open_clip(qtbot, window, folder / "05_00.bvh")
     return window
 
@@ -199,6 +202,7 @@ def test_another_performers_clip_has_no_offer(qtbot, window, folder, tmp_path):
 
 
 @pytest.mark.thorough
+@pytest.mark.usefixtures("new_window")
 def test_a_person_names_the_performer(qtbot, window):
     page, evidence = window.tuning.confidence, window.tuning.evidence
     look(qtbot, window, page)

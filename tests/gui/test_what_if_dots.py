@@ -12,6 +12,7 @@ from twistcore.analysis.decomposition import WhatIf, altered
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import twist_signals
 
+ONE_WINDOW = True
 FRAME = 90
 
 

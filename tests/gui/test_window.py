@@ -24,6 +24,8 @@ from twistcore.cli import main as twistcore
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
 
+ONE_WINDOW = True
+
 
 def test_opening_fills_every_view(opened):
     assert opened.windowTitle().startswith("walk_injected.bvh")
