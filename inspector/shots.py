@@ -263,6 +263,7 @@ def lead(window: MainWindow) -> None:
     assert exercise.result is not None
     hidden = {(e.chain, e.start) for e in exercise.result.misses}
     for judged in window.document.intervals[:-2]:
+        window.document.select_interval(judged.id)
         real = (judged.interval.chain, judged.interval.start) in hidden
         act(window, "accept" if real else "reject")
     exercise.score_button.click()

@@ -423,7 +423,8 @@ def opening_notes(
             folder=away,
         )
         notices.append(message)
-    warned = (*map(str, data.clip.warnings), *map(str, data.analysis.notes))
+    found_out = () if data.blind else data.analysis.notes  # a constant offset is a hidden error
+    warned = (*map(str, data.clip.warnings), *map(str, found_out))
     warned = (*warned, *chain_notes(data.chains_and_limbs))
     notices += [f"{name}: {of_core(w)}" for w in warned]
     motion, every = data.motion, data.chains_and_limbs

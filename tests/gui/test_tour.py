@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from inspector.lessons.guided_exercise import make_exercise
 from inspector.lessons.lesson_checks import CHECKS
 from inspector.lessons.lesson_conditions import CONDITIONS
 from inspector.lessons.lesson_file import read_lesson
+from inspector.session.opening import opening_notes
 from inspector.session.session_files import journals, session_path
 from tests.conftest import ASSETS
 from tests.gui.windows import act, press
@@ -443,6 +445,11 @@ def test_an_exercise_shows_changes_only_and_its_score_in_the_colour_it_deserves(
     start_exercise(qtbot, at_forearm, "Judge", 5)
     qtbot.waitUntil(lambda: at_forearm.timeline.grid.shown == ["delta"])
     assert skin.isChecked()
+    told = [text for text, _ in opening_notes(document.data, None, ())]
+    assert not any("Shoulder" in text for text in told)  # whose error fills most of the clip
+    seen = replace(document.data, blind=False)
+    told = [text for text, _ in opening_notes(seen, None, ())]
+    assert any("Left Shoulder is turned by about" in text for text in told)
     guide, theme = at_forearm.guide, at_forearm.colours.theme
     truth = {(e.chain, e.start) for e in exercise._errors}
     first = next(j for j in document.intervals if (j.interval.chain, j.interval.start) in truth)
