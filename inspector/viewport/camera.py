@@ -176,8 +176,7 @@ def roll_direction(
     - hidden: function that returns the hidden share of the limb
 
     All vectors are (3,). The best view shows the whole limb. It is at an angle to the bone, so that
-    the circle about it is open, from outside and not from below, with both fronts on the near side,
-    one of them almost frontal and the other almost edge-on.
+    the circle about it is open, from outside and not from below, with both fronts on the near side.
     """
     first = np.cross(axis, up)
     if np.linalg.norm(first) < 0.1:
@@ -194,9 +193,8 @@ def roll_direction(
     between = after + before
     between /= max(float(np.linalg.norm(between)), 0.5)  # opposite fronts have no middle
     score = (
-        -3.0 * (np.abs(full) - 0.9) ** 2
-        + 0.2 * full
-        + 0.7 * np.abs(np.abs(full) - np.abs(other))
+        1.6 * np.minimum(np.minimum(full, other), 0.6)
+        + 0.4 * np.maximum(full, other)
         + 0.5 * (seen @ between)
         + 0.9 * (seen @ outward)
         + 0.3 * (seen @ facing)

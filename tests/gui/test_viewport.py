@@ -198,11 +198,11 @@ def test_the_legend_tells_the_offset(qtbot, document, show_view):
     def legend():
         return view.overlays.legend.text().replace("&nbsp;", " ")
 
-    assert "0.0° off" in legend()
+    assert "off by 0.0°" in legend()
     insert_twist(document, degrees=-87.3)
     settle(qtbot, view)
     assert "Left ForeArm" in legend()
-    assert "−87.3° off" in legend()
+    assert "off by −87.3°" in legend()
 
 
 @pytest.mark.thorough
