@@ -19,6 +19,8 @@ from tests.conftest import ASSETS
 from tests.gui.windows import act
 from twistcore.analysis.decomposition import WhatIf
 
+ONE_WINDOW = True
+
 SIZE = (640, 360)
 
 
