@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from unittest.mock import patch
 
-from PySide6.QtCore import QEventLoop, QPoint, QTimer
+from PySide6.QtCore import QEventLoop, QTimer
 from PySide6.QtGui import QImage
 
 from inspector.app import make_application
@@ -42,7 +42,6 @@ _TOUR_SIZE = (1280, 800)
 _SETTLE_MS = 700
 _LOOK_MS = 100
 _PATIENCE_S = 60.0  # how long to wait until the window stops changing
-_DOCK_TITLE = 23  # pixels, with the border above it
 _SEED = 5  # seed of the exercise
 _NOISY_FRAME = 200  # frame of a clip with synthetic noise
 _PICTURED = 3  # page of a lesson other than the tour
@@ -251,7 +250,7 @@ def lead(window: MainWindow) -> None:
             if player.show_me.isEnabled():
                 player.show_me.click()
             if path == TOUR or number == _PICTURED:
-                save(window, f"{path.stem}-{number}", small=True)
+                save(window, f"{path.stem}-{number}")
             player.forward.click()
     act(window, "exercise")
     exercise.seed.setValue(_SEED)
@@ -267,7 +266,7 @@ def lead(window: MainWindow) -> None:
         real = (judged.interval.chain, judged.interval.start) in hidden
         act(window, "accept" if real else "reject")
     exercise.score_button.click()
-    save(window, "exercise", small=True)
+    save(window, "exercise")
     window.part(of_lessons).lesson_actions.leave_guide()
 
 
@@ -303,18 +302,10 @@ def steady_picture(window: MainWindow) -> QImage:
     return seen
 
 
-def save(window: MainWindow, name: str, *, small: bool = False) -> None:
-    """Save a screenshot of the steady window.
-
-    If `small` is True, the part below the 3D view is cropped.
-    """
+def save(window: MainWindow, name: str) -> None:
+    """Save a screenshot of the steady window."""
     wait(_SETTLE_MS)
-    picture = steady_picture(window)
-    if small:
-        below = window.timeline.mapTo(window, QPoint(0, 0)).y()
-        ratio = picture.devicePixelRatio()
-        picture = picture.copy(0, 0, picture.width(), round((below - _DOCK_TITLE) * ratio))
-    keep(picture, name)
+    keep(steady_picture(window), name)
 
 
 def keep(picture: QImage, name: str) -> None:

@@ -118,7 +118,7 @@ def test_the_overviews_window_drags(screen, program):
     program.until("window.timeline.visible.ends[1] < 300")
     first, last = ends(program)
     middle = on_strip(program, 0.8 * last + 0.2 * first, 0.5)  # beside the playhead
-    screen.drag(middle, (middle[0] + 300, middle[1]))
+    screen.drag(middle, (middle[0] + 180, middle[1]))
     program.settle()
     moved = ends(program)
     assert moved[0] > first + 20
