@@ -235,7 +235,7 @@ def test_a_suggestion_follows_the_price_at_once_and_both_are_remembered(
     curve = tuning.costs.curves["LeftForeArm"]
     tuning.suggestion.points.setValue(0.0)
     cheap = np.degrees(curve.suggested(price=0.0, present=np.radians(1.5)))
-    qtbot.waitUntil(lambda: f"{cheap:.2f}°" in tuning.curves.cost_words.text())
+    qtbot.waitUntil(lambda: f"{cheap:.2f}–" in tuning.curves.cost_words.text())
     tuning.suggestion.points.setValue(100.0)
     dear = np.degrees(curve.suggested(price=1.0))
     assert dear > np.degrees(abs(first.delta)) > cheap
