@@ -8,12 +8,13 @@ applied.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pyvista as pv
 
 from inspector.viewport.mesh_actor import Index, segments
+from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, matrix_from_quaternion, normalise, rotate
 
@@ -144,6 +145,33 @@ def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, .
     return tuple(bones)
 
 
+def aligned_fronts(
+    bones: Sequence[BoneSegment], chains: Sequence[Chain]
+) -> tuple[BoneSegment, ...]:
+    """Return the bones with the front of each chain's bone P→C aligned along its limb in the rest
+    pose.
+    """
+    found = list(bones)
+    pairs = sorted(
+        bones_of_chains(bones, chains), key=lambda pair: pair[0].parent
+    )  # bones above first
+    into = {chain.child: number for chain, number in reversed(pairs)}
+    for chain, number in pairs:
+        if (above := into.get(chain.parent)) is not None:
+            upper, axis = found[above], normalise(found[number].tip)
+            normal = _carried(upper.normal, normalise(upper.tip), axis)
+            found[number] = replace(found[number], normal=normal)
+    return tuple(found)
+
+
+def bones_of_chains(
+    bones: Sequence[BoneSegment], chains: Sequence[Chain]
+) -> list[tuple[Chain, int]]:
+    """Return each chain whose bone P→C has a body, with the index of the bone."""
+    numbers = {(b.parent, b.child): k for k, b in enumerate(bones) if b.child >= 0}
+    return [(c, numbers[c.parent, c.child]) for c in chains if (c.parent, c.child) in numbers]
+
+
 def build_soup(
     bones: tuple[BoneSegment, ...],
     *,
@@ -234,6 +262,16 @@ def _frame(bone: BoneSegment, grown: float) -> Array:
     """Return the axes of a wedge as rows (3, 3): along the bone, across, and out of the front."""
     across = np.cross(bone.normal, normalise(bone.tip))
     return np.stack([bone.tip, grown * bone.width * across, grown * bone.width * bone.normal])
+
+
+def _carried(vector: Array, start: Array, stop: Array) -> Array:
+    """Return a normal (3,) of `start` after the shortest turn from `start` to `stop`."""
+    across = start + stop
+    if across @ across < 1e-6:
+        return vector
+    moved = vector - across * (2.0 * (across @ vector) / (across @ across))  # two mirrors: at
+    moved = moved - stop * (2.0 * (stop @ moved))  # the middle, then at the end
+    return normalise(moved - (moved @ stop) * stop)
 
 
 def _wedge() -> _Shape:

@@ -13,7 +13,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.viewport import opengl
-from inspector.viewport.bodies import BoneSegment, Rods, find_bones
+from inspector.viewport.bodies import BoneSegment, Rods, aligned_fronts, find_bones
 from inspector.viewport.bone_colours import mix
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.dashed_figure import DashedOutline
@@ -23,7 +23,6 @@ from inspector.viewport.lights import background, light
 from inspector.viewport.limb_circle import Circle, LimbCircle
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
-from inspector.viewport.striped_skin import aligned_fronts
 from inspector.viewport.trails import Trails
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.chain import find_chains

@@ -10,13 +10,21 @@ correct bones form a line, and the fin of a bone that is turned leaves it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from inspector.viewport.bodies import BAND, FIN, SKIN, STRIPE, BoneSegment
+from inspector.viewport.bodies import (
+    BAND,
+    FIN,
+    SKIN,
+    STRIPE,
+    BoneSegment,
+    aligned_fronts,
+    bones_of_chains,
+)
 from inspector.viewport.mesh_actor import Index, segments
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import (
@@ -90,7 +98,7 @@ def build_skin(
     bones: Sequence[BoneSegment], chains: Sequence[Chain], height: float, *, fine: bool = False
 ) -> Skin:
     """Return the skin of every chain's bone P→C with a body. `fine` doubles the vertices."""
-    pairs, fronts = _pairs(bones, chains), aligned_fronts(bones, chains)
+    pairs, fronts = bones_of_chains(bones, chains), aligned_fronts(bones, chains)
     count = len(pairs)
     parent = np.array([c.parent for c, _ in pairs], dtype=np.int64)
     child = np.array([c.child for c, _ in pairs], dtype=np.int64)
@@ -122,29 +130,6 @@ def build_skin(
         np.append(part, np.tile(fin_part, count)),
         np.vstack([faces, count * size + fin_faces]), edges, fin, fin_normals,
     )  # fmt: skip
-
-
-def aligned_fronts(
-    bones: Sequence[BoneSegment], chains: Sequence[Chain]
-) -> tuple[BoneSegment, ...]:
-    """Return the bones with the front of each chain's bone P→C aligned along its limb in the rest
-    pose.
-    """
-    found = list(bones)
-    pairs = sorted(_pairs(bones, chains), key=lambda pair: pair[0].parent)  # bones above first
-    into = {chain.child: number for chain, number in reversed(pairs)}
-    for chain, number in pairs:
-        if (above := into.get(chain.parent)) is not None:
-            upper, axis = found[above], normalise(found[number].tip)
-            normal = _carried(upper.normal, normalise(upper.tip), axis)
-            found[number] = replace(found[number], normal=normal)
-    return tuple(found)
-
-
-def _pairs(bones: Sequence[BoneSegment], chains: Sequence[Chain]) -> list[tuple[Chain, int]]:
-    """Return each chain whose bone P→C has a body, with the index of the bone."""
-    numbers = {(b.parent, b.child): k for k, b in enumerate(bones) if b.child >= 0}
-    return [(c, numbers[c.parent, c.child]) for c in chains if (c.parent, c.child) in numbers]
 
 
 def roll(skin: Skin, rotations: Array) -> Array:
@@ -194,16 +179,6 @@ def _turned(angle: Array, sides: Array) -> Array:
     cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
     first, second = sides[:, None, 0], sides[:, None, 1]
     return np.stack([cosine * first + sine * second, cosine * second - sine * first], axis=-2)
-
-
-def _carried(vector: Array, start: Array, stop: Array) -> Array:
-    """Return a normal (3,) of `start` after the shortest turn from `start` to `stop`."""
-    across = start + stop
-    if across @ across < 1e-6:
-        return vector
-    moved = vector - across * (2.0 * (across @ vector) / (across @ across))  # two mirrors: at
-    moved = moved - stop * (2.0 * (stop @ moved))  # the middle, then at the end
-    return normalise(moved - (moved @ stop) * stop)
 
 
 def _fins(

@@ -133,7 +133,7 @@ def test_the_form_says_what_it_will_make(qtbot, window):
     assert dialog.range.count() == 4
     judged = window.document.interval.interval
     assert dialog.choice().first == max(0, judged.start - 60)
-    assert "pictures" in dialog.length.text()
+    assert "images" in dialog.length.text()
     dialog.format.setCurrentIndex(3)
     assert dialog.choice().path.suffix == ".svg"
     assert not dialog.speed.isVisible()
@@ -253,7 +253,7 @@ def test_rows_that_do_not_apply_are_not_there(qtbot, window):
     sweep.slider.setCurrentIndex(sweep.slider.findData("nudge"))
     sweep.first.setValue(-3.0)
     assert dialog.choice().sweep == Sweep("nudge", -3.0, 3.0)
-    assert dialog.length.text().startswith("238 pictures, 7.9 s")
+    assert dialog.length.text().startswith("238 images, 7.9 s")
     dialog.format.setCurrentIndex(2)
     assert not sweep.slider.isVisible()
     assert dialog.choice().sweep is None

@@ -62,7 +62,7 @@ def test_settings_are_kept_and_damage_is_set_aside(tmp_path):
     path.write_bytes(b'{"recent": [1, 2')
     again, complaint = load_settings(path)
     assert again == Settings()
-    assert "was saved as" in complaint
+    assert "was kept as" in complaint
     assert (tmp_path / "deep" / "settings.json.damaged").exists()
 
 
