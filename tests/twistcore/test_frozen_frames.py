@@ -34,7 +34,7 @@ def test_a_frozen_arm_is_named_with_its_frames():
     motion = frozen(100, 160, "LeftShoulder", "LeftArm", "LeftForeArm", "LeftHand")
     assert spans(motion) == (("left arm", 100, 160),)
     (said,) = (str(n) for n in analyse(motion).notes if n.kind == FROZEN)
-    assert "one place" in said
+    assert "one span of frames" in said
 
 
 def test_a_forearm_alone_and_a_short_stop_are_no_frozen_limb():
