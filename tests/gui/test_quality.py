@@ -24,7 +24,7 @@ from twistcore.skeleton.motion import forward_kinematics
 
 ONE_WINDOW = True
 
-PLACE = "Hips, place"
+PLACE = "Hips, position"
 
 
 @pytest.fixture
