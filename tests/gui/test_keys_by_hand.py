@@ -99,7 +99,7 @@ def test_the_keyboard_is_the_review_s_unless_a_text_is_written(screen, tmp_path,
         p.until("app.activeModalWidget() is None")
 
         # Tab goes through the chains at once.
-        screen.click(p.ask("row(window.chains.table, 3)"))
+        screen.click(p.ask("row(window.chains.table, 1)"))
         p.until("app.focusWidget() is window.chains.table")
         screen.key("Tab")
         p.until("app.focusWidget() is not window.chains.table")

@@ -115,7 +115,7 @@ def test_standard_input_is_a_clip(capsys, stdin):
     for words in (("info", "-", WALK, "-"), ("diff", "-", "-")):
         code, _, err = run(capsys, *words)
         assert code == 2
-        assert names_in_one_line(err, "-: ")
+        assert names_in_one_line(err, "-")
 
 
 def test_standard_input_is_corrected_as_the_file_is(capsys, tmp_path, stdin):
@@ -150,7 +150,7 @@ def test_a_document_stands_for_what_would_be_remarked(capsys, tmp_path):
     assert not any(i["corrected"] for i in document["intervals"])
     code, text, err = run(capsys, "refine", DIRTY, "-o", "-", "--json")
     assert (code, text) == (2, "")
-    assert names_in_one_line(err, "--json: ")
+    assert names_in_one_line(err, "--json")
 
 
 def test_a_report_that_gives_way_to_one_of_the_same_name_is_told(capsys, tmp_path):
