@@ -48,7 +48,7 @@ def mutation(folder, *options):
             *options,
         ],
         cwd=folder,
-        env=os.environ | {"PYTHONPATH": path, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"},
+        env=os.environ | {"PYTHONPATH": path},
         capture_output=True,
         text=True,
         timeout=600,
