@@ -106,18 +106,18 @@ class LessonActions:
         self.player.begin(lesson, self._refuse)
 
     def _offer_next(self) -> None:
-        """Ask whether to go on with the lesson that follows, or with the exercise."""
+        """Offer the lesson that follows, and the exercise, for a while."""
         assert self._lesson is not None
         lessons = [TOUR, *(path for path in sorted(LESSONS.glob("*.md")) if path != TOUR)]
         names = [path.name for path in lessons]
         name = self._lesson.path.name
         text = tr("{title} is finished. What next?", title=self._lesson.title)
-        answers = [(tr("Exercise"), self.exercise), (tr("Nothing"), lambda: None)]
+        answers: list[tuple[str, Callable[[], object]]] = [(tr("Exercise"), self.exercise)]
         following = names.index(name) + 1 if name in names else len(names)
         if following < len(lessons):
             own = in_language(lessons[following])
             answers.insert(0, (read_lesson(own).title, partial(self.play, own)))
-        self.program.document.question.emit(text, tuple(answers))
+        self.window.bar.offer(text, tuple(answers))
 
     def _refuse(self, error: Exception) -> None:
         """End the lesson and show why it cannot be played."""
