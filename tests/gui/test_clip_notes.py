@@ -25,5 +25,5 @@ def test_notes_are_translated():
         said[0] == "Winkel sind in ganzen Grad geschrieben: Fehler unter 3° sehen aus wie Rundung."
     )
     assert said[1].startswith("Winkel sind in Schritten von 0.1° geschrieben")
-    assert said[2].startswith("Frames sind wiederholt: 30 Frames in der Sekunde")
+    assert said[2].startswith("Frames sind wiederholt: Die Bewegung hat 30 Frames in der Sekunde")
     assert said[3].startswith("Alle 10 Frames steht ein Schlüsselbild")
