@@ -12,6 +12,11 @@ from twistcore.detection.detectors.paper import PaperDetector
 from twistcore.tuning import Profile
 
 
+@pytest.fixture(autouse=True)
+def known_samples():
+    """Share no analysis with other tests: it would know the paper's detector already."""
+
+
 @pytest.fixture
 def asked(monkeypatch):
     """The threads in which the paper's detector analysed."""

@@ -279,7 +279,7 @@ def test_a_group_is_named_in_the_language_of_the_window(qtbot, show_window):
         window = show_window()
         open_clip(qtbot, window, ASSETS / "kick.bvh")
         assert texts(window, "stop")[1:] == [
-            "5-mal dasselbe: rechtes Knie klappt um, und 7 weitere Fehler",
+            "5-mal derselbe Fehler: rechtes Knie klappt um, und 7 weitere Fehler",
             "Rechtes Knie klappt um, mit dem Sprung an der Kante",
         ]
     finally:
