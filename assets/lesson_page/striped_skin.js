@@ -45,8 +45,8 @@ var StripedSkin = (function () {
     return { centre, sides: sides.map((v) => scaled(v, 1 / Math.max(length(v), 1e-6))) };
   }
 
-  // Fills points and normals, three numbers a vertex: bones, rings, vertices, in this order; grown:
-  // thickness as a multiple.
+  // Fills points and normals, three numbers a vertex: bones, rings, vertices, in this order, then the
+  // fins, which keep to their bones; grown: thickness as a multiple.
   function drape(skin, pose, points, normals, grown) {
     const bones = skin.axis.map((_, k) => boneOf(skin, pose, k));
     let i = 0;
@@ -58,6 +58,14 @@ var StripedSkin = (function () {
           points[i] = centre[c] + radius * normals[i];
         }
       });
+    }));
+    bones.forEach(({ start }, k) => skin.fin[k].forEach((corner, n) => {
+      const turn = pose.rotations[skin.parent[k]];
+      const at = S.rotate(turn, corner), normal = S.rotate(turn, skin.fin_normals[k][n]);
+      for (let c = 0; c < 3; c++, i++) {
+        normals[i] = normal[c];
+        points[i] = start[c] + at[c];
+      }
     }));
   }
 

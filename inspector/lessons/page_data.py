@@ -145,7 +145,10 @@ class PageData:
         if not any(page.place.skin and page.place.clip == clip for page in self._lesson.pages):
             return None
         skin = build_skin(self._bones[clip], self._clips[clip].chains, height)
-        names = ("parent", "child", "below", "above", "axis", "across", "radius", "circle")
+        names = (
+            *("parent", "child", "below", "above", "axis", "across", "radius", "circle"),
+            *("fin", "fin_normals"),
+        )
         return {name: getattr(skin, name).tolist() for name in names} | {
             "stations": STATIONS.tolist(),
             "bone": packed(skin.bone, "i2"),

@@ -63,7 +63,7 @@ def test_doubts_stand_for_the_other_side_of_the_clip():
         assert "Left open" in told
         doubted = replace(plain, explain=lambda: {"doubts": [doubt]})
         told = explanation(replace(twist, interval=doubted), owner, 0)
-        assert f"Doubts: {doubt}" in told
+        assert f"Reasons for doubt: {doubt}" in told
         assert "Left open" not in told
 
 
@@ -73,7 +73,7 @@ def test_a_twist_of_a_restless_clip_is_not_said_to_turn_alone():
     chain = found.analysis.chain(twist.interval.chain)
     left_open = found.analysis.left_open(twist.interval)
     told = explanation(replace(twist, interval=left_open), chain, 0)
-    assert f"Doubts: {RESTLESS_DOUBT}" in told
+    assert f"Reasons for doubt: {RESTLESS_DOUBT}" in told
     assert "Left open:" not in told
 
 

@@ -219,7 +219,10 @@ def test_the_skin_is_draped_as_in_the_program(engine):
     motion = read_bvh(ASSETS / "walk_injected.bvh").motion
     bones = find_bones(motion, np.array([0.0, 1.0, 0.0]), motion.skeleton.height)
     skin = build_skin(bones, find_chains(motion), motion.skeleton.height)
-    names = ("parent", "child", "below", "above", "axis", "across", "radius", "circle")
+    names = (
+        *("parent", "child", "below", "above", "axis", "across", "radius", "circle"),
+        *("fin", "fin_normals"),
+    )
     as_json = {name: getattr(skin, name).tolist() for name in names} | {
         "stations": STATIONS.tolist()
     }
