@@ -110,7 +110,7 @@ def test_nothing_suspicious_is_said_together_with_what_is_past_tau(alone):
     act(alone, "next_faint")
     assert alone.bar.label.text() == (
         f"There is nothing suspicious down to half of τ. {len(past)} peaks above τ are explained: "
-        f"at {len(past)} only one joint turns. For details choose Go → Why is nothing found here?"
+        f"at {len(past)}, only one joint turns. For details choose Go → Why is nothing found here?"
     )
 
 

@@ -219,6 +219,7 @@ def test_the_window_draws_in_both_themes(qtbot, opened, name):
 
 
 @pytest.mark.thorough
+@pytest.mark.usefixtures("new_window")
 def test_a_note_stays_with_the_interval_it_was_typed_for(qtbot, opened):
     act(opened, "next_interval")
     first = opened.document.interval_id
