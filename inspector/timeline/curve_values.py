@@ -28,7 +28,7 @@ def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]
 
 
 def rarest(angle: Array) -> float:
-    """Return a direction that an angle is rarely close to, radians in (−2π, 0], (n,) → number.
+    """Return a direction that an angle, (n,), is rarely close to, in radians in (−2π, 0].
 
     Lines can be broken at this direction without hiding jumps of half a turn.
     """

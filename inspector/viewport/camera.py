@@ -50,7 +50,7 @@ class OrbitCamera:
 
     @cached_property
     def sideways(self) -> Array:
-        """The level unit vector of azimuth 90°, (3,)."""
+        """The horizontal unit vector at azimuth 90°, (3,)."""
         return np.cross(self.up, self.ahead)
 
     @cached_property

@@ -53,7 +53,10 @@ def key_text(key: str) -> str:
 def build_actions(
     menus: Menus, window: QWidget, bar: QMenuBar
 ) -> tuple[Mapping[str, QAction], Mapping[str, QMenu]]:
-    """Return the QActions and the menus, keyed by id and by name, without keys and effects."""
+    """Create the QActions, keyed by id, and the menus, keyed by name.
+
+    Shortcuts and handlers are added elsewhere.
+    """
     shown = {name: bar.addMenu(menu_title(name)) for name in menus}
     groups: dict[str, QActionGroup] = {}
     actions: dict[str, QAction] = {}

@@ -55,7 +55,7 @@ class ToolBar(QToolBar):
             self._fit()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Adapt the number of words to a new font, and keep the margins in a new style."""
+        """Show as many labels as fit after a change of the font or style, and keep the margins."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.StyleChange and (layout := self.layout()) is not None:
             layout.setContentsMargins(*4 * (_MARGIN,))

@@ -207,8 +207,9 @@ def without_alternatives(
 def _without_alternatives(
     intervals: Sequence[Interval], part: list[int], chosen: Collection[int] = ()
 ) -> list[int]:
-    """Return a part without the corrections that are alternatives to surer ones; chosen: the id()
-    of the intervals that are kept.
+    """Return the members of a part without corrections for which there is a surer alternative.
+
+    `chosen` contains the id() of intervals that are always kept.
     """
     repairs = sorted((k for k in part if intervals[k].repairable), key=lambda k: intervals[k].start)
     left: set[int] = set()

@@ -85,7 +85,9 @@ _REST: _Twists = (_Usual(0.0, 0.0), _Usual(0.0, 0.0))
 
 
 def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantOffset, ...]:
-    """Return the chains with a constant error that the other side or the rest pose shows."""
+    """Return the chains whose constant offset shows up in a comparison with the opposite limb or
+    with the rest pose.
+    """
     usual = {chain.name: _usual_twists(motion, chain) for chain in chains}
     by_side = _lowest(
         offset

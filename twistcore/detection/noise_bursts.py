@@ -202,7 +202,10 @@ def noise_level(turns: Array, fps: float) -> Array:
 
 
 def _least_noise(sigma: Array) -> float:
-    """Return the smallest σ that is a burst, in degrees; sigma: σ in every frame, (frames,)."""
+    """Return the σ, in degrees, above which a frame counts as part of a burst.
+
+    `sigma` contains σ for every frame, (frames,).
+    """
     usual = quantile(sigma, 0.15)  # a burst may last for most of a short clip
     return max(_LEAST, _BEYOND * usual)
 

@@ -41,7 +41,7 @@ def escaped(text: str) -> str:
 
 
 def unescaped(text: str) -> str:
-    """Return text without these escapes, the reverse of :func:`escaped`."""
+    """Decode the escapes that :func:`escaped` writes."""
     return re.sub(_ESCAPED, lambda found: chr(int(found[1], 16)), text)
 
 

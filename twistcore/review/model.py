@@ -269,7 +269,7 @@ class ReviewState:
     def with_intervals(
         self, intervals: Iterable[Judged], next_id: int | None = None
     ) -> ReviewState:
-        """Return the same review with other intervals, which this function sorts."""
+        """Return a copy of the review with the given intervals, sorted."""
         order = self.chain_order
         ordered = sorted(
             intervals,

@@ -105,7 +105,9 @@ def draw_targets(
 
 
 def independent_chains(chains: Sequence[Chain], first: int, most: int) -> tuple[Chain, ...]:
-    """Return up to `most` chains from `first` on, cyclically, that change no joint in common."""
+    """Choose up to `most` chains, starting at `first` and wrapping around, so that no two of them
+    change the same joint.
+    """
     chosen: list[Chain] = []
     for k in range(len(chains)):
         chain = chains[(first + k) % len(chains)]

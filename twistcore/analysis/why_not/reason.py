@@ -160,12 +160,12 @@ class AskedFrame:
 
 
 def signed_degrees(angle: float) -> str:
-    """Return an angle in radians as text in degrees with a sign, '+1.2°'."""
+    """Format an angle given in radians as signed degrees, such as '+1.2°'."""
     return f"{math.degrees(angle):+.1f}°".replace("-", "−")
 
 
 def size(angle: float, digits: int = 1) -> str:
-    """Return an angle in radians as text in degrees without a sign, '1.2°'."""
+    """Format the size of an angle given in radians in degrees, such as '1.2°'."""
     return f"{abs(math.degrees(angle)):.{digits}f}°"
 
 

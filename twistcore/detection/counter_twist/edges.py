@@ -21,7 +21,9 @@ FOLLOWED = 6.0  # gain from which the frames of a run count as steps of the erro
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """The possible edges of a chain, sorted by start; a run of frames may have several readings.
+    """The possible edges of a chain, sorted by start.
+
+    The same frames can be interpreted as different edges, so edges may overlap.
 
     All arrays have the shape (n,).
 

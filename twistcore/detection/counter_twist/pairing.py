@@ -74,7 +74,9 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """The gains of closing edges from `first_row` on with opening edges from `first_column` on.
+    """A block of the table of pair gains.
+
+    Rows are closing edges from `first_row` on, columns are opening edges from `first_column` on.
 
     Only gains above 0 are stored, since there are few.
 
@@ -87,7 +89,7 @@ class Block:
     gains
         Their gains in nats.
     kinds
-        Their values of `follows`. These three arrays have the shape (n,).
+        The value of `follows` of each stored pair. These three arrays have the shape (n,).
     """
 
     first_row: int

@@ -1,4 +1,4 @@
-"""The curve of a helper roll: the twist bone's roll about the bone, from the frame before."""
+"""The curve of a helper roll: the twist bone's roll relative to the frame before the interval."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def roll_of_helper(search: KindSearch, interval: Interval) -> Quantity | None:
     roll, frames = roll_curve(search.motion, helper), search.motion.frames
     before = interval.start - 1 if interval.start else min(interval.stop, frames - 1)
     return Quantity(
-        f"Roll of {interval.chain} from the frame before",
+        f"Roll of {interval.chain} relative to the frame before the interval",
         np.degrees(roll - roll[before]),
         np.full(frames, math.copysign(math.degrees(SMALLEST_ROLL), interval.shown)),
         math.degrees(interval.shown),

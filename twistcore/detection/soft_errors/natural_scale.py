@@ -59,7 +59,10 @@ class Natural:
         return x - self.beta[:, None] * total, total
 
     def spread(self, total: Array) -> Array:
-        """Return the scale of u, which grows with x + y as in a multivariate t distribution."""
+        """Return the scale of u for given values of x + y.
+
+        It grows with their size, as in a multivariate t distribution.
+        """
         z = total / self.sigma_sum
         return np.asarray(self.sigma * np.sqrt((NU + z * z) / (NU + 1.0)))
 
