@@ -166,6 +166,7 @@ class ChainsPanel(QWidget):
             self.table.setColumnWidth(column, width)
         name = advance(_NAME) + _TICK + _PAD
         self.table.keep_room(name, (_AZIMUTH, _PEAK))
+        self.table.resized.connect(self._show_selected)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = hint(tr("The chains of a clip appear here."))
         self._showing = False  # True while rows change, when the current row is not a click
@@ -267,6 +268,10 @@ class ChainsPanel(QWidget):
     def _select_row(self) -> None:
         if (row := self._model.row_of(self._document.chain)) is not None:
             self.table.setCurrentIndex(self._model.index(row, 0))
+
+    def _show_selected(self) -> None:
+        """Scroll to the selected chain, which may be out of sight in a lower table."""
+        self.table.scrollTo(self.table.currentIndex())
 
     def _row_selected(self, current: QModelIndex) -> None:
         if self._document.data and current.isValid() and not self._showing:
