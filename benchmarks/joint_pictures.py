@@ -75,9 +75,9 @@ class Scene:
     @cached_property
     def window(self) -> Frames:
         """The frames of the curves."""
-        beside = max(round(SECONDS * self.motion.fps), FEWEST, (self.stop - self.start) // 2)
-        beside = min(beside, MOST)
-        return np.arange(max(self.start - beside, 0), min(self.stop + beside, self.motion.frames))
+        margin = max(round(SECONDS * self.motion.fps), FEWEST, (self.stop - self.start) // 2)
+        margin = min(margin, MOST)
+        return np.arange(max(self.start - margin, 0), min(self.stop + margin, self.motion.frames))
 
     @cached_property
     def poses(self) -> Frames:
@@ -86,9 +86,9 @@ class Scene:
         inside = (
             {start, last, (start + last) // 2} if last - start > 2 else set(range(start, self.stop))
         )
-        beside = (4 - (len(inside) - 1) // 2) if len(inside) < 3 else 3
-        around = {start - k for k in range(1, beside + 1)} | {
-            last + k for k in range(1, beside + 1)
+        margin = (4 - (len(inside) - 1) // 2) if len(inside) < 3 else 3
+        around = {start - k for k in range(1, margin + 1)} | {
+            last + k for k in range(1, margin + 1)
         }
         return np.array(sorted(f for f in inside | around if 0 <= f < self.motion.frames))
 
@@ -320,9 +320,9 @@ def _view(first: Array) -> tuple[Array, Array]:
     """Return a direction of sight across the first pose's bones, and the upward direction."""
     bones = np.diff(first, axis=0)
     own = bones[1] if len(bones) > 1 else bones[0]
-    beside = bones[2] if len(bones) > 2 else bones[0]
-    sight = np.cross(own, beside)
-    if np.linalg.norm(sight) < 0.05 * np.linalg.norm(own) * np.linalg.norm(beside) + 1e-12:
+    other = bones[2] if len(bones) > 2 else bones[0]
+    sight = np.cross(own, other)
+    if np.linalg.norm(sight) < 0.05 * np.linalg.norm(own) * np.linalg.norm(other) + 1e-12:
         sight = np.cross(own, np.eye(3)[int(np.argmin(np.abs(own)))])
     sight /= max(float(np.linalg.norm(sight)), 1e-9)
     return sight, -own / max(float(np.linalg.norm(own)), 1e-9)

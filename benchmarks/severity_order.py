@@ -36,16 +36,19 @@ def jumps_a_second(motion: Motion) -> float:
     places = forward_kinematics(motion)[1]
     ways = np.linalg.norm(np.diff(places - places[:, :1], axis=0), axis=2) / motion.skeleton.height
     seconds = motion.frames * motion.frame_time
-    return (_jumps(turns, TURN) + _jumps(ways, WAY)) / seconds
+    return float(stand_out(turns, TURN).sum() + stand_out(ways, WAY).sum()) / seconds
 
 
-def _jumps(steps: np.ndarray, least: float) -> float:
-    """Count the steps, (frames − 1, joints), that exceed `least` and stand
-    out from their neighbours.
+def stand_out(steps: np.ndarray, least: float) -> np.ndarray:
+    """Return a mask of the steps, (frames − 1, joints), that reach `least` and are much larger
+    than the two before and the two after.
+
+    The first two and the last two steps are left out, so its shape is (frames − 5, joints).
     """
-    beside = np.median([steps[:-4], steps[1:-3], steps[3:-1], steps[4:]], axis=0)
+    around = np.median([steps[:-4], steps[1:-3], steps[3:-1], steps[4:]], axis=0)
     here = steps[2:-2]
-    return float(((here > least) & (here > TIMES * beside)).sum())
+    mask: np.ndarray = (here >= least) & (here > TIMES * around)
+    return mask
 
 
 def main() -> None:

@@ -2,12 +2,12 @@
 
     python -m benchmarks.unlisted_jumps FOLDER… [--degrees D] [--list N]
 
-A joint's turn from one frame to the next counts if it is at least D degrees (45), whatever causes
-it, and more than four times the median of the two turns before and the two after, so that fast
-movement at a low frame rate is not counted. A turn is listed if an interval of this joint, of a
-chain or limb with this joint, or of the whole body begins, ends or lies there, give or take two
-frames. The table shows the turns of each folder, those that are listed, those in frames where only
-another joint is listed, and those where nothing is listed.
+A large turn is a joint's turn from one frame to the next by at least D degrees (45), for whatever
+reason, that is more than four times the median of the two turns before and the two after. Fast
+movement at a low frame rate is thus no large turn. A turn is listed if an interval of this joint,
+of a chain or limb with this joint, or of the whole body begins, ends or lies there, give or take
+two frames. The table shows the turns of each folder, those that are listed, those in frames where
+only another joint is listed, and those where nothing is listed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.real_corrections import clips_of
-from benchmarks.severity_order import TIMES
+from benchmarks.severity_order import stand_out
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
@@ -32,14 +32,14 @@ _WHOLE = {Kind.BODY_STEP, Kind.FROZEN, Kind.NOISE_BURST}
 
 
 def large_turns(motion: Motion, degrees: float) -> list[tuple[int, int, float]]:
-    """Return (frame, joint, degrees) of every turn that counts; the frame is the later one."""
+    """Return (frame, joint, degrees) of every large turn, where the frame is the later one."""
     if motion.frames < 6:
         return []
     turns = np.degrees(geodesic_angle(motion.rotations[1:], motion.rotations[:-1]))
-    around = np.median([turns[:-4], turns[1:-3], turns[3:-1], turns[4:]], axis=0)
-    here = turns[2:-2]
-    steps, joints = np.nonzero((here >= degrees) & (here > TIMES * around))
-    return [(int(t) + 3, int(j), float(here[t, j])) for t, j in zip(steps, joints, strict=True)]
+    steps, joints = np.nonzero(stand_out(turns, degrees))
+    return [
+        (int(t) + 3, int(j), float(turns[t + 2, j])) for t, j in zip(steps, joints, strict=True)
+    ]
 
 
 def joints_of(interval: Interval, analysis: ClipAnalysis) -> set[int] | None:

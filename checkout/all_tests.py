@@ -33,8 +33,8 @@ LONG = (
     *("recording", "test_tuning", "folder", "in_browser", "quality", "by_hand", "language"),
     *("switched_clips", "test_tour", "test_teaching", "uncovered", "test_looks", "test_video"),
 )
-QUICK_MINUTES = "about 5 minutes on two cores"
-ALL_MINUTES = "about 15 minutes on two cores"
+QUICK_MINUTES = "5 to 10 minutes on two cores"
+ALL_MINUTES = "15 to 25 minutes on two cores"
 EXAMPLES = "TWIST_INSPECTOR_EXAMPLES"  # what a person sets goes before the tier's
 NO_TESTS = 5  # pytest's status where no test was left to run
 CORE_PARTS = 8

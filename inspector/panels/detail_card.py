@@ -33,7 +33,7 @@ from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption, Headline, as_tip, bold, capitalised
 from inspector.widgets.later import Burst
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
-from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, RESTLESS_DOUBT, ROLL_DOUBT
+from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, RESTLESS_DOUBT
 from twistcore.analysis.correction.protected_measures import (
     Hinges,
     ProtectedMeasure,
@@ -56,7 +56,7 @@ _LEAST = 0.05  # degrees: smaller offsets are not mentioned
 _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Smooth in Quality → Track")
-_DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT, ROLL_DOUBT}  # reasons why an interval is open
+_DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # reasons why an interval of any kind is open
 _NOT_CORRECTED = tr("This finding is not corrected. Accept the finding to mark it as seen.")
 _EDITED = tr_as("an interval", "edited")
 _OTHER_SIDE = tr("the frames around the interval may be the wrong ones")
@@ -401,7 +401,8 @@ def explanation(
     doubts = _doubts(evidence, measures)
     if doubts:
         sentences.append(tr("Reasons for doubt: {why}.", why=doubts))
-    known = not _DOUBTED.isdisjoint(evidence.get("doubts", ()))
+    why_open = {*_DOUBTED, interval.kind.info.doubt}
+    known = not why_open.isdisjoint(evidence.get("doubts", ()))
     known = known or bool({"worse", "small"} & set(evidence))
     if isinstance(chain, Limb | Helper):
         known = known or bool(doubts)

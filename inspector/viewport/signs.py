@@ -51,7 +51,8 @@ def show_signs(
         return
     places = _letters(drawing, pose, camera, size, thick, spoke)
     overlays.show_sides(places, body)
-    busy = np.vstack([busy, body[::2], *places.values()])
+    letters = [sampled(one.geometry()) for one in overlays.sides.values() if not one.isHidden()]
+    busy = np.vstack([busy, body[::2], *letters])
     _show_whole(overlays, drawing, scene, pose, camera, size, busy)
 
 

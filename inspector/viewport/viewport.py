@@ -29,6 +29,7 @@ from inspector.widgets.labels import plain_text
 from inspector.widgets.later import Stale
 from inspector.widgets.theme import Colours, Theme
 
+_HINT = QSize(400, 400)
 _AFTER_CURVES_MS = 12  # while τ is dragged, tables and curves are painted first
 _WARM_MS = 60  # after the window is shown
 _MOST_COVERED = 0.25  # largest share of the height covered by the legend
@@ -281,15 +282,12 @@ class Viewport(Steering):
         )
 
     def sizeHint(self) -> QSize:
-        """Return the size of the OpenGL widget, which fills the view.
+        """Return the size that VTK's widget asks for, which fills the view.
 
         The view has no layout: each change of a label over the image would lay out the whole
         window again.
         """
-        if self.view is None:
-            return super().sizeHint()
-        hint: QSize = self.view.sizeHint()  # type: ignore[no-untyped-call]
-        return hint
+        return super().sizeHint() if self.view is None else _HINT
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Place the overlays and frame the preset for the new size."""

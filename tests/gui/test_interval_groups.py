@@ -4,6 +4,7 @@ import json
 import shutil
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
@@ -17,8 +18,8 @@ from inspector.session.settings import Settings, load_settings
 from inspector.widgets.theme import LIGHT, Colours
 from tests.conftest import ASSETS
 from tests.gui.windows import act, close_window, decisions, open_clip, press
-from twistcore.detection import Kind
-from twistcore.review import Decision
+from twistcore.detection import Interval, Kind
+from twistcore.review import Decision, Judged
 from twistcore.review.model import SEEN
 
 KEY, CTRL = Qt.Key, Qt.KeyboardModifier.ControlModifier
@@ -178,6 +179,31 @@ def test_what_is_selected_elsewhere_is_one_interval(qtbot, kick):
     press(qtbot, kick, KEY.Key_A)
     assert decided(kick) == [Decision.ACCEPTED]
     assert document.review.state.find(jump.id).decision == Decision.ACCEPTED
+
+
+def test_of_two_alternatives_the_surer_or_the_selected_one_is_shown(document):
+    limb, chain, state = "LeftArm-LeftHand", "LeftArm", document.review.state
+    offset = np.full(20, 0.5)
+    sure = Interval(chain, 100, 120, offset, confidence=0.9, kind=Kind.CARRIED_ROLL, carried=True)
+    flip = Interval(limb, 100, 120, 2.0 * offset, confidence=1.0, open=True, kind=Kind.LIMB_FLIP)
+    review = state.with_intervals([Judged(1, sure), Judged(2, flip)], 3)
+    document.review.state = review
+    document._review_changed()
+
+    def corrected():
+        return [bool(document.offset(name)[110]) for name in (chain, limb)]
+
+    changes = []
+    document.intervals_changed.connect(lambda: changes.append(corrected()))
+    assert corrected() == [True, False]
+    document.select_interval(2)
+    assert corrected() == [False, True]
+    document.select_interval(1)
+    assert changes == [[False, True], [True, False]]
+    document.decide(Decision.ACCEPTED, [2])
+    assert corrected() == [True, True]  # what accepting both would do
+    document.select_interval(None)
+    assert corrected() == [False, True]
 
 
 def test_a_group_that_is_in_part_decided_is_gone_to_once(qtbot, kick):

@@ -7,7 +7,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
-from twistcore.analysis.clip_analysis import ROLL_DOUBT, SURE_ROLL, analyse
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection.carried_rolls import bent_frames
 from twistcore.skeleton.motion import forward_kinematics
@@ -66,9 +66,9 @@ def test_a_less_sure_carried_roll_is_left_to_a_person(confidence):
     dirty = analyse(with_error(roll("LeftArm", 80.0)))
     (own,) = (i for i in dirty.detect() if i.kind == tc.Kind.CARRIED_ROLL)
     given = replace(own, confidence=confidence)
-    left = dirty.protected(given)
-    assert left.open == (confidence < SURE_ROLL)
-    assert (ROLL_DOUBT in left.evidence.get("doubts", ())) == left.open
+    left, info = dirty.protected(given), tc.Kind.CARRIED_ROLL.info
+    assert left.open == (confidence < info.sure)
+    assert (info.doubt in left.evidence.get("doubts", ())) == left.open
     assert (given in automatic_corrections([left])) != left.open
 
 

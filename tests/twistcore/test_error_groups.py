@@ -175,6 +175,8 @@ def test_of_two_corrections_of_the_same_frames_a_group_has_the_surer_one(walk):
     later = replace(flip(30, 40), confidence=1.0)
     ((members, _),) = groups_of(walk, roll, jump(30), later)  # not in the same frames
     assert members == {0, 1, 2}
+    ((members, _),) = groups_of(walk, roll, replace(flip(20, 30), confidence=1.0))
+    assert members == {0, 1}  # refine corrects both
 
 
 def test_alternatives_are_not_corrected_together(walk):
@@ -188,3 +190,12 @@ def test_alternatives_are_not_corrected_together(walk):
         doubtful, other_leg,
     )  # fmt: skip
     assert without_alternatives(every, chains, skeleton, chosen=[doubtful, roll]) == every
+
+
+def test_an_alternative_that_is_left_excludes_nothing_else(walk):
+    chains, skeleton = walk
+    sure = replace(made(KNEE, 20, 30), confidence=0.9)
+    doubtful = replace(flip(25, 45), confidence=0.8, open=True)
+    roll = replace(made(KNEE, 40, 50, Kind.CARRIED_ROLL), confidence=0.6, open=True)
+    every = (sure, doubtful, roll)
+    assert without_alternatives(every, chains, skeleton) == (sure, roll)

@@ -72,8 +72,6 @@ _SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # kinds with a finder 
 # corrected automatically.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
 BODY_STEP_DOUBT = "many joints jump at once where the interval begins or ends"
-ROLL_DOUBT = "less sure carried rolls were mostly false alarms in captures that were judged by eye"
-SURE_ROLL = 0.7  # minimum confidence of a carried roll that is corrected automatically
 RESTLESS_DOUBT = "there are lone jumps throughout the clip, so every detection is uncertain"
 
 
@@ -553,8 +551,9 @@ class ClipAnalysis:
         """Return the interval, marked as open if its correction makes something worse.
 
         The same object is returned each time. A counter-twist at a step of the whole body also
-        becomes open, because that step alone may be the error. Intervals of a detector without
-        confidence, such as the paper's, are returned unchanged.
+        becomes open, because that step alone may be the error, and so does an interval whose
+        confidence is too low for its kind. Intervals of a detector without confidence, such as the
+        paper's, are returned unchanged.
         """
         if self._whole is not None:
             return self._whole.protected(interval, method)
@@ -563,8 +562,8 @@ class ClipAnalysis:
         if interval not in self._protected:
             if interval.kind == Kind.COUNTER_TWIST and self._at_body_step(interval, method):
                 explain = partial(_doubted, BODY_STEP_DOUBT, interval.explain)
-            elif interval.kind == Kind.CARRIED_ROLL and interval.confidence < SURE_ROLL:
-                explain = partial(_doubted, ROLL_DOUBT, interval.explain)
+            elif interval.confidence < interval.kind.info.sure:
+                explain = partial(_doubted, interval.kind.info.doubt, interval.explain)
             elif worse := tuple(m for m in self._measures(interval, method) if m.worse):
                 explain = partial(_made_worse, interval.explain, worse)
             else:

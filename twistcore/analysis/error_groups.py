@@ -10,8 +10,8 @@ Three rules make the groups; none of them depends on decisions:
 3. *Series*: if at least three of these groups have the same kind of error in the same chain, in the
    same direction and of similar size in the middle, they are one group.
 
-Two corrections of different kinds for the same frames of a limb are alternatives, of which a
-reviewer chooses one: only the surer one is in the group.
+Two corrections of different kinds for the same frames of a limb are alternatives if one of them is
+open, and a reviewer chooses one: only the surer one is in the group.
 
 The limb of an interval is the limb of its joint: the nearest joint above it at which a limb begins,
 or the root. The cost grows linearly with the number of intervals, apart from sorting.
@@ -212,19 +212,27 @@ def _without_alternatives(
     `chosen` contains the id() of intervals that are always kept.
     """
     repairs = sorted((k for k in part if intervals[k].repairable), key=lambda k: intervals[k].start)
-    left: set[int] = set()
+    instead = defaultdict[int, set[int]](set)  # the alternatives to a correction
     near: list[int] = []  # corrections that may share frames with the next one
     for k in repairs:
-        near = [other for other in near if intervals[other].stop > intervals[k].start]
+        here = intervals[k]
+        near = [other for other in near if intervals[other].stop > here.start]
         for other in near:
-            if intervals[other].kind != intervals[k].kind:
-                left.add(max(k, other, key=lambda n: _doubt(intervals[n], chosen)))
+            there = intervals[other]
+            if there.kind != here.kind and (there.open or here.open):
+                instead[k].add(other)
+                instead[other].add(k)
         near.append(k)
-    return [k for k in part if k not in left or id(intervals[k]) in chosen]
 
+    def doubt(k: int) -> tuple[bool, bool, float]:
+        interval = intervals[k]
+        return id(interval) not in chosen, interval.open, -(interval.confidence or 0.0)
 
-def _doubt(interval: Interval, chosen: Collection[int]) -> tuple[bool, bool, float]:
-    return id(interval) not in chosen, interval.open, -(interval.confidence or 0.0)
+    left: set[int] = set()
+    for k in sorted(instead, key=doubt):
+        if k not in left:
+            left |= {other for other in instead[k] if id(intervals[other]) not in chosen}
+    return [k for k in part if k not in left]
 
 
 def _led(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:

@@ -32,6 +32,10 @@ class KindInfo:
         What a correction turns back; "" for a kind that no detector corrects.
     automatic : bool
         True if it may be corrected without a person's decision.
+    sure : float
+        The confidence below which a person decides even if the kind may be automatic.
+    doubt : str
+        The reason for that, as a clause.
     of_capture : bool
         True for a fault of the capture, not a twist error; gates count it only on request.
     sign : str
@@ -82,6 +86,8 @@ class KindInfo:
     place: int
     repair: str = ""
     automatic: bool = False
+    sure: float = 0.0
+    doubt: str = ""
     of_capture: bool = False
     sign: str = "+"
     size: str = "delta_deg"
