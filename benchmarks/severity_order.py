@@ -1,12 +1,12 @@
 """Compare the order of clips by severity with their order by a plain count of jumps.
 
-    python -m benchmarks.severity_order FOLDER [--first N]
+    python -m benchmarks.severity_order FOLDER... [--first N]
 
-For every clip below FOLDER, the severity is compared with the number of times per second that a
-joint's rotation or position jumps: by more than 45° or 4 % of the figure's height in a frame, and
-by more than four times the median of the two frames before and after. The output shows Spearman's
-rank correlation over all clips and over clips in which either value is above 0, and the first N
-clips in each order.
+For every clip in or below the folders, the severity is compared with the number of times per second
+that a joint's rotation or position jumps: by more than 45° or 4 % of the figure's height in a
+frame, and by more than four times the median of the two frames before and after. The output shows
+Spearman's rank correlation over all clips and over clips in which either value is above 0, and the
+first N clips in each order.
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ def stand_out(steps: np.ndarray, least: float) -> np.ndarray:
 def main() -> None:
     """Compare both orders, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--first", type=int, default=12)
     given = parser.parse_args()
     names, ours, plain = [], [], []
-    for path in clips_of(given.folder):
+    for path in (p for folder in given.folders for p in clips_of(folder)):
         try:
             motion = read_clip(path).motion
             ours.append(severity(analyse(motion).detect()))
@@ -66,7 +66,7 @@ def main() -> None:
             print(f"left out: {error}")
             continue
         plain.append(jumps_a_second(motion))
-        names.append(str(path.relative_to(given.folder)))
+        names.append("/".join(path.parts[-2:]))
     a, b = np.array(ours), np.array(plain)
     some = (a > 0.0) | (b > 0.0)
     print(f"{len(names)} clips, {(a > 0.0).sum()} with a severity, {(b > 0.0).sum()} with jumps")

@@ -61,7 +61,7 @@ def test_detecting_in_an_ordinary_clip_loads_nothing_slow() -> None:
         assert f"'{slow}" not in loaded
 
 
-def test_cuts_are_sought_once_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cuts_are_sought_once_each(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
     steps = cuts.bend_steps
     monkeypatch.setattr(cuts, "bend_steps", lambda motion: calls.append(motion) or steps(motion))

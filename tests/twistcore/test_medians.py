@@ -5,8 +5,10 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.ndimage import median_filter
 
-from twistcore.skeleton.medians import median, medians, quantile, quantiles
+from twistcore.skeleton import medians as medians_module
+from twistcore.skeleton.medians import median, medians, quantile, quantiles, running_medians
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 9, 10, 101, 1000])
@@ -30,3 +32,21 @@ def test_they_change_nothing_and_load_no_masked_arrays():
     code += "quantile([1.0], 0.5); sys.exit('numpy.ma' in sys.modules)"
     program = [sys.executable, "-c", code]
     assert subprocess.run(program, check=False).returncode == 0
+
+
+@pytest.mark.parametrize("width", [1, 2, 21, 36])
+@pytest.mark.parametrize("count", [1, 20, 36, 400])
+def test_running_medians_are_those_of_scipy(monkeypatch, width, count):
+    values = np.random.default_rng(count).normal(size=count).round(1)
+    expected = median_filter(values, width, mode="nearest")
+    np.testing.assert_array_equal(running_medians(values, width), expected)
+    monkeypatch.setattr(medians_module, "_BLOCK", 100)  # several blocks
+    np.testing.assert_array_equal(running_medians(values, width), expected)
+
+
+def test_noise_is_measured_without_loading_scipy():
+    code = "import sys, numpy as np; from twistcore.detection.noise_bursts import noise_level; "
+    code += "angles = np.random.default_rng(0).normal(0.0, 12.0, (300, 3)); angles[:200] *= 0.01; "
+    code += "assert noise_level(np.diff(angles, axis=0), 30.0).any(); "
+    code += "sys.exit('scipy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -10,7 +10,7 @@ from tests.twistcore.test_surprise import FRAMES, made
 from twistcore.detection.soft_errors import soft_search
 from twistcore.detection.soft_errors.explanations import LEVELS, TO_BEGIN, Explanations, Seed
 from twistcore.detection.soft_errors.soft_error import SoftError
-from twistcore.detection.soft_errors.soft_search import Search, gains, search_all
+from twistcore.detection.soft_errors.soft_search import OVER, Search, gains, search_all
 
 DEGREE = math.pi / 180.0
 
@@ -286,6 +286,29 @@ def test_the_search_says_which_frames_it_did_not_look_at(monkeypatch):
     for search in searches:
         search._in_vain = 99  # it would have ended here by itself
         assert not search.left().any()
+
+
+@pytest.mark.parametrize("spent", [False, True])
+def test_a_seed_that_takes_too_much_work_is_left(monkeypatch, spent):
+    s = two_limbs(4)
+    s.budget = 1000.0
+    search = Search(s, [1, 3, 5])
+    top = search.next()
+    asked = []
+
+    class InVain:
+        def __init__(self, surprise, place):
+            asked.append(place)
+            surprise.work = (OVER + 0.1) * s.budget if spent else 0
+
+        def best(self, gain):
+            return None
+
+    monkeypatch.setattr(soft_search, "Explanations", InVain)
+    search.explain(top)
+    assert len(asked) == 1 or not spent
+    assert search.left()[top.middle] or not spent
+    assert (search.next() == top) is spent
 
 
 def test_work_is_counted_by_departures():

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from twistcore.detection.runs import overlapping, runs
 from twistcore.skeleton.body import ancestors
-from twistcore.skeleton.medians import median, quantile
-from twistcore.skeleton.motion import Motion, once_a_motion
+from twistcore.skeleton.medians import median, quantile, running_medians
+from twistcore.skeleton.motion import Motion, once_each
 from twistcore.skeleton.notation import without_held
 from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 from twistcore.work.frozen import dataclass
@@ -46,7 +46,7 @@ class NoiseBurst:
     degrees: float
 
 
-@once_a_motion
+@once_each
 def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
     """Return the bursts of noise of all joints, sorted by start."""
     found = []
@@ -87,7 +87,7 @@ def _of_joint(motion: Motion, joint: int) -> Array:
     return known[joint]
 
 
-@once_a_motion
+@once_each
 def _by_joint(motion: Motion) -> dict[int, Array]:
     """Return the known results of :func:`_of_joint`, keyed by joint."""
     del motion
@@ -179,14 +179,12 @@ def noise_level(turns: Array, fps: float) -> Array:
     size, far = ((v**2).sum(axis=1) for v in (change, turns))
     if not _often(size > 0.99 * _MIDDLE * _LEAST**2, width):
         return none
-    from scipy.ndimage import median_filter, uniform_filter1d  # slow to load; few clips need it
-
     # Medians, so that one or two jumps are not mistaken for noise.
-    changes, moves = (median_filter(v, width, mode="nearest") for v in (size, far))
+    changes, moves = (running_medians(v, width) for v in (size, far))
     sigma = np.sqrt(changes / _MIDDLE)
     against = np.zeros(frames)
     against[1:-2] = (change[1:-2] * change[2:-1]).sum(axis=1) < 0.0
-    swings = uniform_filter1d(against, width, mode="nearest")
+    swings = _running_sums(against, width) / width
     noisy = (changes > _ROUGH * moves) & (swings > _SWINGS)
     noisy &= sigma > _least_noise(sigma)
     out = np.zeros(frames)
@@ -215,10 +213,8 @@ def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
 
     Both are in degrees. `motion` is the motion without held frames.
     """
-    from scipy.ndimage import median_filter  # slow to load
-
     width = max(_FEWEST, round(_WINDOW * motion.fps))
-    changes = median_filter(_changes(turns_of(motion.rotations[:, joint])), width, mode="nearest")
+    changes = running_medians(_changes(turns_of(motion.rotations[:, joint])), width)
     sigma = np.sqrt(changes / _MIDDLE)
     return sigma, _least_noise(sigma)
 
@@ -226,6 +222,12 @@ def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
 def _often(mask: Mask, width: int) -> bool:
     """True if some window of the given width may contain mostly frames with True in the mask."""
     half = width // 2
-    counts = np.concatenate([[0], np.cumsum(np.pad(mask, half, mode="edge"))])
-    around = counts[2 * half + 1 :] - counts[: -2 * half - 1]
-    return bool(around.max() >= width - half)
+    return bool(_running_sums(mask, 2 * half + 1).max() >= width - half)
+
+
+def _running_sums(values: Array | Mask, width: int) -> Array:
+    """Return the sum of the `width` numbers around each number, as in :func:`running_medians`."""
+    before = width // 2
+    padded = np.pad(values, (before, width - 1 - before), mode="edge")
+    sums = np.concatenate([[0.0], np.cumsum(padded)])
+    return np.asarray(sums[width:] - sums[:-width])

@@ -1,7 +1,7 @@
 """Medians and quantiles of finite numbers, with the same bits as numpy's.
 
 numpy's functions are four times slower for the short arrays of one joint, and they import masked
-arrays, which takes 5 % of a command's time.
+arrays, which takes 5 % of a command's time. The filters of scipy take even longer to load.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from twistcore.skeleton.rotation import Array
+
+_BLOCK = 1 << 20  # numbers that are sorted at once
 
 
 def median(values: ArrayLike) -> float:
@@ -45,3 +47,20 @@ def quantiles(values: Array, share: float) -> Array:
     if beyond >= 0.5:
         between = high - (high - low) * (1 - beyond)
     return between
+
+
+def running_medians(values: Array, width: int) -> Array:
+    """Return the upper median of the `width` numbers around each number, shape (frames,).
+
+    The first and the last number continue beyond the ends. For an even width, one more number comes
+    before than after.
+    """
+    before = width // 2
+    padded = np.pad(values, (before, width - 1 - before), mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, width)
+    rows = max(1, _BLOCK // width)
+    parts = [
+        np.partition(windows[k : k + rows], before, axis=1)[:, before]
+        for k in range(0, len(windows), rows)
+    ]
+    return np.concatenate(parts)

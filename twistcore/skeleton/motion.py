@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
+Of = TypeVar("Of", bound="Motion | Skeleton")
 Known = TypeVar("Known")
 
 _ELEMENTS = 1 << 16  # numbers of one kind in a block
@@ -209,20 +210,20 @@ def motion_of(clip: Motion | HasMotion) -> Motion:
     raise TypeError(f"expected a clip or a motion, found {type(clip).__name__} {clip!r:.80}")
 
 
-def once_a_motion(work: Callable[[Motion], Known]) -> Callable[[Motion], Known]:
-    """Cache a function's result for each motion, for as long as the motion exists.
+def once_each(work: Callable[[Of], Known]) -> Callable[[Of], Known]:
+    """Cache a function's result for each motion or skeleton, for as long as that exists.
 
     Each call returns the same object, so callers must not change it. The object must not refer to
-    the motion, or else the motion would never be released.
+    the motion or skeleton, or else this would never be released.
     """
-    known: WeakKeyDictionary[Motion, Known] = WeakKeyDictionary()
+    known: WeakKeyDictionary[Of, Known] = WeakKeyDictionary()
 
     @wraps(work)
-    def kept(motion: Motion) -> Known:
+    def kept(of: Of) -> Known:
         try:
-            return known[motion]
+            return known[of]
         except KeyError:
-            return known.setdefault(motion, work(motion))
+            return known.setdefault(of, work(of))
 
     return kept
 

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.skeleton.motion import Motion, once_a_motion
+from twistcore.skeleton.motion import Motion, once_each
 from twistcore.skeleton.notes import Note
 from twistcore.skeleton.rotation import Array, conjugate, multiply, wrap
 from twistcore.work.frozen import dataclass
@@ -146,7 +146,7 @@ class DistinctFrames:
 # -- held frames -----------------------------------------------------------------------------------
 
 
-@once_a_motion
+@once_each
 def without_held(motion: Motion) -> DistinctFrames | None:
     """Return the motion without regularly repeated frames, or None if most are not repeated.
 
@@ -214,7 +214,7 @@ class Keys:
         return DistinctFrames(own, first, motion.frames, even=True)
 
 
-@once_a_motion
+@once_each
 def linear_keys(motion: Motion) -> Keys | None:
     """Return the keys between which all joints turn evenly, or None if there are none.
 

@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from twistcore.skeleton.joint_names import JointName, understood
-from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.motion import Skeleton, once_each
 from twistcore.work.frozen import dataclass
 
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+")
@@ -80,6 +80,7 @@ class _Top:
     limbs: frozenset[tuple[str, str]]
 
 
+@once_each
 def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
     """Return the people in a skeleton, in file order. A single person has the name ''.
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from twistcore.detection.bends import bend_steps
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.detection.runs import runs
-from twistcore.skeleton.medians import median
-from twistcore.skeleton.motion import Motion, once_a_motion
+from twistcore.skeleton.medians import median, medians
+from twistcore.skeleton.motion import Motion, once_each
 from twistcore.skeleton.notation import linear_keys, without_held
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array
@@ -67,7 +67,7 @@ class PlaceStep:
     way: float
 
 
-@once_a_motion
+@once_each
 def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
     """Return the steps of the whole body, sorted by start, with the clip's own frame numbers.
 
@@ -105,7 +105,7 @@ def _of_person(
     Only frames [first, last) are examined.
     """
     off = np.abs(step - _pace(step))
-    moves = np.median(step, axis=0) > _MOVES
+    moves = medians(step, axis=0) > _MOVES
     if moves.sum() < FEWEST:
         return
     least = _least_step(motion)
@@ -126,7 +126,7 @@ def _of_person(
     for start, stop in runs(stepping):
         rows = [by_frame[t] for t in range(start, stop)]
         share = max(float(over[k].mean()) for k in rows)
-        turns = max(float(np.median(step[suspected[k]][over[k]])) for k in rows)
+        turns = max(median(step[suspected[k]][over[k]]) for k in rows)
         if turns >= _SHOWS:
             yield BodyStep(start, stop, share, turns, person)
 
@@ -177,18 +177,18 @@ def body_curve(
     if not len(frames):
         return None
     step = _steps(motion.rotations[:, list(joints)])
-    step = step[:, np.median(step, axis=0) > _MOVES]
+    step = step[:, medians(step, axis=0) > _MOVES]
     pace = _pace(step)
     off = np.abs(step - pace)
     most = _most_off_pace(off, frames, motion.fps, _least_step(motion))
     over = _steps_at(step, off, frames, most)
     rows = zip(frames.tolist(), over, strict=True)
-    turns = [float(np.median(step[t][own])) if own.any() else 0.0 for t, own in rows]
+    turns = [median(step[t][own]) if own.any() else 0.0 for t, own in rows]
     best = int(np.argmax(turns))
     if not (own := over[best]).any():
         return None
-    limit = np.median(pace[:, own] + most[best, own], axis=1)
-    return np.median(step[:, own], axis=1), limit
+    limit = medians(pace[:, own] + most[best, own])
+    return medians(step[:, own]), limit
 
 
 def _bends(motion: Motion, frame: int, least: float) -> int:
@@ -200,7 +200,7 @@ def _bends(motion: Motion, frame: int, least: float) -> int:
     bends = np.degrees(bend_steps(motion.sliced(first, min(frame + _NEARBY, motion.frames))))
     off = np.abs(bends[:, 1:-1] - 0.5 * (bends[:, :-2] + bends[:, 2:]))
     at = frame - first - 2  # the change from the previous frame
-    usual = np.median(np.delete(off, [at - 1, at, at + 1], axis=1), axis=1)
+    usual = medians(np.delete(off, [at - 1, at, at + 1], axis=1))
     return int((off[:, at] > np.maximum(_TIMES * usual, least)).sum())
 
 
@@ -218,7 +218,7 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
     """
     blocks = max(len(off) // width, 1)
     wanted = np.unique(np.clip(frames[:, None] // width + np.arange(-1, 2), 0, blocks - 1))
-    usual = {b: np.median(off[b * width : (b + 1) * width], axis=0) for b in wanted.tolist()}
+    usual = {b: medians(off[b * width : (b + 1) * width], axis=0) for b in wanted.tolist()}
     at = np.minimum(frames // width, blocks - 1).tolist()
     return np.array([usual[b] for b in at])
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.skeleton.medians import medians
 from twistcore.skeleton.rotation import Array, multiply
 
 Mask = NDArray[np.bool_]
@@ -194,7 +195,7 @@ def _jumps_at(
 ) -> list[JointStep]:
     step = _angle(q[start - 1, joint], q[start, joint])
     near = _turns_near(q, start, joint)
-    usual = np.maximum(np.median(near, axis=0), limits.floor)
+    usual = np.maximum(medians(near, axis=0), limits.floor)
     keep = step >= _least_jump(near, usual)
     for depth in range(1, _ABOVE + 1):
         before, after = (_in_frame_above(q, parents, t, joint, depth) for t in (start - 1, start))
@@ -252,7 +253,7 @@ def turn_curve(rotations: Array, joint: int, start: int, limits: StepLimits) -> 
     own, one = rotations[:, joint], np.array([joint])
     turns = np.concatenate([[0.0], _angle(own[:-1], own[1:])])
     near = _turns_near(rotations, np.array([start]), one)
-    usual = np.maximum(np.median(near, axis=0), limits.floor)
+    usual = np.maximum(medians(near, axis=0), limits.floor)
     return turns, float(max(limits.jump[joint], _least_jump(near, usual)[0]))
 
 
@@ -300,7 +301,7 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
         q[at + middle, joint],
         _between(q[at - 1, joint], q[at + n, joint], (middle + 1) / (n + 1)),
     )
-    return np.asarray(np.median(off, axis=0))
+    return medians(off, axis=0)
 
 
 def _between(a: Array, b: Array, share: float | Array) -> Array:

@@ -46,20 +46,27 @@ LONG = 20_000  # frames
 
 
 def analyse_chains(
-    motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
+    motion: Motion, chains: Sequence[Chain], tell: Tell | None = None, effort: float = 1.0
 ) -> ConsistencyAnalysis | NotatedAnalysis:
-    """Analyse chains up to the part that depends on τ. `tell` is called with the progress."""
+    """Analyse chains up to the part that depends on τ.
+
+    `tell` is called with the progress. `effort` is the work allowed for the search for soft errors,
+    as a share of the usual work.
+    """
+    tell = tell or nobody
     if (held := without_held(motion)) is not None:
         own = [c.at(held.first) for c in chains]
-        return NotatedAnalysis(held, _analysed(held.motion, own, tell or nobody))
+        return NotatedAnalysis(held, _analysed(held.motion, own, tell, effort))
     if (keys := linear_keys(motion)) is not None:
-        return _by_keys(motion, chains, keys, tell or nobody)
-    return _analysed(motion, chains, tell or nobody)
+        return _by_keys(motion, chains, keys, tell, effort)
+    return _analysed(motion, chains, tell, effort)
 
 
-def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) -> NotatedAnalysis:
+def _by_keys(
+    motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell, effort: float
+) -> NotatedAnalysis:
     """Analyse the jumps in all frames, then the linear keys without the clear jumps."""
-    fine = _analysed(motion, chains, part(tell, 0.0, 0.5), keys)
+    fine = _analysed(motion, chains, part(tell, 0.0, 0.5), effort, keys)
     rotations = motion.rotations.copy()
     for chain in chains:
         for i in fine.intervals(chain.name, fine.automatic_tau(chain.name)):
@@ -71,13 +78,14 @@ def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) ->
                 rotations[at, chain.child] = multiply(turn, rotations[at, chain.child])
     kept = keys.alone(motion.with_rotations(rotations))
     own = [c.at(kept.first) for c in chains]
-    return NotatedAnalysis(kept, _analysed(kept.motion, own, part(tell, 0.5, 1.0)), fine)
+    coarse = _analysed(kept.motion, own, part(tell, 0.5, 1.0), effort)
+    return NotatedAnalysis(kept, coarse, fine)
 
 
 def _analysed(
-    motion: Motion, chains: Sequence[Chain], tell: Tell, keys: Keys | None = None
+    motion: Motion, chains: Sequence[Chain], tell: Tell, effort: float, keys: Keys | None = None
 ) -> ConsistencyAnalysis:
-    """Analyse all chains of a motion.
+    """Analyse all chains of a motion. `effort` has the same meaning as in :func:`analyse_chains`.
 
     `keys` are the linear keys; if given, only jumps between them are searched for.
     """
@@ -92,7 +100,7 @@ def _analysed(
     for person, own in people.items():
         for lines in _alike(_lines(own)):
             count = sum(map(len, lines))
-            budget = count / len(own) * budget_of(motion.frames, joints[person])
+            budget = effort * count / len(own) * budget_of(motion.frames, joints[person])
             share = part(tell, len(out) / len(chains), (len(out) + count) / len(chains))
             found = _line_analyses(lines, motion, cut, segments, keys, budget, share)
             searched.append(found)

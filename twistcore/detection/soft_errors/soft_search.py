@@ -17,6 +17,7 @@ from twistcore.skeleton.rotation import Array
 SEED = 18.0  # nats of the three probes of a span
 NEAR = 0.8  # share of SEED at another span in the same position
 OF_LIMB = 0.7  # share of the gain in its own chain that an interval must gain in its limb
+OVER = 1.2  # share of a clip's budget after which even a seed in progress is given up
 IN_VAIN = 20  # successive seeds without an explanation after which a limb is finished
 
 
@@ -104,6 +105,8 @@ class Search:
         it.
         """
         best = self._best_of_limb(top)
+        if best is None and self._is_spent():
+            return  # its frames are left
         if best is None:
             self._in_vain += 1
             reach = max(2, top.length // 2)
@@ -117,6 +120,9 @@ class Search:
         for row in self._surprise.beside(best.row):
             if row in self._done:
                 self._update(row)
+
+    def _is_spent(self) -> bool:
+        return self._surprise.work > OVER * self._surprise.budget
 
     def left(self) -> Mask:
         """Return a mask of the frames in seeds that were not examined, (frames,)."""
@@ -177,6 +183,8 @@ class Search:
         for place in sorted(places, key=lambda s: s.length):
             # Seeds near an unexplained one lead to the same spans again.
             known = self._explained[row]
+            if self._is_spent():
+                break
             if place not in known:
                 known[place] = Explanations(self._surprise, place)
             one = known[place].best(FREE_AT)

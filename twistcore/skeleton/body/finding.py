@@ -12,7 +12,7 @@ from twistcore.skeleton.body.offsets import ancestors
 from twistcore.skeleton.body.parts import LIMBS, Body, LimbLine, Unexamined
 from twistcore.skeleton.body.shape import Shape
 from twistcore.skeleton.joint_names import joint_as_said
-from twistcore.skeleton.motion import Motion, once_a_motion
+from twistcore.skeleton.motion import Motion, once_each
 from twistcore.skeleton.people import find_people, joint_names
 
 
@@ -25,7 +25,7 @@ def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({}))
     return _found(motion, said) if said else _as_found(motion)
 
 
-@once_a_motion
+@once_each
 def _as_found(motion: Motion) -> Body:
     return _found(motion, MappingProxyType({}))
 
