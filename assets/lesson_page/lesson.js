@@ -206,7 +206,9 @@
       && shown.of.correction.before.strength >= page.chain.tau,
     nudged: (c) => c.words.every((word) => state.met.has(word)),
     applied: (c) => state.whatIf.applied >= c.amount - 1e-9,
-    accepted: () => false, // a page records no decisions
+    accepted: () => false, // a page records no decisions and has no threshold to drag
+    tau: () => false,
+    listed: () => false,
   };
 
   function check(d) {

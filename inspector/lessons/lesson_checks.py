@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from inspector.lessons.guided_program import GuidedProgram
-from inspector.lessons.lesson_conditions import FARTHEST, Condition, word_of
+from inspector.lessons.lesson_conditions import FARTHEST, Condition, tau_holds, word_of
 from inspector.session.open_clip import Show
 from twistcore.detection import Kind
+from twistcore.detection.runs import runs
 from twistcore.review import Decision, Judged
 
 _NEARLY = 0.05  # degrees: sliders have steps of a tenth
@@ -19,6 +21,7 @@ _TURNED, _STRAIGHT = np.radians(178.0), np.radians(2.0)  # close enough to a sin
 _NUDGED = np.radians(0.5)
 _SHOWN = 15.0  # degrees beyond the required angle, so that the result is clear
 _TWIST = np.radians(75.0)
+_TAU, _TRIED = (0.05, 180.0), 60  # degrees: the range of τ, and how many values of it are tried
 
 
 @dataclass(eq=False)
@@ -232,6 +235,35 @@ def _insert(visit: Visit, condition: Condition) -> None:
             return
 
 
+# -- the threshold --------------------------------------------------------------------------------
+
+
+def _tau_set(visit: Visit, condition: Condition) -> bool:
+    return tau_holds(condition, visit.program.document.review.state.tau[visit.chain])
+
+
+def _set_tau(visit: Visit, condition: Condition) -> None:
+    visit.program.document.set_tau(math.radians(condition.amount), visit.chain)
+
+
+def _listed(visit: Visit, condition: Condition) -> bool:
+    """True if as many counter-twists are listed in the page's chain as the condition says."""
+    own = (j.interval for j in visit.program.document.intervals)
+    count = sum(i.chain == visit.chain and i.kind == Kind.COUNTER_TWIST for i in own)
+    return count == condition.amount
+
+
+def _list(visit: Visit, condition: Condition) -> None:
+    """Set the τ in the middle of the widest range in which the required number is listed."""
+    document = visit.program.document
+    tau = np.radians(np.geomspace(*_TAU, _TRIED))
+    found = (document.detector.intervals(visit.chain, float(t)) for t in tau)
+    fits = np.array([len(own) == condition.amount for own in found])
+    if fits.any():
+        low, high = max(runs(fits), key=lambda run: run[1] - run[0])
+        document.set_tau(float(tau[(low + high - 1) // 2]), visit.chain)
+
+
 # In the order in which "Show me" fulfils them, so that a later one undoes no earlier one. Accepting
 # goes to other frames and chains, which resets a what-if; a nudge is remembered.
 CHECKS: dict[str, Check] = {
@@ -245,4 +277,6 @@ CHECKS: dict[str, Check] = {
     "counter": (_opposed, _oppose),
     "applied": (_applied, _apply),
     "lit": (_lit, _light),
+    "tau": (_tau_set, _set_tau),
+    "listed": (_listed, _list),
 }

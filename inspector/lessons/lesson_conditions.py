@@ -13,6 +13,8 @@ from inspector.teaching.symbols import SYMBOLS
 from twistcore.detection import Kind
 
 _AT_LEAST = re.compile(r">=\s*(\S+)")
+AT_LEAST, AT_MOST = ">=", "<="
+_EITHER = re.compile(rf"({AT_LEAST}|{AT_MOST})\s*(\S+)")
 _SINGULAR = ("swing", "bend")
 
 
@@ -23,8 +25,10 @@ def word_of(kind: Kind) -> str:
 
 _KINDS = tuple(map(word_of, Kind))
 
-_MOST = {"swing": 180.0, "twist": 180.0, "applied": 1.0}  # the limits of the sliders
+_MOST = {"swing": 180.0, "twist": 180.0, "applied": 1.0, "tau": 180.0}  # the limits of the sliders
 FARTHEST = 170.0  # degrees of twist up to which the direction of a child's turn is known
+
+_COUNTED = ("frames", "intervals")
 
 # Each name with its argument, as in the documentation.
 CONDITIONS = {
@@ -38,6 +42,8 @@ CONDITIONS = {
     "nudged": " ".join(_SINGULAR),
     "applied": ">= share",
     "accepted": "|".join(_KINDS),
+    "tau": ">= or <= degrees",
+    "listed": "intervals",
 }
 
 
@@ -50,7 +56,7 @@ class Condition:
     name
         A key of CONDITIONS.
     amount
-        A number of degrees or frames, or a share.
+        A number of degrees, frames or intervals, or a share.
     words
         The words that follow the name.
     """
@@ -100,8 +106,17 @@ def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
         "twist": lambda c: abs(altered.twist) >= math.radians(c.amount),
         "along": lambda _: not altered.counter,
         "applied": lambda c: altered.applied >= c.amount,
+        "tau": lambda c: place.tau is not None and tau_holds(c, place.tau),
     }
     return bool(conditions) and all(c.name in set_so and set_so[c.name](c) for c in conditions)
+
+
+def tau_holds(condition: Condition, tau: float) -> bool:
+    """True if τ, in radians, meets a condition named 'tau'."""
+    degrees = round(math.degrees(tau), 6)
+    return (
+        degrees >= condition.amount if AT_LEAST in condition.words else degrees <= condition.amount
+    )
 
 
 def _condition(text: str) -> Condition:
@@ -110,12 +125,19 @@ def _condition(text: str) -> Condition:
     form = CONDITIONS.get(name)
     if form is None:
         raise ValueError(tr("one of the conditions {known}", known=", ".join(CONDITIONS)))
-    if form == "frames":
-        expected = tr("a whole number of frames after {name!r}", name=name)
+    if form in _COUNTED:
+        expected = tr("a whole number after {name!r}", name=name)
         number = _number(rest, expected)
         if not number.is_integer():
             raise ValueError(expected)
         return Condition(name, number)
+    if name == "tau":
+        expected = "'tau >= {degrees}', 'tau <= {degrees}'".format(degrees=tr("degrees"))
+        limit = _EITHER.fullmatch(rest)
+        if limit is None:
+            raise ValueError(expected)
+        amount = _number(limit[2].rstrip("°"), expected, _MOST[name])
+        return Condition(name, amount, (limit[1],))
     if form.startswith(">="):
         share = form == CONDITIONS["applied"]
         unit = tr("share") if share else tr("degrees")

@@ -14,6 +14,7 @@ import numpy as np
 from inspector.language import tr
 from inspector.teaching.symbols import SYMBOLS
 from twistcore.analysis.decomposition import WhatIf
+from twistcore.detection import DETECTORS
 
 TABS = ("teaching", "intervals")
 _DIGITS = 9  # digits of a frame number, of which no clip needs more
@@ -46,6 +47,8 @@ class LessonPlace:
     - tab: the tab in front, one of TABS
     - look: the look of the figure, one of LOOKS
     - skin: True for the striped skin, False for bones
+    - tau: τ of the chain in radians, None for the detector's own
+    - detector: the name of a detector, '' for the default
     """
 
     clip: Path
@@ -59,6 +62,8 @@ class LessonPlace:
     tab: str = "teaching"
     look: str = "both"
     skin: bool = False
+    tau: float | None = None
+    detector: str = ""
 
 
 def _frame(text: str) -> dict[str, Any]:
@@ -101,6 +106,17 @@ def _tab(text: str) -> dict[str, Any]:
     if text not in TABS:
         raise ValueError(tr("one of {known}", known=", ".join(TABS)))
     return {"tab": text}
+
+
+def _tau(text: str) -> dict[str, Any]:
+    return {"tau": _degrees(0, 180)(text)}
+
+
+def _detector(text: str) -> dict[str, Any]:
+    if text not in DETECTORS:
+        known = ", ".join(DETECTORS)
+        raise ValueError(tr("one of the detectors {known}", known=known))
+    return {"detector": text}
 
 
 def _what_if(text: str) -> dict[str, Any]:
@@ -179,6 +195,8 @@ FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
     "what-if": _what_if,
     "tab": _tab,
     "look": _look,
+    "tau": _tau,
+    "detector": _detector,
 }
 
 
@@ -205,6 +223,10 @@ def settings(place: LessonPlace) -> str:
         lines.append(f"what-if: {', '.join(altered)}")
     lines.append(f"tab: {place.tab}")
     lines.append(f"look: {place.look}{', skin' * place.skin}")
+    if place.tau is not None:
+        lines.append(f"tau: {_short(np.degrees(place.tau), 3)}")
+    if place.detector:
+        lines.append(f"detector: {place.detector}")
     return "\n".join(("```lesson", *lines, "```"))
 
 

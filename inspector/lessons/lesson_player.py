@@ -20,8 +20,9 @@ from inspector.lessons.scene_of_page import ViewBefore, set_scene
 from inspector.session.opening import Analysed, analyse_clip
 from inspector.widgets.background import OneTask
 from twistcore.formats.bvh import read_bvh
+from twistcore.tuning import Profile
 
-Clips = dict[Path, Analysed]  # keyed by their path in the lesson
+Clips = dict[tuple[Path, str], Analysed]  # keyed by their path in the lesson and the detector
 
 
 def read_clips(lesson: LessonFile, folder: Path) -> Clips:
@@ -32,11 +33,13 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
     clips: Clips = {}
     for page in lesson.pages:
         place = page.place
-        if place.clip not in clips:
+        key = place.clip, place.detector
+        if key not in clips:
             own = folder / str(len(clips))  # two clips may have the same name
             own.mkdir(exist_ok=True)
-            clips[place.clip] = analyse_clip(read_bvh(Path(shutil.copy(place.clip, own))))
-        chain_of(lesson, page, clips[place.clip])
+            clip = read_bvh(Path(shutil.copy(place.clip, own)))
+            clips[key] = analyse_clip(clip, Profile({}, place.detector))
+        chain_of(lesson, page, clips[key])
     return clips
 
 
@@ -127,7 +130,8 @@ class LessonPlayer(QObject):
         self.show_me.setEnabled(bool(page.done))
         self.forward.setText(tr("Next") if at + 1 < len(self.pages) else tr("Finish"))
         self._preparing = True
-        set_scene(self._program, self._clips[page.place.clip], page.place)
+        data = self._clips[page.place.clip, page.place.detector]
+        set_scene(self._program, data, page.place)
         self._preparing = False
         self._visit = Visit(self._program, self._program.document.frame, page.place.chain)
         self._check()

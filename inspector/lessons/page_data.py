@@ -58,8 +58,8 @@ class PageData:
         self._figure_of: dict[Path, int] = {}
         self._windows = [self._window(page, seconds) for page in lesson.pages]
         self._spans: list[tuple[Path, Window]] = self._joined()
-        self._chains: dict[tuple[int, str], dict[str, Any]] = {}
-        self._numbers: dict[tuple[int, str], int] = {}
+        self._chains: dict[tuple[int, str, float], dict[str, Any]] = {}
+        self._numbers: dict[tuple[int, str, float], int] = {}
 
     def gathered(self) -> dict[str, Any]:
         """Return the figures, spans, chains and pages, in a form that can be written as JSON."""
@@ -170,15 +170,19 @@ class PageData:
             "positions": packed(motion.positions, "f4"),
         }
 
-    def _chain(self, data: Analysed, chain: Chain, span: int) -> int:
-        """Return the index of a chain in a span, and add the chain's signals if it is new."""
-        key = span, chain.name
+    def _chain(self, data: Analysed, chain: Chain, span: int, tau: float | None) -> int:
+        """Return the index of a chain in a span, and add the chain's signals if it is new.
+
+        `tau` is the page's τ, or None for the detector's own.
+        """
+        if tau is None:
+            tau = data.review.state.tau.get(chain.name, 0.0)
+        key = span, chain.name, tau
         if key not in self._chains:
             self._numbers[key] = len(self._chains)
             window = self._spans[span][1]
             frames = slice(window.first, window.last + 1)
             own, signals = chain.sliced(frames.start, frames.stop), data.signals[chain.name]
-            tau = data.review.state.tau.get(chain.name, 0.0)
             self._chains[key] = {
                 "span": span,
                 "parent": chain.parent,
@@ -206,7 +210,7 @@ class PageData:
         ahead = heading(data.positions[place.frame], find_chains(data.motion), up)
         return {
             "span": span,
-            "chain": self._chain(data, chain, span) if chain and curves else None,
+            "chain": self._chain(data, chain, span, place.tau) if chain and curves else None,
             "limb": _ends(chain),
             "label": chain.label if chain else "",
             "taught": taught,

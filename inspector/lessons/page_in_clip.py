@@ -12,6 +12,7 @@ from twistcore.files.document_values import shown_words
 from twistcore.skeleton.chain import Chain
 
 _OF_CHAINS = ("swing", "counter")  # measured for chains only
+_OF_THE_CHAIN = ("tau", "listed")  # of the page's chain
 
 
 def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | None:
@@ -57,6 +58,9 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
                 "no {name!r} on the page of a limb, because it is measured for chains only",
                 name=condition.name,
             )
+            raise refused("done", expected, condition.name)
+        if condition.name in _OF_THE_CHAIN and not place.chain:
+            expected = tr("a page with a 'chain' for the condition {name!r}", name=condition.name)
             raise refused("done", expected, condition.name)
     if not place.chain:
         return None

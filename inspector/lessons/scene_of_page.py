@@ -13,6 +13,7 @@ from inspector.session.open_clip import Show
 from inspector.session.opening import Analysed
 from inspector.viewport.camera import OrbitCamera
 from twistcore.analysis.decomposition import WhatIf
+from twistcore.detection import DEFAULT_METHOD
 from twistcore.skeleton.rotation import Array
 
 _LOOKS = "skin", "side_by_side"
@@ -46,6 +47,7 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
     program.actions["side_by_side"].setChecked(False)  # the page determines which figure to show
     if place.chain:
         document.select_chain(place.chain)
+    _set_taus(program, place)
     document.select_interval(_interval_at(program, place))
     document.go_to(place.frame)
     taught.reset()
@@ -62,6 +64,16 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
             program.viewport.steer(lambda best: _from_side(best, camera, facing))
 
 
+def _set_taus(program: GuidedProgram, place: LessonPlace) -> None:
+    """Set the page's τ for its chain, and the detector's own τ for all others."""
+    document = program.document
+    now = document.review.state.tau
+    wanted = {name: document.detector.automatic_tau(name) for name in now}
+    if place.tau is not None and place.chain in wanted:
+        wanted[place.chain] = place.tau
+    document.set_taus({name: tau for name, tau in wanted.items() if now[name] != tau})
+
+
 def present_place(program: GuidedProgram) -> LessonPlace | None:
     """Return the place that the program currently shows, or None without a clip."""
     document, taught, viewport = program.document, program.taught, program.viewport
@@ -69,6 +81,8 @@ def present_place(program: GuidedProgram) -> LessonPlace | None:
     if data is None:
         return None
     teaches = taught.active
+    own, tau = document.detector, document.review.state.tau.get(document.chain)
+    automatic = tau is None or tau == own.automatic_tau(document.chain)
     return LessonPlace(
         clip=data.clip.path,
         frame=document.frame,
@@ -80,6 +94,8 @@ def present_place(program: GuidedProgram) -> LessonPlace | None:
         tab=TABS[0] if teaches else TABS[1],
         look=document.show.value,
         skin=program.actions["skin"].isChecked(),
+        tau=None if automatic else tau,
+        detector="" if document.method == DEFAULT_METHOD else document.method,
     )
 
 

@@ -35,6 +35,7 @@ from twistcore.formats.bvh import read_bvh
 
 LARGEST = 5_000_000  # maximum bytes of a page
 _SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds around a page's frame; the first that fits is used
+_ELSEWHERE = ("accepted", "tau", "listed")  # conditions that only the program can check
 _FOLDER = ASSETS / "lesson_page"
 _SCRIPTS = (
     *("language.js", "swing_twist.js", "labels.js", "words.js", "clip_data.js"),
@@ -107,7 +108,7 @@ def _assembled(lesson: LessonFile, opened: Callable[[Path], Analysed], seconds: 
         }
         for p in lesson.pages
     ]
-    done_elsewhere = [any(c.name == "accepted" for c in page.done) for page in lesson.pages]
+    done_elsewhere = [any(c.name in _ELSEWHERE for c in page.done) for page in lesson.pages]
     data = PageData(lesson, opened, seconds).gathered() | _looks(formulas)
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_FOLDER),

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from benchmarks import lesson_clip
 from inspector.bundled import ASSETS, LESSONS, SAMPLE
 from inspector.lessons.lesson_file import read_lesson
 from inspector.session.opening import analyse_clip
@@ -330,7 +331,110 @@ def the_captures_own():
     return set()
 
 
+# -- the noisy walk -------------------------------------------------------------------------------
+
+_NOISY = "walk_noisy.bvh"
+
+
+def noisy_counts():
+    """The number of intervals of the paper's detector, keyed by τ in degrees."""
+    paper = clip(_NOISY).analysis.by("paper")
+    taus = (0.5, 1.5, 2.0, 3.0, 4.0, 8.0, 20.0)
+    return {tau: len(paper.intervals(lesson_clip.NOISY, np.radians(tau))) for tau in taus}
+
+
+def noise_like_errors():
+    motion = lesson_clip.lesson_motion(clip("walk.bvh").motion)
+    assert geodesic_angle(motion.rotations, clip(_NOISY).motion.rotations).max() < 1e-6
+    s = clip(_NOISY).signals[lesson_clip.NOISY]
+    m = np.minimum(np.abs(s.dtheta_p), np.abs(s.dtheta_c)) * (s.dtheta_p * s.dtheta_c < 0.0)
+    edges = [edge for start, stop, _ in lesson_clip.TWISTS for edge in (start, stop)]
+    assert 4.0 < np.degrees(m[edges].min()) < 5.0
+    assert np.argmin(m[edges]) < 2  # at the smallest error
+    noise = np.delete(m, edges).max()
+    assert noise < np.radians(1.5)
+    sizes = {f"{abs(degrees):g}" for *_, degrees in lesson_clip.TWISTS}
+    return sizes | {f"{lesson_clip.SIGMA:g}", deg(noise, 1)}
+
+
+def too_low():
+    counts = noisy_counts()
+    assert (counts[2.0], counts[0.5]) == (3, 10)
+    return {"2", "0.5"}
+
+
+def too_high():
+    counts = noisy_counts()
+    assert (counts[8.0], counts[20.0]) == (2, 1)
+    return {"8", "20", "5"}
+
+
+def plateau():
+    counts = noisy_counts()
+    assert counts[1.5] == counts[2.0] == counts[3.0] == counts[4.0] == 3
+    starts = {(start, stop) for start, stop, _ in lesson_clip.TWISTS}
+    paper = clip(_NOISY).analysis.by("paper")
+    for tau in (1.5, 4.0):
+        found = paper.intervals(lesson_clip.NOISY, np.radians(tau))
+        assert {(i.start, i.stop) for i in found} == starts
+    return {"1.5", "4"}
+
+
+def a_success():
+    """And the paper's figures, from its section 4.2 [Choi26]."""
+    signals = clip(_NOISY).signals[lesson_clip.NOISY]
+    removed = np.degrees(running_offset(signals, np.radians(2.0))[275]) / lesson_clip.TWISTS[2][2]
+    assert removed >= 0.8
+    return {"80", f"{100 * removed:.0f}", "70", "94.81", "335004"}
+
+
+def straight_thigh():
+    d = [
+        decompose(clip(_NOISY).motion, chain(_LEG), 200, WhatIf(bend=np.radians(1.0), nudge=n))
+        for n in (0.0, np.radians(1.0))
+    ]
+    assert d[0].azimuth_reliability < 0.02
+    assert abs(np.degrees(d[1].dtheta_c - d[0].dtheta_c)) > 20.0
+    return {"98", "80", "0", "1"}
+
+
+def carried_roll():
+    start, stop, degrees = lesson_clip.ROLL
+    found = [j.interval for j in clip(_NOISY).review.state.intervals]
+    (roll,) = (i for i in found if i.kind == Kind.CARRIED_ROLL)
+    assert (roll.chain, roll.start, roll.stop) == (lesson_clip.ROLLED, start, stop)
+    size = np.ptp(clip(_NOISY).positions[0], axis=0).max()
+    clean = refine(clip(_NOISY).motion, clip(_NOISY).chains, found)
+    there, here = forward_kinematics(clean)[1], clip(_NOISY).positions
+    own = [getattr(chain(lesson_clip.ROLLED), j) for j in ("parent", "child", "grandchild")]
+    assert np.abs(there[start:stop, own] - here[start:stop, own]).max() < 1e-6 * size
+    right = clip("walk.bvh").motion.rotations[start:stop, own]
+    assert np.degrees(geodesic_angle(clean.rotations[start:stop, own], right)).max() < 0.1
+    return {deg(np.radians(degrees)), "3"}
+
+
+def two_witnesses():
+    start, _, degrees = lesson_clip.ROLL
+    now = decompose(clip(_NOISY).motion, chain(lesson_clip.ROLLED), start, WhatIf())
+    assert now.product < 0.0
+    assert abs(np.degrees(now.dtheta_p) - degrees) < 1.0
+    return carried_roll() | {deg(now.dtheta_c), "0"}
+
+
 CLAIMS = {
+    "4-2-threshold": [
+        (noise_like_errors, too_low),
+        (too_high,),
+        (plateau,),
+        (a_success,),
+        (straight_thigh,),
+    ],
+    "5-beyond-the-paper": [
+        (carried_roll,),
+        (two_witnesses,),
+        (carried_roll,),
+        (the_captures_own,),
+    ],
     "tour": [
         (the_skin_is_wrung,),
         (the_axis,),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-Of = TypeVar("Of", bound="Motion | Skeleton")
+Of = TypeVar("Of")  # a motion or a skeleton
 Known = TypeVar("Known")
 
 _ELEMENTS = 1 << 16  # numbers of one kind in a block
