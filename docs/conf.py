@@ -35,6 +35,7 @@ extensions = [
     "greek_search",
     "mathml",
     "reading_aids",
+    "table_pages",
     "written_types",
 ]
 exclude_patterns = ["_*", "**.ipynb_checkpoints"]
