@@ -17,8 +17,9 @@ TABLES = Path(__file__).resolve().parents[1] / "tables"
 
 
 def cell_html(text: str) -> str:
-    """Return the HTML of a cell, in which code is in backticks."""
-    return re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
+    """Return the HTML of a cell, in which code is in backticks and names of menus in asterisks."""
+    text = re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
+    return re.sub(r"(?<!\w)\*([^*]+)\*(?!\w)", r"<em>\1</em>", text)
 
 
 def table_html(path: Path) -> str:
