@@ -35,6 +35,7 @@ extensions = [
     "greek_search",
     "mathml",
     "reading_aids",
+    "table_pages",
     "written_types",
 ]
 exclude_patterns = ["_*", "**.ipynb_checkpoints"]
@@ -59,6 +60,7 @@ default_role = "code"  # docstrings write `name`, as Markdown does
 autosummary_generate = False
 napoleon_google_docstring = False
 napoleon_use_param = napoleon_use_rtype = False  # a shape is not a link
+autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # written_types.py adds them
 autodoc_preserve_defaults = True

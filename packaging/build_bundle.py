@@ -21,7 +21,7 @@ from importlib.metadata import Distribution, distributions
 from pathlib import Path
 from sysconfig import get_path as stdlib_folder
 
-from list_licences import key, licence, shipped
+from list_licences import PAGE, TABLE, key, licence, shipped
 
 ROOT = Path(__file__).resolve().parents[1]
 HERE = ROOT / "packaging"
@@ -97,7 +97,9 @@ def copy_licences(target: Path) -> None:
         if name in there:  # else another system's
             copy_licence_files(there[name], target / name)
     shutil.copytree(HERE / "licences", target, dirs_exist_ok=True)  # that Qt's wheels only name
-    shutil.copy(ROOT / "docs" / "licences.md", target / "README.md")
+    shutil.copy(PAGE, target / "README.md")
+    (target / "tables").mkdir()  # where the page links to it
+    shutil.copy(TABLE, target / "tables")
     for folder in (Path(sys.base_prefix), Path(stdlib_folder("stdlib"))):
         if (folder / "LICENSE.txt").exists():
             shutil.copy(folder / "LICENSE.txt", target / "Python.txt")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Write docs/licences.md anew: `python packaging/list_licences.py`, where all is installed.
+"""Write docs/tables/licences.csv: `python packaging/list_licences.py`, with all packages installed.
 
 What each package says of itself comes from its metadata; what its files bring beside, and no
 metadata tells, stands here, as seen in the wheels of the versions that packaging/bundle.lock names.
@@ -7,6 +7,8 @@ metadata tells, stands here, as seen in the wheels of the versions that packagin
 
 from __future__ import annotations
 
+import csv
+import io
 import re
 import sys
 from importlib import metadata
@@ -14,7 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 LOCK, PAGE = ROOT / "packaging" / "bundle.lock", ROOT / "docs" / "licences.md"
-BEGIN, END = "<!-- packages: begin -->", "<!-- packages: end -->"
+TABLE = ROOT / "docs" / "tables" / "licences.csv"
 
 # What makes a bundle and is not in it. PyInstaller's start-up code is in it; it may be passed on
 # with any program.
@@ -41,12 +43,12 @@ NAMES = {
 }
 # What else lies in the wheel: each with a licence of its own.
 BRINGS = {
-    "av": "FFmpeg's libraries (LGPL-3.0-or-later as configured), **x264 and x265 "
-    "(GPL-2.0-or-later)**, SVT-AV1, dav1d, libvpx, Opus, libwebp, oneVPL (BSD-like), LAME "
+    "av": "FFmpeg's libraries (LGPL-3.0-or-later as configured), x264 and x265 "
+    "(GPL-2.0-or-later), SVT-AV1, dav1d, libvpx, Opus, libwebp, oneVPL (BSD-like), LAME "
     "(LGPL-2.0-or-later), OpenCORE AMR (Apache-2.0), GnuTLS, Nettle, GMP, libunistring "
     "(LGPL), ALSA (LGPL-2.1-or-later), libdrm and X11's client libraries (MIT)",
-    "imageio-ffmpeg": "**ffmpeg, a program of its own, built with `--enable-gpl "
-    "--enable-version3`: GPL-3.0-or-later** (x264, x265, xvid, rubberband, vid.stab and others "
+    "imageio-ffmpeg": "ffmpeg, a program of its own, built with --enable-gpl "
+    "--enable-version3: GPL-3.0-or-later (x264, x265, xvid, rubberband, vid.stab and others "
     "are inside)",
     "matplotlib": "fonts: DejaVu (Bitstream Vera's licence), STIX (OFL-1.1), Computer Modern "
     "(BaKoMa), Last Resort (OFL-1.1); AGG, FreeType, Qhull",
@@ -91,27 +93,20 @@ def licence(name: str, told: metadata.PackageMetadata) -> str:
 
 
 def table() -> str:
-    """Markdown: a row a package."""
-    rows = ["| package | its licence | what else its wheel brings |", "|---|---|---|"]
+    """Return the CSV table, with one row per package."""
+    rows = [("package", "its licence", "what else its wheel contains")]
     for name, system in sorted(shipped(LOCK.read_text("utf-8")).items()):
         only = f" ({system} only)" if system else ""
-        told = NAMES.get(name) or licence(name, metadata.metadata(name))
-        rows.append(f"| {name}{only} | {told} | {BRINGS.get(name, '')} |")
-    return "\n".join(rows)
-
-
-def written_into(page: str) -> str:
-    """The page with the table between its marks."""
-    before, begin, rest = page.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"expected the marks {BEGIN} and {END}")
-    return f"{before}{BEGIN}\n{table()}\n{END}{after}"
+        named = NAMES.get(name) or licence(name, metadata.metadata(name))
+        rows.append((f"{name}{only}", named, BRINGS.get(name, "")))
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 def main() -> int:
-    """Write it."""
-    PAGE.write_text(written_into(PAGE.read_text("utf-8")), "utf-8")
+    """Write the table."""
+    TABLE.write_text(table(), "utf-8")
     return 0
 
 

@@ -127,6 +127,7 @@ def test_the_wheel_holds_what_the_program_shows(packages):
         "twistcore/skeleton/joint_names.toml",
     } <= names
     shown = {*ROOT.glob("docs/*.md"), *ROOT.glob("docs/images/*"), *ROOT.glob("assets/*.bvh")}
+    shown |= {*ROOT.glob("docs/examples/*"), *ROOT.glob("docs/tables/*")}
     shown |= {*ROOT.glob("assets/icons/*"), *ROOT.glob("assets/lessons/**/*.md")}
     shown |= {*ROOT.glob("assets/languages/*")}
     for file in shown:

@@ -86,6 +86,7 @@ def pages(site: Path) -> dict[Path, Page]:
 def test_every_page_of_docs_is_there(site: Path, pages: dict[Path, Page]) -> None:
     sources = {p.relative_to(DOCS).with_suffix(".html") for p in DOCS.rglob("*.md")}
     sources |= {p.relative_to(DOCS).with_suffix(".html") for p in DOCS.rglob("*.ipynb")}
+    sources |= {p.relative_to(DOCS).with_suffix(".html") for p in DOCS.glob("tables/*.csv")}
     built = {path.relative_to(site.resolve()) for path in pages}
     assert built - set(map(Path, MADE_BY_SPHINX)) == sources
 
@@ -106,6 +107,16 @@ def test_links_lead_somewhere(pages: dict[Path, Page]) -> None:
             if not there or (anchor and anchor not in pages[target].anchors):
                 wrong.append((path.name, link))
     assert wrong == []
+
+
+@pytest.mark.thorough
+def test_tables_are_pages_with_their_file(site: Path, pages: dict[Path, Page]) -> None:
+    """A link to a table leads to a page that shows it, and not to a download."""
+    assert "tables/limits-cost.html" in pages[(site / "limits.html").resolve()].links
+    path = (site / "tables" / "limits-cost.html").resolve()
+    assert "<code>twistcore detect</code>" in path.read_text("utf-8")
+    (file,) = [link for link in pages[path].links if link.endswith(".csv")]
+    assert (path.parent / file).read_bytes() == (DOCS / "tables/limits-cost.csv").read_bytes()
 
 
 @pytest.mark.thorough

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from pathlib import Path
 from typing import Any
@@ -217,8 +218,10 @@ class Pages(MarkdownPage):
         self.soften_tables()
 
     def loadResource(self, kind: int, name: QUrl | str) -> Any:
-        """Load a page, or a picture at most as wide as the page."""
+        """Load a page, a table, an example, or a picture at most as wide as the page."""
         url = QUrl(name)
+        if as_markdown := _MARKDOWN.get(Path(url.path()).suffix):
+            return as_markdown(Path(self.source().resolved(url).toLocalFile()))
         if Path(url.path()).suffix not in _PICTURES:
             return super().loadResource(kind, url)
         if kind != _Type.ImageResource.value:  # a link to a picture, which is shown as a page
@@ -236,6 +239,22 @@ class Pages(MarkdownPage):
         super().resizeEvent(event)
         if event.oldSize().width() not in (-1, event.size().width()):
             self._settled.start()
+
+
+def _table(path: Path) -> str:
+    """Return a CSV file as a Markdown table."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = [[cell.replace("|", r"\|") for cell in row] for row in csv.reader(file)]
+    rows.insert(1, ["---"] * len(rows[0]))
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _code(path: Path) -> str:
+    """Return a file as a block of code."""
+    return f"```\n{path.read_text('utf-8')}\n```"
+
+
+_MARKDOWN = {".csv": _table, ".json": _code, ".jsonl": _code, ".toml": _code}
 
 
 def _slug(heading: str) -> str:

@@ -4,7 +4,7 @@ import re
 
 import pytest
 from PySide6.QtCore import QUrl
-from PySide6.QtGui import QImage, QTextDocument
+from PySide6.QtGui import QImage, QTextDocument, QTextTable
 
 from inspector.bundled import DOCS
 from inspector.widgets.guide_page import GuidePage
@@ -53,6 +53,19 @@ def test_every_link_of_every_page_leads_to_its_heading(guide):
             wanted = (file or name).rpartition("/")[2]
             assert guide.browser.source().fileName() == wanted, (name, link)
             assert not heading or guide.browser.shown_heading == heading, (name, link)
+
+
+def test_tables_and_examples_are_shown_as_such(guide):
+    guide.browser.go("tables/limits-cost.csv")
+    frames = guide.browser.document().rootFrame().childFrames()
+    (table,) = [frame for frame in frames if isinstance(frame, QTextTable)]
+    assert (table.columns(), table.cellAt(0, 0).firstCursorPosition().block().text()) == (
+        2,
+        "measurement",
+    )
+    guide.browser.go("examples/info.json")
+    example = (DOCS / "examples" / "info.json").read_text("utf-8")
+    assert guide.browser.toPlainText().split() == example.split()
 
 
 @pytest.mark.thorough

@@ -291,16 +291,17 @@ def test_a_place_that_is_written_is_read_again(tmp_path, place):
 PAGE = (DOCS / "teaching.md").read_text(encoding="utf-8")
 
 
-def table(heading):
-    """First cells of the table with this heading, without their marks."""
-    rows = PAGE.split(f"| {heading} |", 1)[1].split("\n\n", 1)[0].splitlines()[2:]
+def table(name):
+    """First cells of a table that the page links to, without their marks."""
+    assert f"(tables/{name}.csv)" in PAGE
+    rows = (DOCS / "tables" / f"{name}.csv").read_text(encoding="utf-8").splitlines()[1:]
     return [re.search(r"`([^`]+)`", row)[1] for row in rows]
 
 
 def test_every_key_and_condition_is_documented():
-    assert tuple(table("key")) == KEYS
-    assert [cell.split()[0] for cell in table("condition")] == list(CONDITIONS)
-    for cell in table("condition"):
+    assert tuple(table("lesson-keys")) == KEYS
+    assert [cell.split()[0] for cell in table("lesson-conditions")] == list(CONDITIONS)
+    for cell in table("lesson-conditions"):
         read_conditions(cell)  # what is shown there can be written
     symbols = PAGE.split("Symbols: ", 1)[1].split("\n\n", 1)[0]
     assert set(re.findall(r"`(\w+)`", symbols)) == SYMBOLS.keys()

@@ -24,12 +24,19 @@ from twistcore.study.class_exercise import (
     write_handed_in,
 )
 
-PAGE = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
-EXAMPLES = {
-    (document := json.loads(block))["schema"]: document
-    for block in re.findall(r"```json\n(.*?)```", PAGE, re.S)
-}
-LINES = re.findall(r"```jsonl\n(.*?)```", PAGE, re.S)
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "formats.md").read_text(encoding="utf-8")
+FILES = [DOCS / link for link in re.findall(r"\((examples/[\w.-]+)\)", PAGE)]
+
+
+def blocks(kind):
+    """The examples of the page, and those in files that the page links to."""
+    within = re.findall(rf"```{kind}\n(.*?)```", PAGE, re.S)
+    return within + [f.read_text("utf-8") for f in FILES if f.suffix == f".{kind}"]
+
+
+EXAMPLES = {(document := json.loads(block))["schema"]: document for block in blocks("json")}
+LINES = blocks("jsonl")
 [JOURNAL] = [block for block in LINES if "twistcore.journal/1" in block]
 [APPLIED] = [block for block in LINES if "twistcore.applied/1" in block]
 DOTS = "…"
@@ -276,6 +283,8 @@ def test_only_dots_leave_something_out():
 
 def test_no_document_is_missing_from_the_page(real):
     assert set(EXAMPLES) == set(real)
+    others = {DOCS / "examples" / "batch_clip.json"}  # docs/batch.md
+    assert set(FILES) == set((DOCS / "examples").iterdir()) - others
 
 
 def test_the_journal_s_lines_are_those_that_are_written():
