@@ -315,7 +315,8 @@ def _numbers(path: Path, names: Names, name: str) -> Array:
         found = np.asarray(found)
     if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
         raise PosesError(f"{path}: expected numbers in {name!r}, found {described(found)}")
-    return np.asarray(found, dtype=np.float64)
+    with np.errstate(invalid="ignore", over="ignore"):  # of a signalling NaN
+        return np.asarray(found, dtype=np.float64)
 
 
 def _rate(path: Path, names: Names) -> float | None:
