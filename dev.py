@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Set up, run, test and check Twist Inspector from a checkout, even on a bare machine.
 
-    python3 dev.py setup            create .venv and install everything that is missing
+    python3 dev.py setup            create .venv and install everything that is missing;
+                                    --unlocked: the newest versions, where the locked are missing
     python3 dev.py run [ARGS]       open the program; without a screen, a demonstration into out/
     python3 dev.py test             run the quick tests; --all: the thorough ones, too
     python3 dev.py test ARGS        run pytest, e.g. dev.py test -k chain
@@ -27,7 +28,7 @@ from pathlib import Path
 # These modules also use only the standard library.
 from checkout import places
 from checkout.all_tests import ALL, EXAMPLES, QUICK, run_all
-from checkout.environment import OLDEST_PYTHON, ensure_axe, ensure_venv, write_locks
+from checkout.environment import OLDEST_PYTHON, UNLOCKED, ensure_axe, ensure_venv, write_locks
 from checkout.screens import screen
 from checkout.starting import SetupError, say, start, without_driver_noise
 from checkout.system_packages import ensure_system
@@ -218,6 +219,13 @@ def command_lock(args: list[str]) -> int:
     return write_locks(args)
 
 
+def unlocked_wanted(args: list[str]) -> bool:
+    """True if setup may install versions that are not in the lock file."""
+    if args not in ([], [UNLOCKED]):
+        raise SetupError(f"setup takes {UNLOCKED} or nothing, but got: {legible(' '.join(args))}")
+    return bool(args)
+
+
 COMMANDS = {
     "run": command_run,
     "test": command_test,
@@ -244,7 +252,7 @@ def main(argv: list[str]) -> int:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the virtual screen is closed
     try:
         ensure_system(windows=name not in {"check", "docs", "lock"}, tests=name == "test")
-        ensure_venv()
+        ensure_venv(unlocked=name == "setup" and unlocked_wanted(argv[1:]))
         if name == "test":
             ensure_axe()
             # Tests start hundreds of programs, so let Python cache compiled modules.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import re
@@ -9,6 +10,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +19,7 @@ from checkout import places
 from checkout.starting import CERTIFICATE, CONNECTION, SetupError, quietly, say, start
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
 PACKAGES = ["inspector", "twistcore"]
 OLDEST_PYTHON = (3, 11)
@@ -25,6 +28,8 @@ LOCKED_EXTRAS = {places.LOCK: "dev", places.BUNDLE_LOCK: "bundle"}
 # of a package whose own needs are not wanted. Beside the environment's packages, not among them.
 AXE, AXE_FOLDER = "axe-playwright-python==0.1.8", places.VENV / "axe"
 AXE_HASH = "fdd263c998388f1a8e67cad02677e612d946248bd44d163be5e8650ea31f95f8"
+UNLOCKED = "--unlocked"
+UNLOCKED_COMMAND = f"python3 dev.py setup {UNLOCKED}"
 # Measured with every extra and tool: on the disk, and with what pip unpacks beside it on the way.
 VENV_GB, SETUP_GB = 2.0, 3.0
 # What pip says where a file is another than the lock file's, and where that has none that fits.
@@ -63,20 +68,47 @@ def make_venv(uv: str | None) -> None:
         raise SetupError(f".venv could not be made. Python said:\n{problem}")
 
 
-def install_project(uv: str | None) -> None:
-    """Install what the lock file says, then the project, editable; nothing whose hash differs."""
+def install_project(uv: str | None, *, unlocked: bool = False) -> None:
+    """Install what the lock file says, then the project, editable; nothing whose hash differs.
+
+    With `unlocked`, install the newest versions that pyproject.toml allows instead.
+    """
     say(f"Installing the Python packages ({VENV_GB:g} GB on the disk the first time)")
-    problem = install(["--require-hashes", "--requirement", str(places.LOCK)], uv)
-    if problem and NOT_LOCKED.search(problem) and not CONNECTION.search(problem):
-        say(
-            f"{places.LOCK.name} does not fit this system or this index; the newest versions that "
-            f"pyproject.toml allows are installed instead, unverified.\n{problem}"
-        )
-        problem = install(["--editable", f"{places.ROOT}[dev]"], uv)
-    elif not problem:  # what builds it is locked, too, and there now
-        problem = install(["--no-deps", "--no-build-isolation", "--editable", str(places.ROOT)], uv)
+    with showing_progress():
+        if unlocked:
+            problem = install(["--editable", f"{places.ROOT}[dev]"], uv)
+        else:
+            problem = install(["--require-hashes", "--requirement", str(places.LOCK)], uv)
+            if not problem:  # what builds it is locked, too, and there now
+                words = ["--no-deps", "--no-build-isolation", "--editable", str(places.ROOT)]
+                problem = install(words, uv)
     if problem:
         raise SetupError(f"{why_not_installed(problem)}\npip's last lines:\n{problem}")
+
+
+@contextlib.contextmanager
+def showing_progress(every_s: float = 10.0) -> Iterator[None]:
+    """Say now and then how long it has taken, and how much of the disk."""
+    begun, free = time.monotonic(), free_bytes(places.ROOT)
+    done = threading.Event()
+
+    def tell() -> None:
+        while not done.wait(every_s):
+            gigabytes = max(free - free_bytes(places.ROOT), 0) / 1e9
+            say(f"  {time.monotonic() - begun:.0f} s, {gigabytes:.1f} GB written")
+
+    thread = threading.Thread(target=tell, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def free_bytes(folder: Path) -> int:
+    """Return how much of the disk of a folder is free."""
+    return shutil.disk_usage(folder).free
 
 
 def install(words: Sequence[str], uv: str | None) -> str:
@@ -133,30 +165,66 @@ def why_not_installed(problem: str) -> str:
     if "No space left" in problem:
         disk = places.ROOT.anchor
         return f"The Python packages could not be installed: no space is left on {disk}."
+    if NOT_LOCKED.search(problem) and not CONNECTION.search(problem):
+        return (
+            f"The Python packages could not be installed: the package index lacks a version that "
+            f"{places.LOCK.name} names for this system. Use an index that has it or, to install "
+            "the newest versions that pyproject.toml allows, which nobody has tested: "
+            f"{UNLOCKED_COMMAND}."
+        )
     if CONNECTION.search(problem):
         return "The Python packages could not be installed; is this machine offline?"
     return "The Python packages could not be installed."
 
 
 def ensure_room() -> None:
-    """Refuse where the installation would fill the disk half-way."""
-    free = shutil.disk_usage(places.ROOT).free / 1e9
-    if free < SETUP_GB:
-        raise SetupError(
-            f"The Python packages take {VENV_GB:g} GB, and {SETUP_GB:g} GB while they are "
-            f"installed, but {free:.1f} GB are free for {places.ROOT}."
-        )
+    """Refuse where the installation would fill a disk half-way.
+
+    What an interrupted installation left counts as installed. pip and uv unpack into a folder for
+    temporary files and a cache, which may be on other disks.
+    """
+    spare = SETUP_GB - VENV_GB
+    missing = VENV_GB - sum(one.lstat().st_size for one in places.VENV.rglob("*")) / 1e9
+    if missing < spare:  # most of it is there: other versions, or the project has moved
+        return
+    needed = {places.ROOT: missing}
+    for folder in unpacking_folders():
+        disk = places.ROOT if disk_of(folder) == disk_of(places.ROOT) else folder
+        needed[disk] = missing + spare if disk == places.ROOT else spare
+    for folder, gigabytes in needed.items():
+        free = free_bytes(folder) / 1e9
+        if free < gigabytes:
+            raise SetupError(
+                f"The Python packages take {VENV_GB:g} GB, and {SETUP_GB:g} GB while they are "
+                f"installed: {gigabytes:.1f} GB are needed for {folder}, but {free:.1f} GB are "
+                "free there."
+            )
 
 
-def ensure_venv() -> None:
+def disk_of(folder: Path) -> int:
+    """Return the number of a folder's disk."""
+    return folder.stat().st_dev
+
+
+def unpacking_folders() -> list[Path]:
+    """Return where pip and uv keep files on the way: the next folder above that exists."""
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    cache = Path(os.environ.get("UV_CACHE_DIR") or os.environ.get("PIP_CACHE_DIR") or home)
+    return [
+        next(folder for folder in (one, *one.parents) if folder.is_dir())
+        for one in (Path(tempfile.gettempdir()), cache.absolute())
+    ]
+
+
+def ensure_venv(*, unlocked: bool = False) -> None:
     """Make .venv and install into it, unless the stamp says that this is done."""
     if places.STAMP.exists() and places.STAMP.read_text("utf-8") == fingerprint():
         return
     uv = shutil.which("uv")
+    ensure_room()
     if not venv_version():
-        ensure_room()
         make_venv(uv)
-    install_project(uv)
+    install_project(uv, unlocked=unlocked)
     # Compiled now, as pip does with what it installs: else the first start takes twice as long,
     # and every start where Python is told to keep nothing.
     folders = [str(places.ROOT / package) for package in PACKAGES]

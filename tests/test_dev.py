@@ -8,8 +8,10 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import textwrap
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -38,6 +40,7 @@ def bare_project(tmp_path, monkeypatch):
     (tmp_path / "pyproject.toml").write_text("[project]")
     (tmp_path / ".venv").mkdir()
     monkeypatch.setattr(places, "ROOT", tmp_path)
+    monkeypatch.setattr(places, "VENV", tmp_path / ".venv")
     monkeypatch.setattr(places, "STAMP", tmp_path / ".venv/stamp")
     monkeypatch.setattr(places, "PYTHON", Path(sys.executable))
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")  # pytest starts in half the time
@@ -132,7 +135,8 @@ def test_a_failed_installation_is_told_with_its_last_lines(bare_project, monkeyp
         ("SSLError(1, '[SSL: CERTIFICATE_VERIFY_FAILED] self-signed certificate')", "PIP_CERT"),
         ("NewConnectionError: Failed to establish a new connection", "offline?"),
         ("ERROR: OSError: [Errno 28] No space left on device", "no space"),
-        ("ERROR: No matching distribution found for numpy>=9", "could not be installed.\n"),
+        ("ERROR: No matching distribution found for numpy>=9", "--unlocked"),
+        ("ERROR: the compiler failed", "could not be installed.\n"),
     ],
 )
 def test_why_pip_failed_is_told_and_not_guessed(bare_project, monkeypatch, capsys, said, told):
@@ -163,9 +167,64 @@ def test_a_disk_that_is_too_full_is_told_before_anything_is_installed(
     assert "0.7 GB are free" in told
 
 
+@pytest.mark.parametrize("disk", ["the cache", "temporary files", "half an environment"])
+def test_every_disk_that_is_too_full_is_told(disk, bare_project, monkeypatch):
+    """A bare machine may have small disks for its home and for temporary files."""
+    small, usage = bare_project / "small", shutil.disk_usage(bare_project)
+    small.mkdir()
+    monkeypatch.setenv("UV_CACHE_DIR", str(small if disk == "the cache" else bare_project))
+    temporary = small if disk == "temporary files" else bare_project
+    monkeypatch.setattr(tempfile, "gettempdir", lambda: str(temporary))
+    monkeypatch.setattr(environment, "disk_of", lambda folder: int(folder == small))
+    full = {"half an environment": bare_project}.get(disk, small)
+
+    def room(where):
+        return usage._replace(free=int(0.2e9 if where == full else 9e9))
+
+    monkeypatch.setattr(shutil, "disk_usage", room)
+    with pytest.raises(starting.SetupError, match=r"0\.2 GB are free") as error:
+        environment.ensure_room()
+    assert str(full) in str(error.value)
+    full = None
+    environment.ensure_room()
+
+
+def test_an_environment_that_is_there_needs_little_room(bare_project, monkeypatch):
+    room = shutil.disk_usage(bare_project)._replace(free=int(0.7e9))
+    monkeypatch.setattr(shutil, "disk_usage", lambda _folder: room)
+    with (bare_project / ".venv/large").open("wb") as file:
+        file.truncate(int(0.5e9))
+    with pytest.raises(starting.SetupError, match="free"):
+        environment.ensure_room()
+    with (bare_project / ".venv/large").open("wb") as file:
+        file.truncate(int(1.9e9))
+    environment.ensure_room()
+
+
+def test_a_long_installation_shows_how_far_it_is(bare_project, monkeypatch, capsys):
+    room = shutil.disk_usage(bare_project)
+    free = iter([int(5e9), *[int(4.2e9)] * 1000])
+    monkeypatch.setattr(shutil, "disk_usage", lambda _folder: room._replace(free=next(free)))
+    with environment.showing_progress(every_s=0.01):
+        time.sleep(0.2)
+    assert "0.8 GB written" in capsys.readouterr().out
+    time.sleep(0.1)
+    assert not capsys.readouterr().out
+
+
+def test_setup_takes_unlocked_and_no_other_word(bare_project, monkeypatch, capsys):
+    given = []
+    monkeypatch.setattr(dev, "ensure_system", lambda **_: None)
+    monkeypatch.setattr(dev, "ensure_venv", lambda **words: given.append(words["unlocked"]))
+    assert dev.main(["setup", "--unlocked"]) == dev.main(["setup"]) == 0
+    assert given == [True, False]
+    assert dev.main(["setup", "--unlockd"]) == 2
+    assert "--unlockd" in capsys.readouterr().out
+
+
 def test_setup_repeats_only_when_the_project_changed(bare_project, monkeypatch):
     installed = []
-    monkeypatch.setattr(environment, "install_project", installed.append)
+    monkeypatch.setattr(environment, "install_project", lambda uv, **_: installed.append(uv))
     environment.ensure_venv()
     environment.ensure_venv()
     assert len(installed) == 1
@@ -177,7 +236,7 @@ def test_setup_repeats_only_when_the_project_changed(bare_project, monkeypatch):
 def test_a_working_venv_is_adopted_and_a_broken_one_made_again(bare_project, monkeypatch):
     made = []
     monkeypatch.setattr(environment, "make_venv", made.append)
-    monkeypatch.setattr(environment, "install_project", lambda _uv: None)
+    monkeypatch.setattr(environment, "install_project", lambda _uv, **_: None)
     environment.ensure_venv()
     assert not made
     monkeypatch.setattr(places, "PYTHON", bare_project / "no-python")

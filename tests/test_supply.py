@@ -138,19 +138,24 @@ def test_what_is_not_as_locked_is_not_installed_and_not_gone_round(index, tmp_pa
     assert not (tmp_path / "site").exists()
 
 
-def test_a_system_that_is_not_locked_is_told_and_installed_unlocked(tmp_path, monkeypatch, capsys):
+def test_an_index_that_lacks_a_locked_version_stops_the_setup(monkeypatch):
     done = []
 
     def no_such_wheel(words, _uv):
         done.append(words)
-        return "  ERROR: No matching distribution found for vtk==9.7.2" if len(done) == 1 else ""
+        wrong = "--require-hashes" in words
+        return "  ERROR: No matching distribution found for vtk==9.7.2" if wrong else ""
 
     monkeypatch.setattr(environment, "install", no_such_wheel)
-    environment.install_project(None)
-    assert [("--require-hashes" in words) for words in done] == [True, False]
-    told = capsys.readouterr().out
-    assert "requirements.lock does not fit this system" in told
-    assert "vtk==9.7.2" in told
+    with pytest.raises(
+        starting.SetupError, match=r"lacks a version that requirements\.lock"
+    ) as error:
+        environment.install_project(None)
+    assert "vtk==9.7.2" in str(error.value)
+    assert "python3 dev.py setup --unlocked" in str(error.value)
+    assert ["--require-hashes" in words for words in done] == [True]
+    environment.install_project(None, unlocked=True)
+    assert ["--require-hashes" in words for words in done] == [True, False]
 
 
 def test_uv_itself_comes_by_its_hash(monkeypatch):

@@ -7,8 +7,11 @@ from PySide6.QtCore import QEventLoop, QObject, Signal
 from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.export_files import Export, ExportChoice, prepare_export, write
+from inspector.session.session_files import replay_path
 from inspector.widgets.background import Task
 from twistcore.errors import TwistError
+from twistcore.export.interrupted import marked_export
+from twistcore.work.progress import Tell
 
 
 class Exporter(QObject):
@@ -42,7 +45,7 @@ class Exporter(QObject):
             return
         self._export, self._failed = export, False
         self._show_progress(0.0)
-        task = Task(lambda tell: write(export, tell), self)
+        task = Task(lambda tell: _write_marked(export, tell), self)
         task.progress.connect(self._show_progress)
         task.finished.connect(lambda text: self._done(export, text))
         task.failed.connect(lambda error: self._fail(export, error))
@@ -81,3 +84,8 @@ class Exporter(QObject):
         self._export = None
         self._document.message.emit(text, wrong)
         self.ended.emit()
+
+
+def _write_marked(export: Export, tell: Tell) -> str:
+    with marked_export(replay_path(export.choice.path), export.clip.path):
+        return write(export, tell)

@@ -14,6 +14,7 @@ from inspector.session.leftovers import Leftover, missing
 from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
 from inspector.session.session_files import session_path, written
 from inspector.widgets.background import OneTask
+from twistcore.export.interrupted import interrupted_exports
 from twistcore.files.marks import file_mark, takes_long
 from twistcore.files.ordinary import is_there
 from twistcore.review import CarryOver, Command, Judged, LeaveOut, Review, ReviewState
@@ -55,6 +56,13 @@ class Recovery(QObject):
     def begin(self) -> None:
         """Start asking about the newly opened clip."""
         self._stamp, self._changed = self._open().stamp, ""
+        if exports := interrupted_exports(self._open().clip.path):
+            message = tr(
+                "An export was interrupted: the exported clip may be newer than {session} and the "
+                "report. Export it again.",
+                session=exports[0],
+            )
+            self._keeper.message.emit(message, True)
         if self._keeper.read_only:
             self._ask_about_lock()
         else:

@@ -126,8 +126,8 @@ class TeachingPanel(QWidget):
         self._invite()
 
     def _typeset(self) -> None:
-        if self.typesetter.trouble:
-            self._taught.document.message.emit(self.typesetter.trouble, True)
+        if why := self.typesetter.trouble or self.typesetter.left_out:
+            self._taught.document.message.emit(why, True)
         self.refresh()
         # The widest row sets the minimum width of the tab.
         layout = self.equations.layout()

@@ -15,6 +15,8 @@ from inspector.language import tr
 from inspector.widgets.background import Task
 
 EM = 100.0  # units of the outlines per em
+_LONGEST = 1000  # letters of a formula; matplotlib takes seconds for many thousands
+_SHOWN = 60  # letters of a formula in a message
 _one_at_a_time = Lock()  # matplotlib's TeX parser is not thread-safe
 
 
@@ -40,7 +42,8 @@ class Typesetter(QObject):
         self._requested: dict[str, None] = {}
         self._waiting: list[tuple[str, ...]] = []  # requests, handled one at a time
         self._task: Task | None = None
-        self.trouble = ""
+        self.trouble = ""  # a sentence if nothing could be typeset
+        self.left_out = ""  # a sentence if one of the formulas requested last could not be typeset
 
     def start(self, texts: Iterable[str]) -> None:
         """Typeset formulas that were not requested before, and emit `ready` when all are done."""
@@ -54,7 +57,7 @@ class Typesetter(QObject):
         if self._task is None and self._waiting:
             texts = self._waiting.pop(0)
             self._task = Task(lambda _: outlines(texts), self)
-            self._task.finished.connect(self._take)
+            self._task.finished.connect(lambda found: self._take(texts, found))
             self._task.failed.connect(self._fail)
             self._task.start()
 
@@ -76,8 +79,15 @@ class Typesetter(QObject):
         """True if all requested formulas are ready."""
         return bool(self._known) and self._task is None
 
-    def _take(self, outlines: dict[str, Any]) -> None:
-        self._known |= {tex: _formula(*outline) for tex, outline in outlines.items()}
+    def _take(self, texts: tuple[str, ...], found: dict[str, Any]) -> None:
+        self._known |= {tex: _formula(*outline) for tex, outline in found.items()}
+        bad = next((tex for tex in texts if tex not in found), None)
+        self.left_out = ""
+        if bad is not None:
+            self.left_out = tr(
+                "An equation could not be typeset and is shown as TeX: {tex}",
+                tex=bad if len(bad) <= _SHOWN else f"{bad[:_SHOWN]}…",
+            )
         self._over()
 
     def _fail(self, error: Exception) -> None:
@@ -93,7 +103,7 @@ class Typesetter(QObject):
 def outlines(texts: Iterable[str]) -> dict[str, Any]:
     """Return the vertices (y upwards) and the path codes of each formula. Thread-safe.
 
-    Texts that are not valid TeX are left out.
+    Texts that are not valid TeX, too long or nested too deeply are left out.
     """
     out = {}
     with _one_at_a_time:
@@ -102,7 +112,9 @@ def outlines(texts: Iterable[str]) -> dict[str, Any]:
 
         font = FontProperties(math_fontfamily="stix")
         for tex in texts:
-            with suppress(ValueError):
+            if len(tex) > _LONGEST:
+                continue
+            with suppress(Exception):  # TeX of strangers can raise almost anything
                 path = TextPath((0, 0), f"${tex}$", size=EM, prop=font)
                 out[tex] = (path.vertices.copy(), path.codes.copy())
     return out

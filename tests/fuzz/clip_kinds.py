@@ -140,13 +140,15 @@ def make_pkl(rng: random.Random) -> Mapping[str, bytes]:
     if rng.random() < _OTHERS:
         return {"a.pkl": poses.names(arrays, rng)}
     data = pickle.dumps(arrays, protocol=rng.randint(2, 5))
-    return {"a.pkl": poses.damaged(data, rng) if rng.random() < _OTHERS else data}
+    damage = rng.choice((poses.damaged, poses.instructions, poses.instructions))
+    return {"a.pkl": damage(data, rng) if rng.random() < 0.9 else data}
 
 
 def make_poses(rng: random.Random) -> Mapping[str, bytes]:
     if rng.random() < 0.5:
         suffix, data = _estimated(rng.choice([*LAYOUTS]))
-        return {f"a{suffix}": poses.damaged(data, rng) if rng.random() < 0.7 else data}
+        damage = poses.instructions if suffix == ".pkl" and rng.random() < 0.5 else poses.damaged
+        return {f"a{suffix}": damage(data, rng) if rng.random() < 0.8 else data}
     arrays = _amass(24, own=False)
     return {"a.pkl": poses.names({k: v for k, v in arrays.items() if k != "gender"}, rng)}
 

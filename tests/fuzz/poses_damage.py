@@ -7,6 +7,7 @@ import gzip
 import io
 import lzma
 import pickle
+import pickletools
 import random
 import struct
 import zipfile
@@ -90,6 +91,8 @@ def names(arrays: Mapping[str, Any], rng: random.Random) -> bytes:
         data = pickle.dumps(made, protocol=rng.randint(0, 5))
     except RuntimeError:  # an array of more axes than pickles of old have
         data = pickle.dumps(None)
+    if rng.random() < 0.4:
+        data = instructions(data, rng)
     if rng.random() < 0.15:
         data = damaged(data, rng)
     squeeze = rng.choice((bytes, bytes, zlib.compress, gzip.compress, bz2.compress, lzma.compress))
@@ -196,3 +199,56 @@ def _odd_value(value: Any, rng: random.Random) -> Any:
         np.array(value, dtype=object), float("nan"), 1j, {1, 2}, np.float32(3.0), random.Random,
         [{"smpl": {}, "tid": [1], "time": 0}], np.empty((0, 3)), np.ma.zeros(3), range(3),
     ))  # fmt: skip
+
+
+# -- the instructions of a pickle --------------------------------------------------------------
+
+_WORDS = (b"numpy\ndtype", b"_codecs\nencode", b"numpy.core.numeric\n_frombuffer", b"builtins\nset",
+          b"numpy.core.multiarray\nscalar", b"numpy.core.multiarray\n_reconstruct", b"a\nb",
+          b"collections\nOrderedDict", b"joblib.numpy_pickle\nNumpyArrayWrapper")  # fmt: skip
+_NUMBERS = (0, 1, 3, 255, 65_537, 576_000_000, 8_600_000_000, -1, (1 << 61) - 1, 1 << 400)
+
+
+def _instruction(rng: random.Random) -> bytes:
+    """One instruction, with or without what it works on."""
+    simple = b"()]}t1l d0 2NRabseu\x81\x85\x86\x87\x8f\x90\x91\x92\x93\x94".replace(b" ", b"")
+    what = rng.randrange(8)
+    if what == 0:
+        return b"c" + rng.choice(_WORDS) + b"\n"
+    if what == 1:
+        value = rng.choice(_NUMBERS)
+        raw = value.to_bytes(value.bit_length() // 8 + 1, "little", signed=True)
+        return b"\x8a" + bytes([len(raw)]) + raw
+    if what == 2:
+        return rng.choice((b"p%d\n" % abs(rng.choice(_NUMBERS)), b"q\x01", b"h\x01", b"g1\n"))
+    if what == 3:
+        return b"\x8c\x04text"
+    if what == 4:  # one value many times within itself
+        return rng.choice((b"2\x86", b"](2e2", b"}(N2", b"2\x85\x94")) * rng.choice((1, 60, 3000))
+    return bytes([rng.choice(simple)])
+
+
+def instructions(data: bytes, rng: random.Random) -> bytes:
+    """A pickle with instructions that are missing, repeated, exchanged, or others."""
+    try:
+        places = [(op.code, at) for op, _, at in pickletools.genops(data) if at is not None]
+    except Exception:  # joblib puts bytes between the instructions
+        return data
+    ends = [at for _, at in places[1:]] + [len(data)]
+    found = [
+        data[at:end] for (code, at), end in zip(places, ends, strict=True) if code != "\x95"
+    ]  # without the lengths of the frames, which would not be right
+    for _ in range(rng.choice((1, 1, 2, 5))):
+        at, other = rng.randrange(1, len(found) + 1), rng.randrange(1, len(found) + 1)
+        what = rng.randrange(5)
+        if what == 0:
+            found[at:at] = [_instruction(rng) for _ in range(rng.choice((1, 2, 6)))]
+        elif what == 1:
+            found[at : at + rng.choice((1, 3, 30))] = []
+        elif what == 2:
+            found[at:at] = found[other : other + rng.choice((1, 5, 40))] * rng.choice((1, 2, 500))
+        elif what == 3:
+            found[at : at + 1] = found[other : other + 1]
+        else:
+            found[at : at + 1] = [_instruction(rng)]
+    return b"".join(found)

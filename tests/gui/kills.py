@@ -15,6 +15,7 @@ from tests.gui import forked
 from tests.gui.programs import Program
 from tests.processes import children_of, is_alive, until
 from twistcore.cli import main
+from twistcore.export.interrupted import interrupted_exports, interruption
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import read_session, recover, session_bytes
 
@@ -147,6 +148,9 @@ def killed_in_an_export(place, seed):
         assert main(["apply", str(replay), str(clip), "-o", str(again)]) == 0
         # The clip is written first: beside a new one may be what an earlier one was made by.
         assert again.read_bytes() == out.read_bytes() or (earlier and accepted == 2)
+        if again.read_bytes() != out.read_bytes():
+            assert interrupted_exports(clip) == [replay.name]
+            assert "interrupted" in interruption(replay)
     for path in folder.iterdir():
         if path.name.endswith(_PARTS):  # begun: it may have nothing in it yet
             assert path.name.startswith(".")
@@ -160,6 +164,7 @@ def killed_in_an_export(place, seed):
         assert program.accepted == 3
         program.tell("export replace", "export replace")
         assert "joints changed" in program.answer["says"], program.answer["says"]
+        assert not interrupted_exports(clip)
         program.tell("save", "close")
         program.end()
     finally:

@@ -5,6 +5,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QImage, QTextDocument
 
 from inspector.lessons.guide_card import GuideCard
+from inspector.lessons.page_texts import Formulas, markdown_html
 from inspector.widgets.theme import LIGHT, Colours
 from inspector.widgets.typeset import Typesetter
 
@@ -59,3 +60,33 @@ def test_html_stands_there_as_text(card):
     document.setHtml(card.task.text())
     assert card.task.textFormat() == Qt.TextFormat.RichText
     assert document.toPlainText() == f"▸ Press this {html}"
+
+
+BAD = (
+    r"\ ", "{" * 3000, r"\sqrt{" * 60 + "x" + "}" * 60, r"\hspace{" + "9" * 900 + "}",
+    "x" * 20_000, r"\nothing", "x^{" * 300,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("bad", BAD, ids=lambda tex: tex[:8])
+def test_a_formula_that_cannot_be_typeset_is_shown_as_tex(bad, card, qtbot):
+    """It neither ends the program nor costs the other formulas of its page."""
+    typesetter = card._typesetter
+    card.show_page("Title", f"so ${bad}$ and $x^2$", "")
+    qtbot.waitUntil(lambda: typesetter.done, timeout=30_000)
+    assert typesetter.formula("x^2") is not None
+    assert typesetter.formula(bad) is None
+    assert not typesetter.trouble
+    assert "could not be typeset" in typesetter.left_out
+    assert len(typesetter.left_out) < 200
+    assert bad.strip("\\ {")[:6] in card.body.toPlainText()
+    typesetter.start(["y^2"])
+    qtbot.waitUntil(lambda: typesetter.has(["y^2"]), timeout=30_000)
+    assert not typesetter.left_out
+
+
+@pytest.mark.parametrize("bad", BAD, ids=lambda tex: tex[:8])
+def test_a_web_page_shows_it_as_tex_too(bad):
+    html = markdown_html(f"so ${bad}$ and $x^2$", Formulas([bad]))
+    assert html.count("<svg") == 1
+    assert "<code>$" in html

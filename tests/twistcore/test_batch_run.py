@@ -182,7 +182,7 @@ def test_a_corrected_clip_whose_note_was_lost_is_ours(tmp_path):
     with sqlite3.connect(out / "manifest.sqlite") as connection:  # as killed before the note
         connection.execute("DELETE FROM clips")
     connection.close()
-    (out / "corrected" / ".clip_00.bvh.x.part").touch()
+    (out / "corrected" / ".clip_00.bvh.twist.part").touch()
     assert run(folder, out, parameters=Parameters(refine=True)).done == 1
     assert [p.name for p in (out / "corrected").iterdir()] == ["clip_00.bvh"]
 

@@ -7,6 +7,7 @@ import pickle
 import re
 import struct
 import tracemalloc
+import warnings
 import zipfile
 import zlib
 
@@ -127,6 +128,18 @@ def test_numbers_are_the_same_by_row_by_column_and_in_either_byte_order():
             again = parse_npz(rewritten(clip, motion).data)
             assert (again.poses.dtype, again.poses.shape) == (array.dtype, (4, 66))
             assert geodesic_angle(again.motion.rotations, motion.rotations).max() < 0.01
+
+
+@pytest.mark.parametrize("where", ["poses", "trans"])
+def test_a_signalling_nan_is_a_number_that_is_not_finite(where, tmp_path):
+    """Converting it to another precision would warn."""
+    names = {name: array.astype(np.float32) for name, array in POSES.items()}
+    names[where].view(np.uint32)[1, 1] = 0x7FA00000
+    data = packed(**{name: npy(array) for name, array in names.items()}, fps=npy(25.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for told in both_readers(data, tmp_path):
+            assert "frame 1" in told
 
 
 def bomb(size, compress=zipfile.ZIP_DEFLATED, name="poses"):

@@ -384,7 +384,7 @@ def test_a_pickle_that_holds_itself_is_refused_in_one_sentence(name, template, t
     names = {}
     names[name] = names
     (tmp_path / "a.pkl").write_bytes(pickle.dumps(names))
-    with pytest.raises(PosesError, match=rf"'poses'.* {name} \(dict of 1\)"):
+    with pytest.raises(PosesError, match="contains itself"):
         read(tmp_path / "a.pkl", template)
 
 

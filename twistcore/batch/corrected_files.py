@@ -15,6 +15,7 @@ from twistcore.batch.manifest import ManifestRow
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically, write_companions
 from twistcore.files.marks import sha256_of
+from twistcore.files.ordinary import check_no_links
 
 FOLDER = "corrected"
 
@@ -35,6 +36,7 @@ def write_corrected(
     """
     relative = f"{FOLDER}/{row.name}"
     path, mark = folder / relative, hashlib.sha256(data).hexdigest()
+    check_no_links(folder, path.parent)
     path.parent.mkdir(parents=True, exist_ok=True)
     there = sha256_of(path) if path.is_file() else "" if not path.exists() else "other"
     if there != mark:
@@ -65,9 +67,3 @@ def is_intact(folder: Path, row: ManifestRow) -> bool:
         return known and sha256_of(path) == row.corrected_sha256
     except OSError:
         return False
-
-
-def remove_parts(folder: Path) -> None:
-    """Remove the incomplete files that a killed process left."""
-    for part in (folder / FOLDER).rglob(".*.part"):
-        part.unlink(missing_ok=True)

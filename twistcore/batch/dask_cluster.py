@@ -34,31 +34,48 @@ _own = threading.local()
 def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
     """Yield a function that runs tasks on the cluster at an address, or on local workers.
 
-    Raises TwistError if Dask is not installed or no scheduler answers.
+    A local cluster accepts only connections with its own temporary certificate, because anyone who
+    reaches a scheduler can run any code. The certificates for a `tls://` address are those of
+    Dask's configuration. Raises TwistError if Dask is not installed or no scheduler answers.
     """
     try:
         from distributed import Client, LocalCluster
+        from distributed.security import Security
+
+        security = Security.temporary() if address is None else None
     except ImportError:
         raise TwistError(
             'a cluster requires Dask: install it with pip install "twist-inspector[cluster]"'
         ) from None
-    local = None
+    local: Any = None
     with _silence():
         try:
             if address is None:
                 local = LocalCluster(
-                    n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=50
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    dashboard_address=None,
+                    silence_logs=50,
+                    security=security,
                 )
+                local.loop.add_callback(local.scheduler.http_server.stop)  # its port is open anyway
             client = Client(local or address, timeout=_CONNECT_S, set_as_default=False)
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError) as error:
             raise TwistError(f"{address}: the Dask scheduler does not answer ({error})") from None
         try:
+            if local is not None:
+                client.register_worker_callbacks(_close_pages)
             yield partial(_in_cluster, client)
         finally:
             with suppress(Exception):  # the scheduler may already be gone
                 client.close(timeout=2.0)
             if local is not None:
                 local.close()
+
+
+def _close_pages(dask_worker: Any) -> None:
+    """Close a worker's port for HTTP; Dask fills in the worker by the name of the argument."""
+    dask_worker.http_server.stop()
 
 
 @contextmanager

@@ -20,12 +20,14 @@ from twistcore.batch.stored_rows import column, decisions_of_clip, parameters_of
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.document_values import saying, shown_words, text
 from twistcore.files.encoding import escaped, json_text, legible, unescaped
+from twistcore.files.ordinary import check_no_links
 from twistcore.files.version import __version__
 from twistcore.work.frozen import dataclass
 
 FILE = "manifest.sqlite"
 DONE, FAILED, WAITING = "done", "failed", "waiting"
 
+_COMPANIONS = ("-journal", "-wal", "-shm")  # files that SQLite puts next to it
 _SCHEMA = 1
 _OURS = 0x54774261  # 'TwBa': in the file's header, where it can be read without SQLite
 _MAGIC, _SCHEMA_AT, _OURS_AT = b"SQLite format 3\0", 60, 68
@@ -206,6 +208,8 @@ class Manifest:
         """
         folder = Path(folder)
         file = folder / FILE
+        for ours in (file, *(file.with_name(FILE + ending) for ending in _COMPANIONS)):
+            check_no_links(folder, ours)
         if not file.exists() or (create and file.stat().st_size == 0):
             if not create:
                 raise TwistError(f"{folder}: expected a folder written by twistcore batch")

@@ -12,13 +12,15 @@ from pathlib import Path
 from typing import Protocol
 
 from twistcore.batch.clip_task import ClipTask, Outcome
-from twistcore.batch.corrected_files import is_intact, remove_parts, write_corrected
+from twistcore.batch.corrected_files import FOLDER, is_intact, write_corrected
 from twistcore.batch.inputs import Source, renamed
 from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, now
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run_plan import Plan, make_plan, shard_sources
 from twistcore.errors import TwistError
+from twistcore.files.atomic import remove_leftovers
 from twistcore.files.lock import lock
+from twistcore.files.ordinary import check_no_links
 from twistcore.work.memory import SPARE
 from twistcore.work.processes import reason
 
@@ -129,7 +131,7 @@ def run_batch(
         summary.unreadable = len(plan.failed)
         if plan.todo:
             if parameters.refine:
-                remove_parts(folder)
+                remove_leftovers(folder / FOLDER)
             run = _Run(folder, manifest, plan, parameters, summary, begin(plan))
             run.go(carry_out, limits)
         return summary
@@ -267,6 +269,8 @@ def _write_problem(name: str, error: TwistError | OSError) -> str:
 def _locked(folder: Path) -> Iterator[None]:
     """Lock the folder for this run, creating it if needed."""
     folder.mkdir(parents=True, exist_ok=True)
+    for name in (LOCK, FOLDER):
+        check_no_links(folder, folder / name)
     handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         if not lock(handle):

@@ -148,6 +148,7 @@ def apply_command(arguments: argparse.Namespace) -> int:
     blind = () if session.state.intervals else not_examined(arguments.clip, analysis)
     notes = clip_notes(arguments.clip, clip) + note_sentences(arguments.clip, analysis)
     notes += jump_sentences(arguments.output, jumps)
+    notes += replay.notes
     chosen, judged = session.state.chosen(), session.state.intervals
     done = correctable(clip.motion, chains, chosen)
     count = counted_words(done, [j.interval for j in judged], "applied")

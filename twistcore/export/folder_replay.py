@@ -16,7 +16,7 @@ from twistcore.files.atomic import write_atomically, write_companions
 from twistcore.files.document_values import bytes_of, parsed_json
 from twistcore.files.encoding import json_text
 from twistcore.files.marks import file_mark
-from twistcore.files.ordinary import is_there, real_path
+from twistcore.files.ordinary import check_no_links, is_there, real_path
 from twistcore.formats.clip import ChannelJump, rewritten
 from twistcore.formats.clip_files import clips_by_name
 from twistcore.tuning.folder_sessions import read_sessions
@@ -177,6 +177,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
     replay = replayed(pair.session, pair.clip)
     patch = rewritten(replay.clip, replay.motion)
     path = output / pair.name
+    check_no_links(output, path.parent)
     mark, before = hashlib.sha256(patch.data).hexdigest(), ""
     if is_there(path) or path.is_symlink():
         before = file_mark(path)
@@ -201,6 +202,7 @@ def read_written(output: Path) -> dict[str, str]:
     Raises TwistError and FormatError.
     """
     path, own = output / WRITTEN, dict[str, str]()
+    check_no_links(output, path)
     if not is_there(path):
         return own
     lines = bytes_of(path).decode("utf-8", errors="replace").split("\n")

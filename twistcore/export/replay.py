@@ -9,6 +9,7 @@ from twistcore.analysis.correction import children_off_axis, refine, stuck_joint
 from twistcore.analysis.correction.joint_repairs import JointRepairs, moves_joints
 from twistcore.detection import Interval, Kind
 from twistcore.errors import ClipMismatchError, TwistError
+from twistcore.export.interrupted import interruption
 from twistcore.export.tracking import check_tracking, tracked_motion
 from twistcore.files.document_values import shown_value
 from twistcore.formats.clip import Clip
@@ -35,12 +36,16 @@ def accepted_motion(
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """A session applied to its clip, with the named chains and limbs and the corrected motion."""
+    """A session applied to its clip, with the named chains and limbs and the corrected motion.
+
+    `notes` has a sentence if the export that last wrote the session was interrupted.
+    """
 
     session: Session
     clip: Clip
     chains: tuple[Chain, ...]
     motion: Motion
+    notes: tuple[str, ...] = ()
 
 
 def replayed(session_path: Path, clip_path: Path) -> Replay:
@@ -48,7 +53,8 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
     session = read_session(session_path)
     clip = read_clip(clip_path, fps=session.fps)
     chains = chains_of(session, clip)
-    return Replay(session, clip, chains, accepted_motion(clip, chains, session.state))
+    notes = tuple(filter(None, (interruption(session_path),)))
+    return Replay(session, clip, chains, accepted_motion(clip, chains, session.state), notes)
 
 
 def uncorrected_sentences(

@@ -19,6 +19,7 @@ from twistcore.files.ordinary import is_there, read_file
 
 STANDARD_OUTPUT = Path("/dev/stdout")  # also on systems that have no such file
 
+_PART_MARK, _PART_END = ".twist", ".part"  # of temporary names
 _LONGEST_NAME, _SPARE = 255, 10  # bytes; _SPARE leaves room for a number in the name
 _TRIES = 8
 _BINARY = getattr(os, "O_BINARY", 0)
@@ -92,7 +93,7 @@ def destination(path: Path) -> Path:
     end = path
     for _ in range(_MOST_LINKS):
         end = Path(os.path.realpath(end.parent), end.name)
-        if descriptor_number(end) is not None:
+        if _descriptor_number(end) is not None:
             return end
         if not end.is_symlink():
             if refused := _REFUSED.get(_kind(end)):
@@ -109,16 +110,26 @@ def destination(path: Path) -> Path:
     )
 
 
+def remove_leftovers(folder: Path) -> None:
+    """Remove the half-written files that killed programs left anywhere below a folder.
+
+    Files of other programs, of other users and in use are kept.
+    """
+    for part in folder.rglob(f".*{_PART_MARK}*"):
+        if part.name.endswith(_PART_END):
+            _remove_left(part)
+
+
 def is_stream(path: Path) -> bool:
     """True if the path cannot be replaced and can only be written into. Raises OSError."""
     end = destination(path)
-    return descriptor_number(end) is not None or _kind(path) in _STREAMS
+    return _descriptor_number(end) is not None or _kind(path) in _STREAMS
 
 
 def is_standard_output(path: Path) -> bool:
     """True if the path leads to standard output, to which `print` writes."""
     try:
-        return descriptor_number(destination(path)) == 1
+        return _descriptor_number(destination(path)) == 1
     except OSError:
         return False
 
@@ -128,7 +139,7 @@ def same_file(a: Path, b: Path) -> bool:
     return is_there(a) and is_there(b) and a.samefile(b)
 
 
-def descriptor_number(end: Path) -> int | None:
+def _descriptor_number(end: Path) -> int | None:
     """Return the number of this process's open descriptor at a path without links, or None."""
     if end == STANDARD_OUTPUT:
         return 1
@@ -140,7 +151,7 @@ def _descriptor_to_write(path: Path) -> int | None:
     """Return a descriptor to write into and then close, or None if the file must be replaced."""
     if not is_stream(path):
         return None
-    number = descriptor_number(destination(path))
+    number = _descriptor_number(destination(path))
     if number is not None:  # a second open() would write from the start of the file
         return os.dup(number)
     return os.open(path, os.O_WRONLY | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0))
@@ -159,7 +170,7 @@ def part_name(end: Path, suffix: str = "") -> Path:
 
     A name that would be too long is shortened, with a hash of the full name added.
     """
-    name, mark = end.name, f".twist.part{suffix}"
+    name, mark = end.name, f"{_PART_MARK}{_PART_END}{suffix}"
     if len(os.fsencode(name)) + len(mark) + _SPARE > _LONGEST_NAME:
         import hashlib  # slow to load; few names are so long
 

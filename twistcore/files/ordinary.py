@@ -10,6 +10,8 @@ from contextlib import suppress
 from io import BufferedReader
 from pathlib import Path
 
+from twistcore.errors import TwistError
+
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # opening a FIFO would wait for its writer
 _REFUSED = {
     stat.S_IFIFO: (errno.EINVAL, "expected a file, found a FIFO"),
@@ -48,6 +50,21 @@ def open_to_read(path: Path | str) -> BufferedReader:
         file.close()
         raise
     return file
+
+
+def check_no_links(folder: Path, path: Path) -> None:
+    """Raise TwistError if a step of the way from the folder down to the path is a symbolic link.
+
+    For output folders whose files are written by names of the program's own choice.
+    """
+    way = folder
+    for step in path.relative_to(folder).parts:
+        way /= step
+        if way.is_symlink():
+            raise TwistError(
+                f"{way} is a symbolic link, and nothing is written to where it leads; remove the "
+                "link, or choose another folder"
+            )
 
 
 def is_there(path: Path | str) -> bool:

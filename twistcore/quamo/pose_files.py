@@ -14,7 +14,7 @@ import numpy as np
 from twistcore.errors import NpzError, TwistError
 from twistcore.files.ordinary import read_file
 from twistcore.formats.npz.archive import LARGEST, npy_header, open_archive, room
-from twistcore.formats.npz.pickled_arrays import Unreadable, read_pickle
+from twistcore.formats.npz.pickled_arrays import LimitError, Unreadable, read_pickle
 
 SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
 _DICTIONARY = 1 << 27  # bytes; twice as much as the largest default of xz needs
@@ -58,6 +58,8 @@ def read_names(path: Path) -> dict[Any, Any]:
         raise
     except NpzError as error:
         raise PosesError(str(error)) from None
+    except LimitError as error:
+        raise PosesError(f"{path}: {error}") from None
     except Exception:  # a damaged archive raises many different errors
         raise PosesError(
             f"{path}: expected an .npz, .npy or pickle of arrays; if it is in another format, "

@@ -30,6 +30,7 @@ _CAMERA = ("pred_cam_t", "cam_t", "camera")
 _PLACE = ("transl", "trans", "cam_trans", *_CAMERA)
 _FRAMES = ("frame_ids", "frame")
 _ROWS_AT = "reorganize_idx"  # the frame number of each row
+_OFFSETS = "offsets"
 _UP = "up"  # the up axis of the layout that contains the names
 _COUNTS = (24, 22, 52, 55)  # joints: SMPL; without hands; SMPL-H; SMPL-X
 _BODY_JOINTS = 22  # without the hands, the same in all layouts
@@ -141,9 +142,9 @@ def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
             raise PosesError(
                 f"{path}: expected {len(place)} persons in {name}, found {described(names[name])}"
             )
-    return {
-        str(k): {n: v[k] if n in used else v for n, v in names.items()} for k in range(len(place))
-    }
+    own = {n: names[n] for n in used & names.keys()}
+    shared = {n: names[n] for n in (*RATES, *_FRAMES, _OFFSETS, _UP) if n in names}
+    return {str(k): {**{n: v[k] for n, v in own.items()}, **shared} for k in range(len(place))}
 
 
 def _check_persons(path: Path, count: int) -> None:
@@ -266,7 +267,7 @@ def _poses(path: Path, names: Names) -> Poses:
     check_finite(path, trans, places)
     if trans in _CAMERA:
         places = np.column_stack([places[:, :2], np.full(frames, np.median(places[:, 2]))])
-    offsets = _numbers(path, names, "offsets") if "offsets" in names else None
+    offsets = _numbers(path, names, _OFFSETS) if _OFFSETS in names else None
     poses = Poses(whole, places, up, _rate(path, names), offsets, tuple(notes))
     numbered = _first(names, _FRAMES)
     return _at_frames(path, names, numbered, poses) if numbered else poses
@@ -314,7 +315,8 @@ def _numbers(path: Path, names: Names, name: str) -> Array:
         found = np.asarray(found)
     if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
         raise PosesError(f"{path}: expected numbers in {name!r}, found {described(found)}")
-    return np.asarray(found, dtype=np.float64)
+    with np.errstate(invalid="ignore", over="ignore"):  # of a signalling NaN
+        return np.asarray(found, dtype=np.float64)
 
 
 def _rate(path: Path, names: Names) -> float | None:

@@ -14,7 +14,7 @@ from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.encoding import encoded
-from twistcore.files.ordinary import open_to_read, real_path
+from twistcore.files.ordinary import check_no_links, open_to_read, real_path
 from twistcore.report.clip_page import Home, clip_page, figure_of_worst
 from twistcore.report.document import Report, report_to_json
 from twistcore.report.folder_numbers import FolderNumbers, worst_first
@@ -79,6 +79,8 @@ def write_folder_report(
     with_page = [row.name for row in rows if row.state == "done"][:most_pages]
     pages = {name: page_of(name) for name in with_page}
     for path in (INDEX, *pages.values()):
+        if target.is_relative_to(folder):
+            check_no_links(folder, target / path)
         _check_ours(target / path)
     home = f"{numbers.clips} clip{'' if numbers.clips == 1 else 's'}"
     chunks = [with_page[k : k + _TOGETHER] for k in range(0, len(with_page), _TOGETHER)]

@@ -49,7 +49,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         "--scheduler",
         metavar="ADDRESS",
-        help="run on this Dask cluster, tcp://HOST:PORT (default: on this machine)",
+        help="run on this Dask cluster, tls://HOST:PORT (default: on this machine)",
     )
     where.add_argument(
         "--local-cluster",

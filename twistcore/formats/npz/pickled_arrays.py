@@ -5,13 +5,17 @@ numpy and joblib write for arrays are mapped to classes of this module, and all 
 object that ignores all operations. Bytes become arrays of plain numbers here and not in numpy's own
 unpickling, which trusts the file about its memory. The position of the bytes in the file is kept,
 so that an array can be replaced by one of equal size without writing the pickle again.
+
+A few bytes can describe a structure that would fill any memory or take for ever, because a pickle
+may use one value many times. So the number of instructions, the depth, and the size that the
+contents would have if no value were shared are limited (:class:`LimitError`).
 """
 
 from __future__ import annotations
 
 import io
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,6 +25,24 @@ from twistcore.formats.npz.archive import check_shape
 
 _KINDS = "biuf"  # dtypes that are plain numbers
 _KEY = 1 << 60  # integers up to this size hash as themselves
+_LONGEST_KEY = 4096  # characters: two equal keys are compared letter by letter
+_MEMO = 1 << 32  # largest number of a remembered value
+_ARGUMENTS = 64  # of a call
+_AXES = 32
+_DTYPE = 16  # characters of a type code
+_DEEPEST = 100  # dicts and lists within one another
+_CLASSES = 1000  # unsupported classes by different names
+# Maximum number of instructions, and of bytes if no value were shared: a constant plus a share of
+# the pickle's bytes. The poses of estimators have five bytes or more for each instruction.
+_INSTRUCTIONS, _BYTES_OF_ONE = 2_000_000, 8
+_UNSHARED, _TIMES = 1 << 24, 4
+
+
+class LimitError(ValueError):
+    """Raised if the contents of a pickle exceed a limit. The message has no file name."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__(f"{what}; save its arrays by name with numpy.savez")
 
 
 class Unreadable:
@@ -50,15 +72,22 @@ class Unreadable:
     def __setitem__(self, key: Any, value: Any) -> None:
         pass
 
+    def __repr__(self) -> str:
+        return f"({self.kind})"
+
+
+_SET = Unreadable()  # in place of any set, since no layout has sets
+
 
 class _Dtype(Unreadable):
     """A replacement for numpy.dtype with its type code and byte order."""
 
     def __init__(self, letters: object = "", *_: object) -> None:
-        self.letters, self.order = str(letters), "="
+        plain = isinstance(letters, str) and len(letters) <= _DTYPE
+        self.letters, self.order = str(letters) if plain else "", "="
 
     def set_state(self, state: Any) -> None:
-        self.order = str(state[1])
+        self.order = state[1]
 
     def plain(self) -> np.dtype[Any]:
         """Return the numpy dtype. Raises ValueError unless it is a dtype of plain numbers."""
@@ -80,8 +109,7 @@ class _Array(Unreadable):
         if isinstance(data, list):  # objects
             self.value = _objects(data, shape)
             return
-        raw = data.encode("latin1") if isinstance(data, str) else data
-        self.value = _shaped(raw, dtype, shape, "F" if by_column else "C")
+        self.value = _shaped(data, dtype, shape, "F" if by_column else "C")
 
 
 class _Inline(Unreadable):
@@ -92,25 +120,39 @@ class _Inline(Unreadable):
     def set_state(self, state: Any) -> None:
         self.state = state
 
-    def read(self, source: io.BytesIO) -> Any:
+    def read(self, source: io.BytesIO, methods: _Counted) -> Any:
         """Return the array that follows in the stream."""
         shape, dtype = tuple(self.state["shape"]), self.state["dtype"]
         if dtype.letters.startswith("O"):
-            return _Reader(source).load()
+            return _Reader(source, methods).load()
         if self.state.get("numpy_array_alignment_bytes") is not None:
             source.read(source.read(1)[0])
         count = _count(shape) * dtype.plain().itemsize
         return _shaped(source.read(count), dtype, shape, self.state["order"])
 
 
-def _check_keys(keys: list[Any]) -> None:
-    """Raise UnpicklingError for large integer keys, whose hashes may all collide in a dict."""
-    if any(isinstance(key, int) and abs(key) > _KEY for key in keys):
+def _as_key(key: Any) -> Any:
+    """Return a short string or a number, and an object of no meaning for any other key.
+
+    Hashing a tuple takes as long as all that it contains, and its hash can be chosen. Raises
+    UnpicklingError for large integers, whose hashes may all collide, too.
+    """
+    if isinstance(key, int) and abs(key) > _KEY:
         raise pickle.UnpicklingError("a key is too large")
+    short = isinstance(key, str | bytes) and len(key) <= _LONGEST_KEY
+    return key if short or isinstance(key, int | float | np.generic | None) else Unreadable()
+
+
+def _check_arguments(arguments: list[Any]) -> None:
+    """Raise UnpicklingError for long arguments of a call, which would be copied."""
+    if any(len(one) > _ARGUMENTS for one in arguments):
+        raise pickle.UnpicklingError("a call has too many arguments")
 
 
 def _count(shape: tuple[Any, ...]) -> int:
     """Return the number of elements, computed in integers that cannot overflow."""
+    if len(shape) > _AXES:
+        raise ValueError("an array has too many axes")
     out = 1
     for n in shape:
         if not isinstance(n, int) or n < 0:
@@ -119,9 +161,11 @@ def _count(shape: tuple[Any, ...]) -> int:
     return out
 
 
-def _shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
+def _shaped(raw: Any, dtype: Any, shape: Any, order: object) -> NDArray[Any]:
     if not isinstance(dtype, _Dtype):
         raise TypeError("an array has no dtype")
+    if not isinstance(raw, bytes | bytearray):
+        raise TypeError("an array has no bytes")
     shape = tuple(shape)
     plain, count = dtype.plain(), _count(shape)
     check_shape(shape, len(raw))
@@ -140,11 +184,12 @@ def _reconstruct(*_: object) -> _Array:
 
 
 def _from_buffer(raw: Any, dtype: Any, shape: Any, order: Any) -> NDArray[Any]:
-    return _shaped(raw if isinstance(raw, bytearray) else bytes(raw), dtype, shape, str(order))
+    return _shaped(raw, dtype, shape, order)
 
 
 def _scalar(dtype: Any, raw: Any = b"") -> Any:
-    return _shaped(raw.encode("latin1") if isinstance(raw, str) else raw, dtype, (1,), "C")[0]
+    short = isinstance(raw, str) and len(raw) <= _DTYPE
+    return _shaped(raw.encode("latin1") if short else raw, dtype, (1,), "C")[0]
 
 
 def _mapping(*_: object) -> dict[Any, Any]:
@@ -155,17 +200,12 @@ def _empty(*_: object) -> bytes:
     return b""
 
 
-def _latin(text: Any, *_: object) -> bytes:
-    return str(text).encode("latin1")
-
-
 _CORE = ("numpy.core", "numpy._core")
 _NAMES: dict[tuple[str, str], Any] = {
     ("numpy", "dtype"): _Dtype,
     ("joblib.numpy_pickle", "NumpyArrayWrapper"): _Inline,
     ("collections", "defaultdict"): _mapping,
     ("collections", "OrderedDict"): _mapping,
-    ("_codecs", "encode"): _latin,  # how the first protocols write bytes
     ("__builtin__", "bytes"): _empty,
     **{(f"{c}.multiarray", "_reconstruct"): _reconstruct for c in _CORE},
     **{(f"{c}.multiarray", "scalar"): _scalar for c in _CORE},
@@ -195,6 +235,20 @@ class Places:
         return None if found is None else found[1]
 
 
+class _Counted(dict[int, Any]):
+    """The method of each instruction, of which only some may be used."""
+
+    def __init__(self, methods: Mapping[int, Any], most: int) -> None:
+        super().__init__(methods)
+        self._left = most
+
+    def __getitem__(self, code: int) -> Any:
+        self._left -= 1
+        if self._left < 0:
+            raise LimitError("the pickle has more objects than a file of its size needs")
+        return super().__getitem__(code)
+
+
 class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes between opcodes
     """An unpickler that looks up no names.
 
@@ -205,17 +259,39 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
     dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(inherited)
     stack: list[Any]  # the next three are set by load()
     read: Callable[[int], bytes]
+    readline: Callable[[], bytes]
     append: Callable[[Any], None]
+    pop_mark: Callable[[], list[Any]]
+    memo: dict[int, Any]
     _unframer: Any
 
-    def __init__(self, source: io.BytesIO, places: Places | None = None) -> None:
+    def __init__(self, source: io.BytesIO, methods: _Counted, places: Places | None = None) -> None:
         super().__init__(source)
         self.source, self.places = source, places
+        self.dispatch = self._methods = methods  # type: ignore[misc]  # load() looks here
         self._frame = 0  # offset of the frame being read
+        self._classes: dict[tuple[str, str], type[Unreadable]] = {}
+        self._latin: dict[int, tuple[str, bytes]] = {}
 
     def find_class(self, module: str, name: str) -> Any:
-        known = _NAMES.get((module, name))
-        return known or type("Unread", (Unreadable,), {"kind": f"{module}.{name}"})
+        if (module, name) == ("_codecs", "encode"):  # how the first protocols write bytes
+            return self._encoded
+        if known := _NAMES.get((module, name)):
+            return known
+        if (module, name) not in self._classes:
+            if len(self._classes) >= _CLASSES or len(module) + len(name) > _LONGEST_KEY:
+                raise LimitError("the pickle names too many classes")
+            made = type("Unread", (Unreadable,), {"kind": f"{module}.{name}"})
+            self._classes[module, name] = made
+        return self._classes[module, name]
+
+    def _encoded(self, text: Any, *_: object) -> bytes:
+        """Return the bytes that a text represents; each text is converted once."""
+        if not isinstance(text, str):
+            raise pickle.UnpicklingError("a text is missing")
+        if id(text) not in self._latin:
+            self._latin[id(text)] = text, text.encode("latin1")
+        return self._latin[id(text)][1]
 
     def _build(self) -> None:
         # The inherited method sets attributes of any object, even of classes.
@@ -223,9 +299,11 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         made = self.stack[-1]
         if not isinstance(made, Unreadable):
             raise pickle.UnpicklingError("a state for an object that cannot have a state")
+        if isinstance(made, _Array) and isinstance(state[-1], str):  # by Python 2
+            state = (*state[:4], self._encoded(state[4]))
         made.set_state(state)
         if isinstance(made, _Inline):
-            self.stack[-1] = made.read(self.source)
+            self.stack[-1] = made.read(self.source, self._methods)
 
     def _bytearray(self) -> None:
         # The inherited method allocates memory before it checks for the bytes.
@@ -261,20 +339,60 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         self.places.note(held, end - len(held))
 
     def _setitem(self) -> None:
-        _check_keys(self.stack[-2:-1])
-        self.inherited[pickle.SETITEM[0]](self)
+        value = self.stack.pop()
+        self._store([self.stack.pop(), value])
 
     def _setitems(self) -> None:
-        _check_keys(self.stack[::2])
-        self.inherited[pickle.SETITEMS[0]](self)
+        self._store(self.pop_mark())
 
     def _dict(self) -> None:
-        _check_keys(self.stack[::2])
-        self.inherited[pickle.DICT[0]](self)
+        items = self.pop_mark()
+        self.append({})
+        self._store(items)
+
+    def _store(self, items: list[Any]) -> None:
+        # The inherited methods store in arrays, too, and can fill a whole array each time.
+        held = self.stack[-1]
+        if isinstance(held, dict):
+            for key, value in zip(items[::2], items[1::2], strict=True):
+                held[_as_key(key)] = value
+        elif not isinstance(held, Unreadable):
+            raise pickle.UnpicklingError("items for an object that cannot have items")
+
+    def _put(self) -> None:
+        number = int(self.readline()[:-1])
+        if not 0 <= number <= _MEMO:
+            raise pickle.UnpicklingError("the number of a remembered value is too large")
+        self.memo[number] = self.stack[-1]
+
+    def _empty_set(self) -> None:
+        self.append(_SET)
+
+    def _frozenset(self) -> None:
+        self.pop_mark()
+        self.append(_SET)
+
+    def _reduce(self) -> None:
+        _check_arguments(self.stack[-1:])
+        self.inherited[pickle.REDUCE[0]](self)
+
+    def _newobj(self) -> None:
+        _check_arguments(self.stack[-1:])
+        self.inherited[pickle.NEWOBJ[0]](self)
+
+    def _newobj_ex(self) -> None:
+        _check_arguments(self.stack[-2:])
+        self.inherited[pickle.NEWOBJ_EX[0]](self)
 
     dispatch[pickle.SETITEM[0]] = _setitem
     dispatch[pickle.SETITEMS[0]] = _setitems
     dispatch[pickle.DICT[0]] = _dict
+    dispatch[pickle.PUT[0]] = _put
+    dispatch[pickle.EMPTY_SET[0]] = _empty_set
+    dispatch[pickle.FROZENSET[0]] = _frozenset
+    dispatch[pickle.REDUCE[0]] = _reduce
+    dispatch[pickle.NEWOBJ[0]] = _newobj
+    dispatch[pickle.NEWOBJ_EX[0]] = _newobj_ex
     dispatch[pickle.BUILD[0]] = _build
     dispatch[pickle.BYTEARRAY8[0]] = _bytearray
     dispatch[pickle.FRAME[0]] = _framed
@@ -284,10 +402,11 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
 
 
 def read_pickle(data: bytes) -> Any:
-    """Return the dicts, lists, tuples, strings, numbers and arrays of a pickle or joblib file.
+    """Return the dicts, lists, strings, numbers and arrays of a pickle or joblib file.
 
-    Arrays of objects become lists, an array without dimensions becomes its object, and any other
-    object becomes :class:`Unreadable`. Raises ValueError if the pickle is incomplete.
+    Arrays of objects and tuples become lists, an array without dimensions becomes its object, and
+    any other object becomes :class:`Unreadable`. Raises ValueError if the pickle is incomplete, and
+    LimitError if it exceeds a limit.
     """
     return read_pickle_places(data)[0]
 
@@ -295,31 +414,48 @@ def read_pickle(data: bytes) -> Any:
 def read_pickle_places(data: bytes) -> tuple[Any, Places]:
     """Return the contents of a pickle, and the offsets of its arrays' bytes."""
     places = Places()
+    methods = _Counted(_Reader.dispatch, _INSTRUCTIONS + len(data) // _BYTES_OF_ONE)
     try:
-        return _plain(_Reader(io.BytesIO(data), places).load()), places
+        found = _Reader(io.BytesIO(data), methods, places).load()
+        return _plain(found, _UNSHARED + _TIMES * len(data)), places
+    except LimitError:
+        raise
     except Exception as error:  # damaged pickles can raise almost anything
         raise ValueError(f"the pickle is incomplete or damaged ({type(error).__name__})") from None
 
 
-def _plain(found: Any) -> Any:
-    """Return the contents with the placeholders in dicts and lists replaced by their arrays."""
-    seen: dict[int, Any] = {}
-    todo: list[tuple[Any, Any, Any]] = []
+def _plain(found: Any, most: int) -> Any:
+    """Return the contents with arrays for the placeholders, and lists for the tuples.
 
-    def one(item: Any) -> Any:
+    Raises LimitError if the contents are nested too deeply, or if they would have more than `most`
+    items and bytes of arrays without sharing any, like a list that contains itself.
+    """
+    known: dict[int, tuple[Any, Any, int]] = {}  # with the old object, whose id() stays in use
+
+    def one(item: Any, depth: int) -> tuple[Any, int]:
         if isinstance(item, _Array):
-            return one(item.value) if not isinstance(item.value, np.ndarray) else item.value
-        if isinstance(item, dict | list | tuple):
-            if id(item) not in seen:
-                made: Any = dict.fromkeys(item) if isinstance(item, dict) else [None] * len(item)
-                seen[id(item)] = made
-                pairs = item.items() if isinstance(item, dict) else enumerate(item)
-                todo.extend((made, key, value) for key, value in pairs)
-            return seen[id(item)]
-        return item
+            item = item.value
+        if isinstance(item, np.ndarray):
+            return item, item.nbytes
+        if not isinstance(item, dict | list | tuple | _Array):
+            return item, 1
+        if depth > _DEEPEST:
+            raise LimitError("the pickle has too many dicts and lists within one another")
+        if isinstance(item, _Array):  # an array of one array
+            return one(item, depth + 1)
+        if not item:
+            return (item if isinstance(item, dict | list) else []), 1
+        if id(item) not in known:
+            known[id(item)] = item, item, most + 1  # until the size of its own items is known
+            made: Any = list(item) if isinstance(item, tuple) else item
+            pairs = item.items() if isinstance(item, dict) else enumerate(item)
+            size = 1
+            for key, value in pairs:
+                made[key], more = one(value, depth + 1)
+                size += more
+                if size > most:
+                    raise LimitError("the pickle repeats its values too often or contains itself")
+            known[id(item)] = item, made, size
+        return known[id(item)][1:]
 
-    out = one(found)
-    while todo:
-        holder, key, value = todo.pop()
-        holder[key] = one(value)
-    return out
+    return one(found, 0)[0]

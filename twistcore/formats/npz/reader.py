@@ -186,7 +186,8 @@ def _numbers(archive: Arrays, name: str) -> NDArray[Any]:
 
 
 def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "frame") -> None:
-    good = np.abs(values.astype(np.float64)) < 1e6
+    with np.errstate(invalid="ignore", over="ignore"):  # of a signalling NaN
+        good = np.abs(values.astype(np.float64)) < 1e6
     if not good.all():
         first = int(np.argwhere(~good)[0, 0])
         raise NpzError(
@@ -229,7 +230,8 @@ def _skeleton(archive: Arrays, joints: int, warnings: list[str]) -> tuple[Skelet
     for name in ("offsets", "J"):
         if name not in archive:
             continue
-        given = np.asarray(_numbers(archive, name), dtype=np.float64)
+        with np.errstate(invalid="ignore", over="ignore"):  # of a signalling NaN
+            given = np.asarray(_numbers(archive, name), dtype=np.float64)
         count = joints if given.shape == (joints, 3) else BODY
         if given.shape not in ((joints, 3), (24, 3), (BODY, 3)):
             raise NpzError(

@@ -14,7 +14,7 @@ from twistcore.errors import NpzError
 from twistcore.files.kinds import PICKLE, found_instead
 from twistcore.formats.bvh.header import quoted
 from twistcore.formats.npz.archive import described_names
-from twistcore.formats.npz.pickled_arrays import Places, read_pickle_places
+from twistcore.formats.npz.pickled_arrays import LimitError, Places, read_pickle_places
 from twistcore.work.frozen import dataclass
 
 
@@ -131,6 +131,8 @@ def open_pickle(path: Path, data: bytes) -> PickledDict:
         raise NpzError(f"{path}: {instead}")
     try:
         names, places = read_pickle_places(data)
+    except LimitError as error:
+        raise NpzError(f"{path}: {error}") from None
     except ValueError:
         raise NpzError(f"{path}: expected a complete pickle of arrays") from None
     if not isinstance(names, dict):

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from twistcore.errors import NpzError
 from twistcore.formats.npz.archive import Archive, npy_header
-from twistcore.formats.npz.pickled_arrays import Places, read_pickle_places
+from twistcore.formats.npz.pickled_arrays import LimitError, Places, read_pickle_places
 from twistcore.formats.npz.stored_arrays import put
 from twistcore.skeleton.rotation import Array, exponential, logarithm, slerp
 from twistcore.work.frozen import dataclass
@@ -205,13 +205,18 @@ def read_video_poses(archive: Archive) -> VideoPoses | None:
 
 
 def _object(archive: Archive, name: str) -> _Object | None:
-    """Return a member that consists of one object, or None for plain or damaged data."""
+    """Return a member that consists of one object, or None for plain or damaged data.
+
+    Raises NpzError if it exceeds a limit.
+    """
     raw = archive.raw(name)
     try:
         start, _, dtype, _ = npy_header(raw)
         if not dtype.hasobject:
             return None
         found, places = read_pickle_places(raw[start:])
+    except LimitError as error:
+        raise NpzError(f"{archive.path}: {error}") from None
     except Exception:  # a damaged header or pickle can raise almost anything
         return None
     return _Object(raw, start, found, places)

@@ -1,0 +1,69 @@
+"""Mark an export while it is written, so that one that was killed halfway is recognised.
+
+An export writes the clip before its session and report. If the program is killed in between, the
+session of an earlier export stays next to the new clip.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from twistcore.errors import TwistError
+from twistcore.files.atomic import part_name, take_part
+from twistcore.files.document_values import bytes_of, parsed_json
+from twistcore.files.encoding import json_bytes
+from twistcore.files.lock import is_held
+from twistcore.files.ordinary import is_file
+
+_EXPORT = ".export"  # at the end of a mark's name
+_MOST = 10_000  # bytes of a mark
+
+
+@contextmanager
+def marked_export(session: Path, clip: Path) -> Iterator[None]:
+    """Keep a mark next to an export's session while the export of a clip is written.
+
+    Where no mark can be written, the export itself will report the reason.
+    """
+    handle, mark = -1, None
+    with suppress(OSError):
+        handle, mark = take_part(part_name(session, _EXPORT))
+        os.write(handle, json_bytes({"clip": clip.name, "session": session.name}))
+    try:
+        yield
+    finally:
+        if mark is not None:
+            mark.unlink(missing_ok=True)
+            os.close(handle)
+
+
+def was_interrupted(session: Path) -> bool:
+    """True if the export that last wrote, or should have written, this session was killed."""
+    mark = part_name(session, _EXPORT)
+    return is_file(mark) and not is_held(mark)
+
+
+def interruption(session: Path) -> str:
+    """Return a sentence if the export of a session was killed, or ''."""
+    if not was_interrupted(session):
+        return ""
+    return (
+        f"{session}: the last export was interrupted, so the exported clip next to this session "
+        "may be newer than the session; export it again"
+    )
+
+
+def interrupted_exports(clip: Path) -> list[str]:
+    """Return the names of the sessions in a clip's folder whose exports of the clip were killed."""
+    found = []
+    with suppress(OSError):
+        for mark in sorted(clip.parent.glob(f".*{_EXPORT}")):
+            with suppress(OSError, TwistError, TypeError, KeyError):
+                noted = parsed_json(bytes_of(mark, _MOST))
+                session = clip.with_name(Path(noted["session"]).name)
+                if noted["clip"] == clip.name and part_name(session, _EXPORT) == mark:
+                    found += [session.name] * was_interrupted(session)
+    return found
