@@ -12,7 +12,7 @@ from tests.twistcore.test_quamo_data import write_poses
 from twistcore.cli import main
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
-from twistcore.quamo import Gains, HandGains, Tracker, track, track_both_ways
+from twistcore.quamo import Gains, HandGains, Stepper, track, track_both_ways
 from twistcore.quamo.network import untrained, write_network
 from twistcore.quamo.response import overshoots, steady_lags
 from twistcore.quamo.track_clip import smooth_clip
@@ -113,7 +113,7 @@ def test_the_causal_way_writes_the_bytes_of_the_tracker_frame_by_frame(capsys, t
     assert run_quamo(capsys, "refine", WALK, "-o", out, "--causal", "--no-root-position")[0] == 0
     clip = read_bvh(WALK)
     rotations = clip.motion.rotations.copy()
-    tracker = Tracker(HandGains())
+    tracker = Stepper(HandGains())
     for q in rotations[1:]:
         q[:] = tracker.step(q, np.zeros(3), clip.frame_time).state.q
     write_clip(clip, clip.motion.with_rotations(rotations), expected)
