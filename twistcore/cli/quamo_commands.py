@@ -19,7 +19,7 @@ from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip, write_clip
-from twistcore.quamo.bursts import BURST_CUTOFF, NoisySpan, noisy_spans, smooth_spans
+from twistcore.quamo.bursts import NoisySpan, burst_cutoff, noisy_spans, smooth_spans
 from twistcore.quamo.network import read_network
 from twistcore.quamo.pose_files import holds_poses
 from twistcore.quamo.poses_clip import read_poses
@@ -104,7 +104,8 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
 
 def _smooth_bursts(arguments: argparse.Namespace, clip: Clip) -> int:
     """Smooth only the bursts of noise, write the clip, and list what changed."""
-    motion, cutoff = clip.motion, arguments.cutoff or BURST_CUTOFF
+    motion = clip.motion
+    cutoff = arguments.cutoff or burst_cutoff(motion.frame_time)
     first, names = leading_frames(motion), motion.skeleton.names
     try:
         able = set(chosen_joints(motion.skeleton, arguments.joints).tolist())

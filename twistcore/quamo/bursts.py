@@ -11,11 +11,11 @@ from collections.abc import Iterable
 from twistcore.detection.noise_bursts import noise_bursts
 from twistcore.detection.runs import overlapping
 from twistcore.quamo.pieces import pieces
-from twistcore.quamo.spline import smoothed_rotations
+from twistcore.quamo.spline import smoothed_rotations, usual_cutoff
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
-BURST_CUTOFF = 2.5  # Hz; lower than in a whole clip, because the noise of a burst is stronger
+_CUTOFF = 2.5  # Hz; lower than in a whole clip, because the noise of a burst is stronger
 _APART = 0.3  # seconds between two bursts that are treated as one
 _BORDER = 0.04  # seconds next to a burst in which there may be noise that was not found
 
@@ -29,42 +29,36 @@ class NoisySpan:
     stop: int
 
 
+def burst_cutoff(dt: float) -> float:
+    """Return the default cut-off in bursts for a frame time, in Hz."""
+    return min(_CUTOFF, usual_cutoff(dt))
+
+
 def noisy_spans(motion: Motion) -> tuple[NoisySpan, ...]:
     """Return the frames of each joint to smooth, sorted by start.
 
     Bursts of several joints that overlap, or nearly do, have the same frames in all of these
     joints, since a burst is often found a little too short in one of them.
     """
-    return tuple(
-        span
-        for group in overlapping(noise_bursts(motion), round(_APART * motion.fps))
-        for span in spans_of_burst(
-            motion,
-            {b.joint for b in group},
-            min(b.start for b in group),
-            max(b.stop for b in group),
-        )
-    )
-
-
-def spans_of_burst(
-    motion: Motion, joints: Iterable[int], start: int, stop: int
-) -> tuple[NoisySpan, ...]:
-    """Return the spans to smooth for a burst that was found in frames [start, stop) of joints."""
     border = max(1, round(_BORDER * motion.fps))
-    low, high = max(start - border, 0), min(stop + border, motion.frames)
-    return tuple(NoisySpan(joint, low, high) for joint in sorted(joints))
+    found = []
+    for group in overlapping(noise_bursts(motion), round(_APART * motion.fps)):
+        start = max(min(b.start for b in group) - border, 0)
+        stop = min(max(b.stop for b in group) + border, motion.frames)
+        found += [NoisySpan(joint, start, stop) for joint in sorted({b.joint for b in group})]
+    return tuple(found)
 
 
 def smooth_spans(
-    motion: Motion, spans: Iterable[NoisySpan], cutoff: float = BURST_CUTOFF, *, first: int = 0
+    motion: Motion, spans: Iterable[NoisySpan], cutoff: float | None = None, *, first: int = 0
 ) -> Motion:
     """Return the motion with the rotations in these spans smoothed.
 
     All other numbers keep their bits. A span is not smoothed across the borders of :func:`pieces`,
-    and not before the frame `first`. Raises TwistError if the cut-off in Hz does not fit the clip's
-    frame rate.
+    and not before the frame `first`. `cutoff` is in Hz, by default :func:`burst_cutoff`. Raises
+    TwistError if it does not fit the clip's frame rate.
     """
+    cutoff = burst_cutoff(motion.frame_time) if cutoff is None else cutoff
     rotations = motion.rotations.copy()
     captures = pieces(motion, first)
     for span in spans:

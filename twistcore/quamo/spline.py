@@ -43,25 +43,33 @@ def usual_cutoff(dt: float) -> float:
     return float(min(CUTOFF * (NETWORK_DT / dt) ** 0.25, _HIGHEST_USUAL / dt))
 
 
-def smoothed(values: Array, cutoff: float, dt: float, span: tuple[int, int] | None = None) -> Array:
-    """Return the smoothing spline of values over time, (frames, …), with frame time dt in seconds.
+def check_cutoff(cutoff: float, dt: float) -> None:
+    """Raise TwistError if the cut-off (Hz) does not fit the frame time.
 
-    `span` are the frames [start, stop) to smooth, by default all. The frames around it do not
-    change, and the spline continues their values and speeds. A span in fewer than three frames is
-    returned unchanged. Raises TwistError if the cut-off (Hz) is at least half of the frame rate, or
-    below a thousandth of it, where rounding would distort the result.
+    It must be less than half of the frame rate and, because of rounding, at least a thousandth of
+    it.
     """
-    start, stop = span or (0, len(values))
-    low, high = max(start - 2, 0), min(stop + 2, len(values))
-    out = values.copy()
-    if high - low < 3:
-        return out
     if not (np.isfinite(cutoff) and _LOWEST <= cutoff * dt < 0.5):
         raise TwistError(
             "expected a cut-off of at least "
             f"{_LOWEST / dt:.4g} Hz (a thousandth of the frame rate) and below "
             f"{0.5 / dt:.4g} Hz (half of it), found {cutoff:g}"
         )
+
+
+def smoothed(values: Array, cutoff: float, dt: float, span: tuple[int, int] | None = None) -> Array:
+    """Return the smoothing spline of values over time, (frames, …), with frame time dt in seconds.
+
+    `span` are the frames [start, stop) to smooth, by default all. The frames around it do not
+    change, and the spline continues their values and speeds. A span in fewer than three frames is
+    returned unchanged. Raises TwistError if the cut-off (Hz) does not fit the frame time.
+    """
+    start, stop = span or (0, len(values))
+    low, high = max(start - 2, 0), min(stop + 2, len(values))
+    out = values.copy()
+    if high - low < 3:
+        return out
+    check_cutoff(cutoff, dt)
     weight = (2.0 * np.sin(np.pi * cutoff * dt)) ** -4
     frames, free = high - low, slice(start - low, stop - low)
     bands = np.zeros((3, frames))  # bands of the upper triangle, the diagonal last
