@@ -33,15 +33,18 @@ from twistcore.quamo import Gains
 from twistcore.quamo.response import overshoots, response_words, steady_lags
 from twistcore.quamo.spline import usual_cutoff
 from twistcore.review import Tracking
+from twistcore.skeleton.motion import Skeleton
 
 _GAINS = (("κP", "kp", 1000.0, "/s²"), ("κD", "kd", 30.0, "/s"), ("κA", "ka", 1000.0, ""))
 _GAIN_ROLES = ("before", "after", "accepted")
 _PARTS = ("P", "D", tr("bias"), tr("acc."))
+_CHANGE_ROLES = ("before", "tracked")
 _PART_ROLES = ("before", "after", "undecided", "accepted")
 _ADVICE = tr(
     "For a file, use the spline: it leaves the least jitter. The tracker (both ways or causal) is "
     "for streams."
 )
+_LEAST_HIGH = 90  # pixels of a plot
 _HIGHEST = 10000.0  # more than any frame rate needs
 
 
@@ -131,25 +134,32 @@ class TrackPage(QWidget):
         self.all.clicked.connect(self.all_asked)
         self.done = Caption(soft=True)
         self.done.hide()
+        self.change_words = Caption()
+        self.change = TracePlot(self._colours)
         self.gain_words, self.part_words = Caption(), Caption()
         self.gains, self.parts = TracePlot(self._colours, " %"), TracePlot(self._colours)
         for plot, name in (
+            (self.change, tr("Acceleration of the bone's end before and after tracking, in m/s²")),
             (self.gains, tr("Gains κP, κD and κA over time, as percentages of 1000, 30 and 1000")),
             (self.parts, tr("Parts of the tracker's acceleration over time, in rad/s²")),
         ):
             plot.setAccessibleName(name)
+            plot.setMinimumHeight(_LEAST_HIGH)
+            plot.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
             plot.setToolTip(f"{name}. {tr('Click to go to the frame')}")
             plot.asked.connect(self._document.go_to)
         drawn = QWidget()
-        plots = QGridLayout(drawn)
+        self._grid = plots = QGridLayout(drawn)
         plots.setContentsMargins(0, 0, 0, 0)
         plots.setSpacing(2)
         for column, (words, plot) in enumerate(
             ((self.gain_words, self.gains), (self.part_words, self.parts))
         ):
-            plots.addWidget(words, 0, column, Qt.AlignmentFlag.AlignBottom)
-            plots.addWidget(plot, 1, column)
+            plots.addWidget(words, 2, column, Qt.AlignmentFlag.AlignBottom)
+            plots.addWidget(plot, 3, column)
             plots.setColumnStretch(column, 1)
+        plots.addWidget(self.change_words, 0, 0, 1, 2)
+        plots.addWidget(self.change, 1, 0, 1, 2)
         plots.setRowStretch(1, 1)
         pairs = (ways, (self.hand, self.learned))
         choices = hbox(*(hbox(*pair, spacing=4) for pair in pairs), None, spacing=14)
@@ -262,10 +272,13 @@ class TrackPage(QWidget):
         self._show_plots()
 
     def _show_plots(self) -> None:
-        """Show the plots of the tracker, unless the spline is chosen and nothing was tracked."""
+        """Show the plots that have something to show."""
+        for part in (self.change_words, self.change):
+            part.setVisible(self._tracked.result is not None)
         shown = not self.spline.isChecked() or self._traces() is not None
         for part in (self.gain_words, self.part_words, self.gains, self.parts):
             part.setVisible(shown)
+        self._grid.setRowStretch(3, int(shown))
 
     def refresh(self, chosen: Sequence[str], joint: str, rows: Sequence[str], place: str) -> None:
         """Show the selection and the result.
@@ -315,6 +328,7 @@ class TrackPage(QWidget):
         self.go_to(self._document.frame)
 
     def _draw(self) -> None:
+        self._draw_change()
         if (traces := self._traces()) is None:
             for plot in (self.gains, self.parts):
                 plot.show_lines(())
@@ -331,6 +345,18 @@ class TrackPage(QWidget):
             plot.count_from(self._document.first_frame)
             plot.fit(self._document.frames)
 
+    def _draw_change(self) -> None:
+        """Draw the acceleration of the end of the joint's bone before and after tracking."""
+        result, frames = self._tracked.result, np.arange(self._document.frames, dtype=np.float64)
+        lines = []
+        if result is not None and self._joint:
+            joint = _moved_by(result.motion.skeleton, self._joint)
+            for values, role in zip(result.accelerations, _CHANGE_ROLES, strict=True):
+                lines.append(Trace(frames, values[:, joint], role))
+        self.change.show_lines(lines)
+        self.change.count_from(self._document.first_frame)
+        self.change.fit(self._document.frames)
+
     def _traces(self) -> Traces | None:
         """Return the traces of the shown joint, or None if it has not been tracked."""
         traces = self._tracked.result.traces if self._tracked.result else None
@@ -340,8 +366,9 @@ class TrackPage(QWidget):
 
     def go_to(self, frame: int) -> None:
         """Move the playhead, and show the values at that frame."""
-        for plot in (self.gains, self.parts):
+        for plot in (self.change, self.gains, self.parts):
             plot.show_frame(frame)
+        self._show_change(frame)
         if (traces := self._traces()) is None:
             self.gain_words.set_text(tr("Tracker gains"))
             self.part_words.set_text(tr("Parts of the tracker's acceleration"))
@@ -359,9 +386,27 @@ class TrackPage(QWidget):
             " ".join(self._key(role, f"{name} {v:.0f}") for name, role, v in parts) + " rad/s²"
         )
 
+    def _show_change(self, frame: int) -> None:
+        result = self._tracked.result
+        if result is None or not self._joint:
+            self.change_words.set_text("")
+            return
+        joint = _moved_by(result.motion.skeleton, self._joint)
+        parts = zip((tr("before"), tr("tracked")), result.accelerations, _CHANGE_ROLES, strict=True)
+        values = [(f"{word} {_written(a[frame, joint])}", role) for word, a, role in parts]
+        self.change_words.set_text(
+            f"{bold(self._joint)} {tr('acceleration of the end')} "
+            + " ".join(self._key(role, text) for text, role in values)
+            + " m/s²"
+        )
+
     def describe(self) -> None:
         """Give screen readers the values shown in both plots."""
-        for plot, words in ((self.gains, self.gain_words), (self.parts, self.part_words)):
+        for plot, words in (
+            (self.change, self.change_words),
+            (self.gains, self.gain_words),
+            (self.parts, self.part_words),
+        ):
             plot.setAccessibleDescription(plain_text(words.text()))
 
     def _key(self, role: str, text: str) -> str:
@@ -373,6 +418,16 @@ def _causal_words(dt: float) -> str:
     """Describe how a causal pass changes a joint; computed once per frame rate."""
     usual = Gains.by_hand(dt)
     return response_words(tr("a joint"), steady_lags(usual, dt)[0], overshoots(usual, dt)[0])
+
+
+def _moved_by(skeleton: Skeleton, name: str) -> int:
+    """Return the joint at the end of a joint's bone, or the joint itself at the end of a limb."""
+    joint = skeleton.index(name)
+    return next(iter(skeleton.children[joint]), joint)
+
+
+def _written(value: float) -> str:
+    return f"{value:.1f}" if np.isfinite(value) else "–"
 
 
 def _done_words(tracking: Tracking, done: Sequence[str], rest: Sequence[str], place: str) -> str:

@@ -14,7 +14,7 @@ from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
 from twistcore.analysis.correction import refine
 from twistcore.analysis.quality.figure import FigureQuality, quality_before_and_after
-from twistcore.analysis.quality.joint import JointQuality, joint_quality
+from twistcore.analysis.quality.joint import JointQuality, joint_accelerations, joint_quality
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.export.tracking import Traces, traced_motion
@@ -38,6 +38,8 @@ class Result:
         The tracked motion.
     rotations, positions
         Global rotations, (frames, joints, 4), and positions, (frames, joints, 3).
+    accelerations
+        The joints' accelerations before and after tracking, (frames, joints) each, m/s².
     joints
         The measures of the joints after tracking.
     quality
@@ -49,6 +51,7 @@ class Result:
     rotations: Array
     positions: Array
     traces: Traces
+    accelerations: tuple[Array, Array]
     joints: JointQuality
     quality: tuple[FigureQuality, FigureQuality] | None
 
@@ -187,7 +190,9 @@ def _work(data: Analysed, wanted: _Request, tell: Tell) -> Result:
     tell(1.0)
     rotations, positions = forward_kinematics(found)
     joints = joint_quality(data.clip, positions, up_axis(data), found)
+    before = joint_accelerations(refined, forward_kinematics(refined)[1])
+    accelerations = before, joint_accelerations(refined, positions)
     first = leading_frames(refined)
-    before, after = (m.sliced(first, m.frames) for m in (refined, found))
-    quality = quality_before_and_after(before, after)
-    return Result(wanted, found, rotations, positions, traces, joints, quality)
+    given, made = (m.sliced(first, m.frames) for m in (refined, found))
+    quality = quality_before_and_after(given, made)
+    return Result(wanted, found, rotations, positions, traces, accelerations, joints, quality)

@@ -79,6 +79,8 @@ def legend_text(
     """
     before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
     after = _key("■", theme.after, tr("after"))
+    if tracked and show != Show.BOTH:
+        after += f"&nbsp;{inked(_unbroken(tr('→ and tracked')), theme.tracked)}"
     if show == "split":
         text = f"◧&nbsp;{before}&nbsp;&nbsp; ◨&nbsp;{after}"
     else:
@@ -98,10 +100,8 @@ def legend_text(
         )
         text += f"&nbsp;&nbsp;&nbsp; {_unbroken(bold(chain))}&nbsp; "
         text += inked(_unbroken(fault or words), colour)
-    if tracked:
-        mark = "┄" if show == Show.BOTH else "■"
-        colour = theme.tracked if show == Show.BOTH else theme.after
-        text += f"&nbsp;&nbsp;&nbsp; {_key(mark, colour, tr('tracked'))}"
+    if tracked and show == Show.BOTH:
+        text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, tr('tracked'))}"
     return text
 
 

@@ -54,9 +54,9 @@ def smooth_spans(
 ) -> Motion:
     """Return the motion with the rotations in these spans smoothed.
 
-    All other numbers keep their bits. A span is not smoothed across the borders of :func:`pieces`,
-    and not before the frame `first`. `cutoff` is in Hz, by default :func:`burst_cutoff`. Raises
-    TwistError if it does not fit the clip's frame rate.
+    All other numbers keep their bits. A span is smoothed neither across a cut nor before the frame
+    `first`. `cutoff` is in Hz, by default :func:`burst_cutoff`. Raises TwistError if it does not
+    fit the clip's frame rate.
     """
     cutoff = burst_cutoff(motion.frame_time) if cutoff is None else cutoff
     rotations = motion.rotations.copy()

@@ -72,9 +72,9 @@ def _describe(curves: Curves, frame: int) -> Title:
             *legend,
         ]
     assert isinstance(curves, ChainCurves)
-    if curves.tracked is not None:
-        legend.append((f" {tr('━ tracked')}", "tracked"))
-    return [(f"{tr('Twist')} ", "soft"), *curves.both_angles("", frame), *legend]
+    tracked = (f"{tr('━ tracked')} ", "tracked")
+    first = (f"{tr('Twist')} ", "soft") if curves.tracked is None else tracked
+    return [first, *curves.both_angles("", frame), *legend]
 
 
 def _height(curves: Curves, name: str, angle: float) -> float:

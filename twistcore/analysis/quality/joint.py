@@ -124,6 +124,23 @@ def joint_quality(
     )
 
 
+def joint_accelerations(motion: Motion, positions: Array) -> Array:
+    """Return the size of the joints' accelerations at 25 Hz, (frames, joints), in m/s².
+
+    `positions` are global positions with shape (frames, joints, 3), in the motion's unit. The
+    acceleration is NaN within 0.04 s of an end of the clip or of a T-pose at its start.
+    """
+    step = max(1, round(NETWORK_DT / motion.frame_time))
+    out = np.full(positions.shape[:2], np.nan)
+    own = positions[leading_frames(motion) :]
+    if len(own) > 2 * step:
+        bent = own[2 * step :] - 2.0 * own[step:-step] + own[: -2 * step]
+        seconds = step * motion.frame_time
+        size = np.linalg.norm(bent, axis=-1) / seconds**2
+        out[leading_frames(motion) + step : len(out) - step] = _metres(motion.skeleton) * size
+    return out
+
+
 def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
     """Return the joints of ankles and toes, recognised by their names."""
     stems = {*FEET, *TOES}
