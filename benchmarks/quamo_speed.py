@@ -1,9 +1,11 @@
 """Measure QuaMo's time per frame on one core: python -m benchmarks.quamo_speed [--frames N].
 
-Measures 24 joints with forward kinematics, with hand-tuned gains and with the networks in numpy. If
+Measures 24 joints with the streaming call `tc.Tracker.step` alone, and then, with forward
+kinematics, with hand-tuned gains and with the networks in numpy. If
 PyTorch is installed, the step of the networks in PyTorch on one thread is also compared with numpy
 in the same run. The times are CPU times of this process, as medians over blocks of frames. Set
 OMP_NUM_THREADS=1. Target: < 2 ms.
+The time of ten million additions in plain Python describes the machine.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from statistics import median
 import numpy as np
 
 from twistcore.errors import TwistError
-from twistcore.quamo import HandGains, Tracker
+from twistcore.quamo import HandGains, Stepper, Tracker
 from twistcore.quamo.network import Network, read_network, untrained
 from twistcore.quamo.topology import skeleton_24
 from twistcore.quamo.weights import FINAL, WEIGHTS, weights_name
@@ -46,19 +48,31 @@ def main() -> None:
         shipped = read_network(arguments.weights)
         widths = {shipped.width: shipped} | widths
 
-    def with_kinematics(tracker: Tracker) -> Callable[[int], None]:
+    def with_kinematics(tracker: Stepper) -> Callable[[int], None]:
         def frame(k: int) -> None:
             state = tracker.step(q[k], r[k], 0.04).state
             forward_kinematics(Motion(skeleton, state.q[None], (0,), state.r[None, None], 0.04))
 
         return frame
 
-    print(f"hand gains with FK: {timed(with_kinematics(Tracker(HandGains())), len(q)):.3f} ms")
+    stream = Tracker(fps=25.0)
+    alone = timed(lambda k: stream.step((q[k], r[k])), len(q))
+    print(f"ten million additions in plain Python: {additions():.2f} s")
+    print(f"streaming call: {alone:.3f} ms")
+    print(f"hand gains with FK: {timed(with_kinematics(Stepper(HandGains())), len(q)):.3f} ms")
     for width, network in widths.items():
         controller = network.started(q, r)
-        full = timed(with_kinematics(Tracker(controller)), len(q))
+        full = timed(with_kinematics(Stepper(controller)), len(q))
         print(f"networks of width {width} with FK: {full:.3f} ms")
         compare_torch(network, q, r)
+
+
+def additions() -> float:
+    """Return the CPU time of ten million additions in plain Python, in seconds."""
+    begin, total = time.process_time(), 0
+    for k in range(10_000_000):
+        total += k
+    return time.process_time() - begin
 
 
 def timed(frame: Callable[[int], None], frames: int) -> float:
@@ -86,7 +100,7 @@ def compare_torch(network: Network, q: np.ndarray, r: np.ndarray) -> None:
     for start in range(0, len(q) - 99, 100):
         part = slice(start, start + 100)
         begin = time.process_time()
-        tracker = Tracker(network.started(q[part], r[part]))
+        tracker = Stepper(network.started(q[part], r[part]))
         for k in range(start, start + 100):
             tracker.step(q[k], r[k], 0.04)
         middle = time.process_time()

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from twistcore.formats.clip import Clip, write_clip
     from twistcore.formats.clip import write_clip as write_bvh  # noqa: F401  # its earlier name
     from twistcore.formats.reading import read_clip
+    from twistcore.quamo import Tracker
     from twistcore.review import Decision, Review, read_session, write_session
     from twistcore.skeleton.chain import Chain, find_chains
     from twistcore.skeleton.limb import Limb, find_limbs
@@ -59,6 +60,7 @@ __all__ = [  # noqa: RUF022
     "write_motion",
     "inject",
     "InjectedError",
+    "Tracker",
     "survey_folder",
     "ClipSurvey",
     "TwistError",
@@ -77,6 +79,7 @@ if not TYPE_CHECKING:
         "formats.bvh": "read_bvh write_motion",
         "formats.clip": "Clip write_clip",
         "formats.reading": "read_clip",
+        "quamo": "Tracker",
         "review": "Decision Review read_session write_session",
         "skeleton.chain": "Chain find_chains",
         "skeleton.limb": "Limb find_limbs",

@@ -25,6 +25,7 @@ _CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "tex
 # Parts of twistcore whose sentences the window shows, not only the commands.
 _ROOMS_OF_CORE = (
     *("detection", "review", "tuning", "errors", "quamo/response", "quamo/track_clip"),
+    "quamo/spline",
     *("analysis/clip_analysis", "analysis/examination", "analysis/why_not", "analysis/quality"),
     "analysis/error_groups",
     *("analysis/correction/corrected", "analysis/correction/protected_measures"),
@@ -35,7 +36,13 @@ _ROOMS_OF_CORE = (
     *("files/atomic", "files/lock", "files/kinds", "files/wide_text", "files/encoding"),
     *("files/document_values", "files/ordinary", "work/processes", "synthesis/truth"),
     *("report/clip_report", "batch/inputs", "batch/run", "batch/clip_task", "batch/clip_survey"),
-    *("export/tracking", "export/compare", "export/replay", "export/scene_keys"),
+    *(
+        "export/tracking",
+        "export/smoothing",
+        "export/compare",
+        "export/replay",
+        "export/scene_keys",
+    ),
     *("export/exports_beside", "study/class_exercise", "study/exercise_clip"),
 )
 _WORDS = ("Kind", "Decision", "SEEN")  # single words of these modules are shown, too

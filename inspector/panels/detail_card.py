@@ -55,7 +55,7 @@ _FINE = 10.0  # degrees: smaller angles are shown with a decimal
 _LEAST = 0.05  # degrees: smaller offsets are not mentioned
 _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
-_SMOOTH = tr("Smooth in Quality → Track")
+_SMOOTH = tr("Track this burst")
 _DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # reasons why an interval of any kind is open
 _NOT_CORRECTED = tr("This finding is not corrected. Accept the finding to mark it as seen.")
 _EDITED = tr_as("an interval", "edited")
@@ -253,7 +253,7 @@ class DetailCard(QWidget):
         if kind == Kind.NOISE_BURST:
             self.to_quality.setText(_SMOOTH)
             self.to_quality.setToolTip(
-                tr("Open this page with the noisy joints selected, to track them in every frame")
+                tr("Smooth the noisy joints in these frames only; undo takes it back")
             )
         elif fault:
             self.to_quality.setText(tr("Show the joint in Quality"))

@@ -89,6 +89,17 @@ MEASURES = (
 )
 
 
+def column_of(q: JointQuality, measure: int) -> Array:
+    """Return the value of a measure for each joint, (joints,), with NaN where there is none."""
+    return (q.usual_jitter, q.jumps.astype(np.float64), q.top_speed, q.slides)[measure]
+
+
+def curve_of(q: JointQuality, measure: int, joint: int) -> Array:
+    """Return the values of a measure for a joint, (frames,), with NaN where there are none."""
+    values: Array = (q.jitter, q.excess, q.speed, q.slide)[measure][:, joint]
+    return values
+
+
 @dataclass(frozen=True, eq=False)
 class FigureEvidence:
     """The measures of all joints and, if it has the 24 joints of QuaMo, of the whole figure.
@@ -104,14 +115,11 @@ class FigureEvidence:
 
     def column(self, measure: int) -> Array:
         """Return the value of a measure for each joint, (joints,), with NaN where there is none."""
-        q = self.joints
-        return (q.usual_jitter, q.jumps.astype(np.float64), q.top_speed, q.slides)[measure]
+        return column_of(self.joints, measure)
 
     def curve(self, measure: int, joint: int) -> Array:
         """Return the values of a measure for a joint, (frames,), with NaN where there are none."""
-        q = self.joints
-        values: Array = (q.jitter, q.excess, q.speed, q.slide)[measure][:, joint]
-        return values
+        return curve_of(self.joints, measure, joint)
 
 
 class QualityEvidence(QObject):
@@ -162,9 +170,14 @@ class QualityEvidence(QObject):
         self._document.message.emit(message, True)
 
 
+def up_axis(data: Analysed) -> int:
+    """Return the axis that points up."""
+    up = guess_up(data.positions, find_chains(data.motion), data.motion.skeleton)
+    return int(np.argmax(up))
+
+
 def _work(data: Analysed) -> FigureEvidence:
-    up = int(np.argmax(guess_up(data.positions, find_chains(data.motion), data.motion.skeleton)))
-    joints = joint_quality(data.clip, data.positions, up)
+    joints = joint_quality(data.clip, data.positions, up_axis(data))
     # A T-pose in the first frames was not captured, so the jump from it is not jitter.
     capture = data.motion.sliced(leading_frames(data.motion), data.motion.frames)
     both = quality_before_and_after(capture, capture)

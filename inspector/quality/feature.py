@@ -13,6 +13,7 @@ from inspector.feature import (
     MenuRows,
 )
 from inspector.language import tr
+from inspector.quality.jitter_note import JitterNote
 from inspector.quality.quality_panel import QualityPanel
 from inspector.widgets.building import bring_to_front, scrolled
 from twistcore.detection import Interval, Kind
@@ -25,10 +26,13 @@ class Quality(FeatureParts):
         colours, actions = window.colours, window.actions_by_id
         self.quality = QualityPanel(window.document, colours, actions)
         window.viewport.accompany(self.quality.tracked)
+        self.jitter_note = JitterNote(window.document, self.quality)
 
     def connect(self, window: HostWindow) -> None:
         """Compute measures while the tab is visible, and respond to the interval card."""
         self._document, self._dock = window.document, window.docks["quality"]
+        to_track = (tr("Quality → Track"), self._show_tracking)
+        self.jitter_note.trembles.connect(lambda text: window.bar.offer_behind(text, [to_track]))
         self._dock.visibilityChanged.connect(self.quality.set_seen)
         window.detail.quality_asked.connect(self._show_interval)
 
@@ -36,16 +40,25 @@ class Quality(FeatureParts):
         """Bring the tab to the front."""
         bring_to_front(self._dock)
 
+    def _show_tracking(self) -> None:
+        """Show the page that tracks joints."""
+        self.show()
+        self.quality.show_tracking()
+
     def _show_interval(self, interval: Interval) -> None:
-        """Show the joints and the first frame of a capture fault in the quality tab."""
+        """Show the joints and the first frame of a capture fault, and smooth a noise burst."""
         if not interval.start <= self._document.frame < interval.stop:
             self._document.go_to(interval.start)
         joints = (interval.evidence or {}).get("joints", (interval.joint,))
         self.show()
-        self.quality.show_joints(joints, track=interval.kind == Kind.NOISE_BURST)
+        burst = interval.kind == Kind.NOISE_BURST
+        self.quality.show_joints(joints, track=burst)
+        if burst:
+            self.quality.track_burst(interval)
 
     def close(self) -> None:
         """Stop all computations."""
+        self.jitter_note.stop()
         self.quality.close_clip()
 
 

@@ -9,15 +9,19 @@ import numpy as np
 from PySide6.QtCore import Qt
 
 from inspector.language import tr
-from inspector.quality.evidence import MEASURES, QualityEvidence
+from inspector.quality.evidence import MEASURES, QualityEvidence, column_of
 from inspector.session.document import Document
 from inspector.widgets.tables import RowModel, TableRow
 from inspector.widgets.theme import Colours
+from twistcore.analysis.quality.joint import JointQuality
+from twistcore.skeleton.rotation import Array
 
 
 @dataclass(frozen=True)
 class _Joint:
     """A row of the table. `values` are the measures, None where there is no number.
+
+    `after` is the jitter after tracking, or None if the joint is not tracked.
 
     `number` is the index of the joint, or the number of joints for the row of the figure's
     position.
@@ -27,6 +31,7 @@ class _Joint:
     name: str
     values: tuple[float | None, ...]
     tracked: bool
+    after: float | None = None
 
 
 class JointsModel(RowModel[_Joint]):
@@ -41,6 +46,8 @@ class JointsModel(RowModel[_Joint]):
         self._document, self._evidence = document, evidence
         self._tracked: frozenset[str] = frozenset()
         self._place_tracked = False
+        self.after: JointQuality | None = None
+        self._after: Array | None = None  # its jitter
         self._column, self._down = 1, True
 
     def key(self, thing: _Joint) -> int:
@@ -53,6 +60,8 @@ class JointsModel(RowModel[_Joint]):
             "–" if value is None else f"{value:.{measure.decimals}f}"
             for measure, value in zip(MEASURES, thing.values, strict=True)
         )
+        if thing.after is not None:
+            numbers = (f"{numbers[0]} → {thing.after:.{MEASURES[0].decimals}f}", *numbers[1:])
         name = thing.name
         if thing.tracked:
             name = tr("{joint}, tracked with QuaMo", joint=name)
@@ -75,7 +84,13 @@ class JointsModel(RowModel[_Joint]):
             return
         columns = [known.column(k) for k in range(len(MEASURES))]
         joints = [
-            _Joint(j, name, tuple(_finite(c[j]) for c in columns), name in self._tracked)
+            _Joint(
+                j,
+                name,
+                tuple(_finite(c[j]) for c in columns),
+                name in self._tracked,
+                self._jitter_after(j, name),
+            )
             for j, name in enumerate(self.names)
         ]
         if self.place:
@@ -87,11 +102,23 @@ class JointsModel(RowModel[_Joint]):
             joints.sort(key=self._order)
         self.show(joints)
 
-    def mark_tracked(self, joints: frozenset[str], *, place: bool) -> None:
-        """Mark the tracked joints and, if tracked, the figure's position."""
-        if (joints, place) != (self._tracked, self._place_tracked):
-            self._tracked, self._place_tracked = joints, place
+    def mark_tracked(
+        self, joints: frozenset[str], *, place: bool, after: JointQuality | None
+    ) -> None:
+        """Mark the tracked joints and, if tracked, the figure's position.
+
+        `after` are the measures after tracking, or None if they are not known.
+        """
+        changed = (joints, place) != (self._tracked, self._place_tracked) or after is not self.after
+        if changed:
+            self._tracked, self._place_tracked, self.after = joints, place, after
+            self._after = None if after is None else column_of(after, 0)
             self.reset()
+
+    def _jitter_after(self, joint: int, name: str) -> float | None:
+        if self._after is None or name not in self._tracked or joint >= len(self._after):
+            return None
+        return _finite(self._after[joint])
 
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
         """Sort by a column."""

@@ -10,7 +10,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHeaderView, QSplitter, QStackedLayout, QTabWidget, QWidget
 
 from inspector.language import plural, tr
-from inspector.quality.evidence import MEASURES, QualityEvidence
+from inspector.quality.evidence import MEASURES, QualityEvidence, curve_of
 from inspector.quality.joint_table import JointsModel
 from inspector.quality.track_page import TrackPage
 from inspector.quality.tracked_clip import Tracked
@@ -21,8 +21,12 @@ from inspector.widgets.later import Stale
 from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Colours
 from inspector.widgets.traces import Trace, TracePlot
+from twistcore.detection import Interval
+from twistcore.export.smoothing import burst_tracking
 
-_SAMPLE, _PAD = "00000", 12  # maximum number of digits in a column, and pixels next to them
+_SAMPLE, _PAIR = "00000", "0.00 → 0.00"  # the longest texts of a column
+_PAD = 12  # pixels next to them
+_WRITTEN = 1  # the measure of the written numbers, which tracking does not have yet
 _EMPTY = tr("Open a clip to see jitter, jumps, speed and foot slide of its joints.")
 
 
@@ -40,6 +44,7 @@ class QualityPanel(QWidget):
         self.evidence = QualityEvidence(document, self)
         self.tracked = Tracked(document, self)
         self.measure = 0
+        self._picked = False  # the person has selected rows; until then, all are tracked
         self._pending: tuple[str, ...] = ()  # joints to select once their rows exist
         self._stale = Stale(self)
         self._stale.due.connect(self.refresh)
@@ -74,7 +79,7 @@ class QualityPanel(QWidget):
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         self._fit_columns()
         header.sortIndicatorChanged.connect(self._sorted)
-        self.table.selectionModel().selectionChanged.connect(self._stale.mark)
+        self.table.selectionModel().selectionChanged.connect(self._select)
         self.table.selectionModel().currentChanged.connect(self._stale.mark)
         self.curve_words = Caption()
         self.plot = TracePlot(colours)
@@ -118,9 +123,12 @@ class QualityPanel(QWidget):
 
     @property
     def chosen(self) -> tuple[str, ...]:
-        """Names of the selected joints in the skeleton's order, then the figure's position if
-        selected.
+        """Names of the joints to track in the skeleton's order, then the figure's position.
+
+        These are the selected rows or, until the person selects some, all rows.
         """
+        if not self._picked:
+            return tuple(self.model.rows)
         rows = self.table.selectionModel().selectedRows()
         chosen = sorted(self.model.things[r.row()].number for r in rows)
         return tuple(self.model.rows[j] for j in chosen)
@@ -137,6 +145,22 @@ class QualityPanel(QWidget):
         flags = QItemSelectionModel.SelectionFlag
         self.table.setCurrentIndex(self.model.index(rows[0], 0))
         self.table.selectionModel().select(picked, flags.ClearAndSelect | flags.Rows)
+
+    def _select(self) -> None:
+        self._picked = True
+        self._stale.mark()
+
+    def track_burst(self, interval: Interval) -> None:
+        """Smooth the joints of a noise burst in its frames only, in addition to other bursts."""
+        if (data := self._document.data) is None:
+            return
+        known = self._document.review.state.tracking
+        if (tracking := burst_tracking(data.motion, interval, known)) is not None:
+            self.page.ask_for(tracking)
+
+    def show_tracking(self) -> None:
+        """Show the page that tracks joints."""
+        self.tabs.setCurrentWidget(self.page)
 
     def show_joints(self, names: Sequence[str], *, track: bool) -> None:
         """Select joints on the tracking or the joints page, now or when they are listed."""
@@ -169,20 +193,24 @@ class QualityPanel(QWidget):
         self.model.reset()
         if not self._select_pending() and self.model.rowCount():
             self.table.setCurrentIndex(self.model.index(0, 0))
+            self._picked = False
         self._stale.mark()
 
     def _follow_chain(self) -> None:
         """Select the parent joint of the selected chain."""
         if self.model.rowCount() and self._document.chain:
             parent = self._document.find_chain(self._document.chain).parent
+            picked = self._picked
             self.choose(self.model.names[parent])
+            self._picked = picked
 
     def _fit_columns(self) -> None:
         """Make the columns as narrow as their headings, to leave room for the joints' names."""
         advance, table = self.table.fontMetrics().horizontalAdvance, self.table
         by = table.horizontalHeader().sortIndicatorSection()
         for column in range(1, len(self.model.heads)):
-            width = max(map(advance, (_SAMPLE, *self.model.heads[column].split("\n"))))
+            longest = _PAIR if column == 1 and self.model.after is not None else _SAMPLE
+            width = max(map(advance, (longest, *self.model.heads[column].split("\n"))))
             mark = table.mark_room if column == by else 0
             table.setColumnWidth(column, width + mark + _PAD)
 
@@ -202,10 +230,14 @@ class QualityPanel(QWidget):
         self._actions["track_joints"].setEnabled(bool(chosen) and not self.tracked.running)
         self._actions["cancel_tracking"].setEnabled(self.tracked.asked is not None)
         self._actions["stop_tracking"].setEnabled(tracking is not None)
+        picked, result = self._picked, self.tracked.result
         self.model.mark_tracked(
             frozenset(tracking.joints if tracking else ()),
             place=tracking is not None and tracking.place,
+            after=result.joints if result and tracking else None,
         )
+        self._picked = picked
+        self._fit_columns()
         self._pages.setCurrentIndex(1 if known else 0)
         if known is None:
             working = tr("Measuring every joint …")
@@ -256,7 +288,11 @@ class QualityPanel(QWidget):
         frames = len(y)
         # Dots, since a line would not show a foot that is on the ground for one frame.
         line = Trace(np.arange(frames, dtype=float), y, "before", dots=measure.seldom)
-        self.plot.show_lines([line])
+        lines = [line]
+        if self.model.after is not None and self.measure != _WRITTEN:
+            after = curve_of(self.model.after, self.measure, joint)
+            lines.append(Trace(line.x, after, "tracked", dots=measure.seldom))
+        self.plot.show_lines(lines)
         self.plot.show_level(measure.level)
         self.plot.count_from(self._document.first_frame)
         self.plot.fit(frames)

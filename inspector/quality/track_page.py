@@ -31,12 +31,20 @@ from inspector.widgets.traces import Trace, TracePlot
 from twistcore.export.tracking import DEMONSTRATION, WARNING, Traces, knows_learned, weights_mark
 from twistcore.quamo import Gains
 from twistcore.quamo.response import overshoots, response_words, steady_lags
+from twistcore.quamo.spline import usual_cutoff
 from twistcore.review import Tracking
+from twistcore.skeleton.motion import Skeleton
 
 _GAINS = (("κP", "kp", 1000.0, "/s²"), ("κD", "kd", 30.0, "/s"), ("κA", "ka", 1000.0, ""))
 _GAIN_ROLES = ("before", "after", "accepted")
 _PARTS = ("P", "D", tr("bias"), tr("acc."))
+_CHANGE_ROLES = ("before", "tracked")
 _PART_ROLES = ("before", "after", "undecided", "accepted")
+_ADVICE = tr(
+    "For a file, use the spline: it leaves the least jitter. The tracker (both ways or causal) is "
+    "for streams."
+)
+_LEAST_HIGH = 90  # pixels of a plot
 _HIGHEST = 10000.0  # more than any frame rate needs
 
 
@@ -73,15 +81,23 @@ class TrackPage(QWidget):
         self.learned.setToolTip(
             tr("Gains from the neural networks at 25 Hz, for CMU's or SMPL's 24 joints only")
         )
+        self.spline = QRadioButton(tr("Spline"))
+        self.spline.setToolTip(tr("Smooth the whole clip with a spline, without lag"))
         self.both_ways, self.causal = QRadioButton(tr("Both ways")), QRadioButton(tr("Causal"))
         self.both_ways.setToolTip(
             tr("Track forwards and backwards over the whole clip, without lag")
         )
-        for pair in ((self.hand, self.learned), (self.both_ways, self.causal)):
+        ways = (self.spline, self.both_ways, self.causal)
+        for several in ((self.hand, self.learned), ways):
             group = QButtonGroup(self)
-            for button in pair:
+            for button in several:
                 group.addButton(button)
-        self.both_ways.setChecked(True)
+        self.spline.setChecked(True)
+        self.advice = soft(QLabel(_ADVICE, wordWrap=True))
+        self.cutoff = QDoubleSpinBox(minimum=0.1, maximum=_HIGHEST, prefix=tr("cut-off "))
+        self.cutoff.setSuffix(" Hz")
+        self.cutoff.setToolTip(tr("Motion at this frequency keeps half of its amplitude"))
+        self.cutoff.setAccessibleName(tr("Cut-off of the spline in Hz"))
         for symbol, name, _, unit in _GAINS:
             box = QDoubleSpinBox(maximum=_HIGHEST, prefix=f"{symbol} ")
             box.setDecimals(1 if name == "kd" else 0)
@@ -93,7 +109,9 @@ class TrackPage(QWidget):
         self._show_usual(Gains())
         self.hand.setChecked(True)
         self.hand.toggled.connect(self._enable)
-        self.causal.toggled.connect(self._show_usual_of_clip)
+        for button in ways:
+            button.toggled.connect(self._show_usual_of_clip)
+            button.toggled.connect(self._enable)
         self.bar = QProgressBar(textVisible=False, minimum=0, maximum=100)
         self.bar.setFixedWidth(60)
         self.buttons = QStackedWidget()
@@ -116,29 +134,39 @@ class TrackPage(QWidget):
         self.all.clicked.connect(self.all_asked)
         self.done = Caption(soft=True)
         self.done.hide()
+        self.change_words = Caption()
+        self.change = TracePlot(self._colours)
         self.gain_words, self.part_words = Caption(), Caption()
         self.gains, self.parts = TracePlot(self._colours, " %"), TracePlot(self._colours)
         for plot, name in (
+            (self.change, tr("Acceleration of the bone's end before and after tracking, in m/s²")),
             (self.gains, tr("Gains κP, κD and κA over time, as percentages of 1000, 30 and 1000")),
             (self.parts, tr("Parts of the tracker's acceleration over time, in rad/s²")),
         ):
             plot.setAccessibleName(name)
+            plot.setMinimumHeight(_LEAST_HIGH)
+            plot.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Ignored)
             plot.setToolTip(f"{name}. {tr('Click to go to the frame')}")
             plot.asked.connect(self._document.go_to)
-        plots = QGridLayout()
+        drawn = QWidget()
+        self._grid = plots = QGridLayout(drawn)
+        plots.setContentsMargins(0, 0, 0, 0)
         plots.setSpacing(2)
         for column, (words, plot) in enumerate(
             ((self.gain_words, self.gains), (self.part_words, self.parts))
         ):
-            plots.addWidget(words, 0, column, Qt.AlignmentFlag.AlignBottom)
-            plots.addWidget(plot, 1, column)
+            plots.addWidget(words, 2, column, Qt.AlignmentFlag.AlignBottom)
+            plots.addWidget(plot, 3, column)
             plots.setColumnStretch(column, 1)
+        plots.addWidget(self.change_words, 0, 0, 1, 2)
+        plots.addWidget(self.change, 1, 0, 1, 2)
         plots.setRowStretch(1, 1)
-        pairs = ((self.both_ways, self.causal), (self.hand, self.learned))
-        ways = hbox(*(hbox(*pair, spacing=4) for pair in pairs), None, spacing=14)
-        gains = Wrapping(ways, hbox(*self.boxes.values(), None, spacing=4), spacing=4)
+        pairs = (ways, (self.hand, self.learned))
+        choices = hbox(*(hbox(*pair, spacing=4) for pair in pairs), None, spacing=14)
+        boxes = hbox(*self.boxes.values(), self.cutoff, None, spacing=4)
+        gains = Wrapping(choices, boxes, spacing=4)
         acting = hbox((self.joints, 1), self.all, self.buttons, spacing=6)
-        content = self.warning, gains, acting, self.done, (plots, 1)
+        content = self.warning, self.advice, gains, acting, self.done, (drawn, 1)
         vbox(*content, owner=self, margins=(0, 4, 0, 0), spacing=3)
 
     def _colour(self, theme: Theme) -> None:
@@ -149,6 +177,9 @@ class TrackPage(QWidget):
     def tracking(self, chosen: Sequence[str], place: str) -> Tracking:
         """Return a tracking request for these rows with the page's direction and gains."""
         joints = tuple(name for name in chosen if name != place)
+        if self.spline.isChecked():
+            place_too, cutoff = len(joints) < len(chosen), self.cutoff.value()
+            return Tracking(joints, causal=False, place=place_too, spline=True, cutoff=cutoff)
         plain = Tracking(joints, causal=self.causal.isChecked(), place=len(joints) < len(chosen))
         if self.learned.isChecked():
             return replace(plain, learned=True, weights=weights_mark())
@@ -157,8 +188,12 @@ class TrackPage(QWidget):
 
     def ask(self, chosen: Sequence[str], place: str) -> None:
         """Track these rows with the direction and gains set on the page."""
-        self._requested = self.tracking(chosen, place)
-        self._tracked.ask(self._requested)
+        self.ask_for(self.tracking(chosen, place))
+
+    def ask_for(self, tracking: Tracking) -> None:
+        """Track as requested."""
+        self._requested = tracking
+        self._tracked.ask(tracking)
 
     def take_clip(self) -> None:
         """Show the direction and gains from the new clip's review."""
@@ -170,9 +205,12 @@ class TrackPage(QWidget):
             if self.boxes[name].value() == value:
                 self.boxes[name].setValue(self._usual[name])
         self._reviewed = {}
-        self.both_ways.setChecked(True)
+        self.spline.setChecked(True)
         self.hand.setChecked(True)
+        if data is not None:
+            self.cutoff.setValue(usual_cutoff(data.motion.frame_time))
         self._show_usual_of_clip()
+        self._enable()
         if self._reviewed_last is not None:
             self._show(self._reviewed_last)
 
@@ -188,6 +226,11 @@ class TrackPage(QWidget):
 
     def _show(self, tracking: Tracking) -> None:
         """Show the direction and gains of a tracking request."""
+        if tracking.spline:
+            self.spline.setChecked(True)
+            if not tracking.bursts:  # their cut-off is their own
+                self.cutoff.setValue(tracking.cutoff)
+            return
         (self.causal if tracking.causal else self.both_ways).setChecked(True)
         learned = tracking.learned and self.learned.isEnabled()
         (self.learned if learned else self.hand).setChecked(True)
@@ -219,8 +262,23 @@ class TrackPage(QWidget):
                 box.setValue(before)
 
     def _enable(self) -> None:
+        spline = self.spline.isChecked()
         for box in self.boxes.values():
             box.setEnabled(self.hand.isChecked())
+            box.setVisible(not spline)
+        for button in (self.hand, self.learned):
+            button.setVisible(not spline)
+        self.cutoff.setVisible(spline)
+        self._show_plots()
+
+    def _show_plots(self) -> None:
+        """Show the plots that have something to show."""
+        for part in (self.change_words, self.change):
+            part.setVisible(self._tracked.result is not None)
+        shown = not self.spline.isChecked() or self._traces() is not None
+        for part in (self.gain_words, self.part_words, self.gains, self.parts):
+            part.setVisible(shown)
+        self._grid.setRowStretch(3, int(shown))
 
     def refresh(self, chosen: Sequence[str], joint: str, rows: Sequence[str], place: str) -> None:
         """Show the selection and the result.
@@ -242,7 +300,11 @@ class TrackPage(QWidget):
         result = self._tracked.result
         names = result.traces.names if result else ()
         self._joint = joint if joint in names else (names[0] if names else "")
-        listed = tr("Selected: {joints}", joints=_listed(chosen, place))
+        joints = _listed(chosen, place)
+        every = len(chosen) == len(rows)
+        listed = (
+            tr("All: {joints}", joints=joints) if every else tr("Selected: {joints}", joints=joints)
+        )
         text = listed if chosen else tr("Select joints in the table of the page Joints")
         self.joints.setText(text)
         self.joints.setToolTip(as_tip(text))
@@ -252,21 +314,21 @@ class TrackPage(QWidget):
             tracking = result.wanted.tracking
             done = (*names, place) if tracking.place else names
             rest = tuple(name for name in rows if name not in done)
-            done_words, rest_words = _listed(done, place), _listed(rest, place) or tr("nothing")
-            self.done.set_plain(
-                tr("Tracked causally: {done}; untracked: {rest}", done=done_words, rest=rest_words)
-                if tracking.causal
-                else tr(
-                    "Tracked both ways: {done}; untracked: {rest}", done=done_words, rest=rest_words
+            if tracking.bursts:
+                self.done.set_plain(
+                    tr("Smoothed: {bursts}; other frames unchanged", bursts=of_core(tracking.what))
                 )
-            )
+            else:
+                self.done.set_plain(_done_words(tracking, done, rest, place))
         state = (result, self._joint, self._colours.theme, self._document.first_frame)
         if state != self._shown:
             self._shown = state
             self._draw()
+            self._show_plots()
         self.go_to(self._document.frame)
 
     def _draw(self) -> None:
+        self._draw_change()
         if (traces := self._traces()) is None:
             for plot in (self.gains, self.parts):
                 plot.show_lines(())
@@ -283,6 +345,18 @@ class TrackPage(QWidget):
             plot.count_from(self._document.first_frame)
             plot.fit(self._document.frames)
 
+    def _draw_change(self) -> None:
+        """Draw the acceleration of the end of the joint's bone before and after tracking."""
+        result, frames = self._tracked.result, np.arange(self._document.frames, dtype=np.float64)
+        lines = []
+        if result is not None and self._joint:
+            joint = _moved_by(result.motion.skeleton, self._joint)
+            for values, role in zip(result.accelerations, _CHANGE_ROLES, strict=True):
+                lines.append(Trace(frames, values[:, joint], role))
+        self.change.show_lines(lines)
+        self.change.count_from(self._document.first_frame)
+        self.change.fit(self._document.frames)
+
     def _traces(self) -> Traces | None:
         """Return the traces of the shown joint, or None if it has not been tracked."""
         traces = self._tracked.result.traces if self._tracked.result else None
@@ -292,8 +366,9 @@ class TrackPage(QWidget):
 
     def go_to(self, frame: int) -> None:
         """Move the playhead, and show the values at that frame."""
-        for plot in (self.gains, self.parts):
+        for plot in (self.change, self.gains, self.parts):
             plot.show_frame(frame)
+        self._show_change(frame)
         if (traces := self._traces()) is None:
             self.gain_words.set_text(tr("Tracker gains"))
             self.part_words.set_text(tr("Parts of the tracker's acceleration"))
@@ -311,9 +386,27 @@ class TrackPage(QWidget):
             " ".join(self._key(role, f"{name} {v:.0f}") for name, role, v in parts) + " rad/s²"
         )
 
+    def _show_change(self, frame: int) -> None:
+        result = self._tracked.result
+        if result is None or not self._joint:
+            self.change_words.set_text("")
+            return
+        joint = _moved_by(result.motion.skeleton, self._joint)
+        parts = zip((tr("before"), tr("tracked")), result.accelerations, _CHANGE_ROLES, strict=True)
+        values = [(f"{word} {_written(a[frame, joint])}", role) for word, a, role in parts]
+        self.change_words.set_text(
+            f"{bold(self._joint)} {tr('acceleration of the end')} "
+            + " ".join(self._key(role, text) for text, role in values)
+            + " m/s²"
+        )
+
     def describe(self) -> None:
         """Give screen readers the values shown in both plots."""
-        for plot, words in ((self.gains, self.gain_words), (self.parts, self.part_words)):
+        for plot, words in (
+            (self.change, self.change_words),
+            (self.gains, self.gain_words),
+            (self.parts, self.part_words),
+        ):
             plot.setAccessibleDescription(plain_text(words.text()))
 
     def _key(self, role: str, text: str) -> str:
@@ -325,6 +418,26 @@ def _causal_words(dt: float) -> str:
     """Describe how a causal pass changes a joint; computed once per frame rate."""
     usual = Gains.by_hand(dt)
     return response_words(tr("a joint"), steady_lags(usual, dt)[0], overshoots(usual, dt)[0])
+
+
+def _moved_by(skeleton: Skeleton, name: str) -> int:
+    """Return the joint at the end of a joint's bone, or the joint itself at the end of a limb."""
+    joint = skeleton.index(name)
+    return next(iter(skeleton.children[joint]), joint)
+
+
+def _written(value: float) -> str:
+    return f"{value:.1f}" if np.isfinite(value) else "–"
+
+
+def _done_words(tracking: Tracking, done: Sequence[str], rest: Sequence[str], place: str) -> str:
+    """Say what was tracked in which way, and what was not."""
+    names, others = _listed(done, place), _listed(rest, place) or tr("nothing")
+    if tracking.spline:
+        return tr("Smoothed with the spline: {done}; unchanged: {rest}", done=names, rest=others)
+    if tracking.causal:
+        return tr("Tracked causally: {done}; untracked: {rest}", done=names, rest=others)
+    return tr("Tracked both ways: {done}; untracked: {rest}", done=names, rest=others)
 
 
 def _listed(names: Sequence[str], place: str) -> str:

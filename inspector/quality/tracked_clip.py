@@ -8,16 +8,18 @@ from functools import partial
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from inspector.language import of_core, tr
+from inspector.quality.evidence import up_axis
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
 from twistcore.analysis.correction import refine
 from twistcore.analysis.quality.figure import FigureQuality, quality_before_and_after
+from twistcore.analysis.quality.joint import JointQuality, joint_accelerations, joint_quality
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.export.tracking import Traces, traced_motion
 from twistcore.review import Track, Tracking
-from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array
 from twistcore.work.progress import Tell
 
@@ -32,16 +34,25 @@ class Result:
     ----------
     wanted
         The tracking that was requested.
+    motion
+        The tracked motion.
     rotations, positions
         Global rotations, (frames, joints, 4), and positions, (frames, joints, 3).
+    accelerations
+        The joints' accelerations before and after tracking, (frames, joints) each, m/s².
+    joints
+        The measures of the joints after tracking.
     quality
         The quality of the figure before and after tracking.
     """
 
     wanted: _Request
+    motion: Motion
     rotations: Array
     positions: Array
     traces: Traces
+    accelerations: tuple[Array, Array]
+    joints: JointQuality
     quality: tuple[FigureQuality, FigureQuality] | None
 
 
@@ -109,7 +120,7 @@ class Tracked(QObject):
 
     def _reset(self) -> None:
         self.close()
-        self.result = None
+        self._hold(None)
         self._start()
         self.changed.emit()
 
@@ -120,7 +131,7 @@ class Tracked(QObject):
             had = self.result is not None or self.running
             self._settle.stop()
             self._halt()
-            self.result = None
+            self._hold(None)
             if had:  # without tracking, this runs at every step of τ, so draw nothing then
                 self.changed.emit()
         elif (self._under_way or (self.result and self.result.wanted)) != wanted:
@@ -133,6 +144,11 @@ class Tracked(QObject):
         state = self._document.review.state
         tracking = self.asked or state.tracking
         return _Request(id(data), tracking, state.chosen(undecided=True)) if tracking else None
+
+    def _hold(self, result: Result | None) -> None:
+        """Keep a result, and show its motion."""
+        self.result = result
+        self._document.show_tracked(result.motion if result else None)
 
     def _halt(self) -> None:
         self._task.cancel()
@@ -153,7 +169,7 @@ class Tracked(QObject):
 
     def _take(self, result: Result) -> None:
         self._under_way = None
-        self.result = result
+        self._hold(result)
         if self.asked is not None:
             asked, self.asked = self.asked, None
             self._document.do(Track(asked))
@@ -173,7 +189,10 @@ def _work(data: Analysed, wanted: _Request, tell: Tell) -> Result:
     found, traces = traced_motion(refined, wanted.tracking, tell)
     tell(1.0)
     rotations, positions = forward_kinematics(found)
+    joints = joint_quality(data.clip, positions, up_axis(data), found)
+    before = joint_accelerations(refined, forward_kinematics(refined)[1])
+    accelerations = before, joint_accelerations(refined, positions)
     first = leading_frames(refined)
-    before, after = (m.sliced(first, m.frames) for m in (refined, found))
-    quality = quality_before_and_after(before, after)
-    return Result(wanted, rotations, positions, traces, quality)
+    given, made = (m.sliced(first, m.frames) for m in (refined, found))
+    quality = quality_before_and_after(given, made)
+    return Result(wanted, found, rotations, positions, traces, accelerations, joints, quality)

@@ -19,6 +19,7 @@ from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.review import Decision, Judged, Review
 from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
 from twistcore.tuning.learned_confidence import LearnedConfidence
 
@@ -64,12 +65,14 @@ class OpenClip(QObject):
     person_changed = Signal()  # the person whose chains are listed
     numbering_changed = Signal()  # frames are counted from 0 or from 1
     order_changed = Signal()
+    tracked_changed = Signal()  # the tracked motion to show
     confidence_changed = Signal()  # learned confidences are switched on or off
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.data: Analysed | None = None  # does not change while the clip is open
         self.method = ""  # the detector in use
+        self.tracked: Motion | None = None  # the corrected clip after tracking, to show
         self.chain = ""
         self.interval_id: int | None = None
         self.frame = 0
@@ -356,6 +359,12 @@ class OpenClip(QObject):
         """Return the chains of all people except the one whose intervals are listed."""
         chains = self.data.chains_and_limbs if self.data and self.person else ()
         return frozenset(c.name for c in chains if c.person != self.person)
+
+    def show_tracked(self, motion: Motion | None) -> None:
+        """Show this tracked motion next to the corrected clip, or none."""
+        if motion is not self.tracked:
+            self.tracked = motion
+            self.tracked_changed.emit()
 
     def set_show(self, show: Show) -> None:
         """Choose the poses in the 3D view: before, after or both."""

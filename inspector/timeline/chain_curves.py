@@ -11,8 +11,9 @@ from inspector.timeline.curves import NOTHING, Curves, Title, number
 from twistcore.analysis.correction import Angles
 from twistcore.detection import DETECTORS
 from twistcore.detection.paper import running_offset
+from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import wrap
-from twistcore.skeleton.signals import TwistSignals
+from twistcore.skeleton.signals import TwistSignals, twist_signals
 
 ANGLES = (("p", "theta_p"), ("c", "theta_c"))
 
@@ -22,6 +23,7 @@ class ChainCurves(Curves):
 
     - before, after: the chain's angles as captured and after correction
     - centres: the usual values of θp and θc, in radians
+    - tracked: its angles after tracking, or None
     - running: the offset(t) of the paper at the chain's τ, in radians, empty in an exercise
     """
 
@@ -40,10 +42,15 @@ class ChainCurves(Curves):
         self.centres = {k: centre_of(getattr(self.before, name)) for k, name in ANGLES}
         self.after: Angles | TwistSignals = self.before
         self.running = NOTHING
+        self.tracked: TwistSignals | None = None
+        self._tracked_motion: Motion | None = None
 
     def follow_review(self) -> None:
         """Update the values after correction from the review's intervals and τ."""
         self.after = self.document.corrected.angles(self._chain)
+        if (motion := self.document.tracked) is not self._tracked_motion:
+            self._tracked_motion = motion
+            self.tracked = None if motion is None else twist_signals(motion, self._chain)
         tau = self.document.review.state.tau.get(self._chain.name)
         blind = self.document.data is None or self.document.data.blind
         self.running = NOTHING if blind or tau is None else running_offset(self.before, tau)

@@ -39,6 +39,10 @@ class CurveStyle:
     dashed: bool = False
 
 
+TRACKED = (  # of θp and θc
+    CurveStyle("c_tracked", "tracked", dashed=True),
+    CurveStyle("p_tracked", "tracked"),
+)
 BEFORE_AND_AFTER = (  # of θp and θc
     CurveStyle("c_before", "before", dashed=True),
     CurveStyle("c_after", "after", dashed=True),

@@ -56,6 +56,7 @@ class Timeline(QWidget):
         document.chains_changed.connect(self._method_changed)
         document.numbering_changed.connect(self._renumber)
         document.hidden_changed.connect(self._stale.mark)
+        document.tracked_changed.connect(self._stale.mark)
         document.interval_changed.connect(self._interval_changed)
         document.frame_changed.connect(self._frame_changed)
         self._opened()

@@ -106,9 +106,8 @@ class FrameDrawing:
             self.left = pose = self.pose(scene)
             scene.draw(pose)
         self.roles = frozenset(np.unique((self.left.roles, pose.roles)).tolist())
-        seen = self.guest is None and (scene.split or document.show != Show.BEFORE)
-        third = self.companion.pose(document.frame) if self.companion and seen else None
-        scene.draw_companion(third, pose)
+        seen = self.guest is None and not scene.split and document.show == Show.BOTH
+        scene.draw_companion(self._tracked_pose() if seen else None, pose)
         self._drawn_turn = turn = self.turn(scene)
         # Axes would be inside the fan.
         triads = looks.triads and self.guest is None and (turn is None or not turn.drawn)
@@ -159,7 +158,12 @@ class FrameDrawing:
             return Pose(before, positions, roles, None, offsets)
         both = show == Show.BOTH
         ghost = (before, scene.shapes.differing(before, after)) if both else None
+        if not both and (tracked := self._tracked_pose()):  # shown alone: the final result
+            after, after_positions = tracked
         return Pose(after, after_positions, roles, ghost, offsets, positions)
+
+    def _tracked_pose(self) -> tuple[Array, Array] | None:
+        return self.companion.pose(self._document.frame) if self.companion else None
 
     def legend(self, scene: Scene, theme: Theme) -> str:
         """Return the legend of the image as rich text."""
@@ -167,7 +171,8 @@ class FrameDrawing:
             text = self.guest.legend()
         else:
             chain, fault = selected_chain(self._document), fault_at(self._document)
-            text = frame_legend(self._document, scene, theme, chain, fault, self.roles)
+            tracked = self._tracked_pose() is not None
+            text = frame_legend(self._document, scene, theme, chain, fault, self.roles, tracked)
         if scene.trails is not None:
             text += trails_text(scene.trails.apart / scene.height)
         return text

@@ -28,11 +28,12 @@ def frame_legend(
     chain: Chain | None,
     fault: Interval | None,
     roles: Collection[int] = (),
+    tracked: bool = False,
 ) -> str:
     """Return the legend of the document's frame as rich text.
 
     `chain` is the selected chain, `fault` is an error at the frame that is no twist error, and
-    `roles` are the roles of the bones in the image.
+    `roles` are the roles of the bones in the image. `tracked` is True if the clip is tracked.
     """
     degrees = 0.0
     if chain is not None:
@@ -44,7 +45,7 @@ def frame_legend(
         "split" if scene.split else document.show,
         fault.joint if title and fault and fault.joint else title,
         degrees,
-        tracked=scene.accompanied,
+        tracked=tracked and (scene.accompanied or scene.split or document.show == Show.AFTER),
         swivel=swivel,
         fault=_fault_words(fault) if fault else "",
         chosen=Role.CHOSEN in roles,
@@ -70,7 +71,7 @@ def legend_text(
     """Return the legend as rich text: the colours of before and after, and the chain's offset.
 
     - show: one of document.Show, or 'split' for two images
-    - tracked: True with a third figure
+    - tracked: True with a third figure, or if the figure after the correction is tracked
     - swivel: True if the offset is a limb's
     - fault: text about an error that is only listed, instead of the offset
     - chosen: True if a limb has the colour of the selection
@@ -78,6 +79,8 @@ def legend_text(
     """
     before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
     after = _key("■", theme.after, tr("after"))
+    if tracked and show != Show.BOTH:
+        after += f"&nbsp;{inked(_unbroken(tr('→ and tracked')), theme.tracked)}"
     if show == "split":
         text = f"◧&nbsp;{before}&nbsp;&nbsp; ◨&nbsp;{after}"
     else:
@@ -97,7 +100,7 @@ def legend_text(
         )
         text += f"&nbsp;&nbsp;&nbsp; {_unbroken(bold(chain))}&nbsp; "
         text += inked(_unbroken(fault or words), colour)
-    if tracked:
+    if tracked and show == Show.BOTH:
         text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, tr('tracked'))}"
     return text
 

@@ -1,6 +1,6 @@
-"""Trails of hands and feet around a frame, before and after correction.
+"""Trails of hands and feet around a frame, before and after correction and tracking.
 
-A twist correction moves no joint [Choi26 §3.2], so both trails coincide.
+A twist correction moves no joint [Choi26 §3.2], so both trails coincide unless the clip is tracked.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from inspector.viewport.bone_colours import mix, rgb
 from inspector.viewport.mesh_actor import Piece, segments
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.chain import Chain, find_chains
-from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array
 
 REACH = 1.0  # seconds before and after the frame
@@ -87,7 +87,10 @@ class Trails:
         if self._known is None or not (self._known[0] <= low and high <= self._known[1]):
             start, stop = max(low - self._length, 0), min(high + 4 * self._length, frames)
             before = self._data.positions[start:stop, self._joints]
-            after = self._document.corrected.ways(self._joints, start, stop)
+            if (tracked := self._document.tracked) is None:
+                after = self._document.corrected.ways(self._joints, start, stop)
+            else:
+                after = forward_kinematics(tracked.sliced(start, stop))[1][:, self._joints]
             self._known = start, stop, before, after
         start, _, before, after = self._known
         at = np.clip(np.arange(frame - self._length, frame + self._length + 1), 0, frames - 1)

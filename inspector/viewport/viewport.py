@@ -76,6 +76,7 @@ class Viewport(Steering):
         document.chain_changed.connect(self._schedule)
         document.interval_changed.connect(self._schedule)
         document.show_changed.connect(self._schedule)
+        document.tracked_changed.connect(self._reviewed)
         document.person_changed.connect(self.show_person)
         colours.follow(self._colour)
         self._opened()

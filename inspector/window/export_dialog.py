@@ -26,7 +26,7 @@ from twistcore.analysis.correction import SURE_ENOUGH
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import EXPORT_MARK
 from twistcore.files.marks import file_mark
-from twistcore.review import Decision
+from twistcore.review import Decision, Tracking
 from twistcore.review.model import APPLIED, SEEN
 
 _VERDICTS = {
@@ -92,12 +92,7 @@ class ExportDialog(WriteDialog):
             form.addRow("", QLabel(stuck, wordWrap=True))
         tracking = document.review.state.tracking if document.data else None
         if tracking is not None:
-            how = tr(
-                "{joints} with QuaMo after the correction ({way}, {gains} gains)",
-                joints=of_core(tracking.what),
-                way=tr("causally") if tracking.causal else tr("both ways"),
-                gains=tr_as("gains", "learned") if tracking.learned else tr_as("gains", "hand"),
-            )
+            how = _tracking_words(tracking)
             form.addRow(tr("Tracked"), QLabel(how))
         form.addRow("", self.undecided)
         form.addRow("", self.warning)
@@ -182,6 +177,23 @@ class ExportDialog(WriteDialog):
         """Return the file name pattern for clips in the format of this clip."""
         ending = _format(self._document)
         return f"{ending.upper()} (*.{ending})"
+
+
+def _tracking_words(tracking: Tracking) -> str:
+    """Describe the tracking that follows the correction."""
+    joints = of_core(tracking.what)
+    if tracking.spline:
+        return tr(
+            "{joints} with the spline after the correction (cut-off {cutoff:.1f} Hz)",
+            joints=joints,
+            cutoff=tracking.cutoff,
+        )
+    return tr(
+        "{joints} with QuaMo after the correction ({way}, {gains} gains)",
+        joints=joints,
+        way=tr("causally") if tracking.causal else tr("both ways"),
+        gains=tr_as("gains", "learned") if tracking.learned else tr_as("gains", "hand"),
+    )
 
 
 def _undecided_text(sure: int, repairable: int, total: int) -> str:

@@ -1,5 +1,6 @@
 """The quality tab in the real window: evidence, tracking, its picture, and the lesson beside it."""
 
+import json
 import shutil
 from dataclasses import replace
 
@@ -14,13 +15,19 @@ from inspector.teaching.five_trackers import followers, turning
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED, changed, picture
 from tests.gui.windows import act, open_clip, wait_until_active
+from tests.twistcore.test_noise_bursts import ARM, HAND, START, noisy
 from twistcore.analysis.quality.joint import joint_quality
 from twistcore.cli import main
+from twistcore.detection import Kind
 from twistcore.export.tracking import DEMONSTRATION, tracked_motion, weights_mark
 from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains
 from twistcore.review import Decide, Decision, Review, Track, Tracking
+from twistcore.review.session import session_bytes
 from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import wrap
+from twistcore.skeleton.signals import twist_signals
 
 ONE_WINDOW = True
 
@@ -47,7 +54,11 @@ def column(quality, number):
     return [quality.model.index(row, number).data() for row in rows]
 
 
-def track(qtbot, quality, *joints):
+def track(qtbot, quality, *joints, spline=False):
+    if spline:
+        quality.page.spline.setChecked(True)
+    elif quality.page.spline.isChecked():
+        quality.page.both_ways.setChecked(True)
     quality.choose(*joints)
     qtbot.wait(30)
     quality.track()
@@ -107,7 +118,8 @@ def test_a_click_in_the_curve_goes_to_the_frame_and_the_playhead_follows(qtbot, 
 @pytest.mark.thorough
 def test_a_chain_chosen_elsewhere_selects_its_joint(window, quality):
     window.document.select_chain("RightLeg")
-    assert quality.chosen == ("RightLeg",)
+    assert quality.model.names[quality.joint] == "RightLeg"
+    assert len(quality.chosen) == len(quality.model.rows)  # nobody has selected what to track
 
 
 @pytest.mark.thorough
@@ -161,7 +173,9 @@ def shown_motion(document):
 
 @pytest.mark.thorough
 def test_one_button_selects_all_there_is_to_track(qtbot, quality):
+    quality.choose("LeftForeArm")
     assert len(quality.chosen) < len(quality.model.rows)
+    qtbot.waitUntil(quality.page.all.isEnabled)
     quality.page.all.click()
     assert set(quality.chosen) == set(quality.model.rows)
     assert PLACE in quality.chosen
@@ -199,6 +213,7 @@ def test_cancelled_it_changes_nothing(qtbot, window, quality):
 @pytest.mark.thorough
 def test_gains_that_would_diverge_are_refused_in_a_sentence(qtbot, window, quality):
     quality.choose("LeftForeArm")
+    quality.page.both_ways.setChecked(True)
     quality.page.boxes["kd"].setValue(500.0)
     quality.track()
     qtbot.waitUntil(lambda: not quality.tracked.running, timeout=10_000)
@@ -302,6 +317,7 @@ def test_undo_and_redo_show_direction_and_gains_of_the_review(qtbot, window, qua
 @pytest.mark.usefixtures("new_window")
 def test_what_is_chosen_while_it_is_tracked_stays(qtbot, window, quality):
     quality.choose("LeftForeArm")
+    quality.page.both_ways.setChecked(True)
     quality.track()
     quality.page.boxes["kp"].setValue(900.0)
     qtbot.waitUntil(lambda: quality.tracked.result is not None, timeout=10_000)
@@ -319,6 +335,7 @@ def test_a_clip_too_short_to_be_traced_is_tracked(qtbot, window, quality, tmp_pa
     short.write_bytes(b"".join([*lines[:at], b"Frames: %d\n" % frames, lines[at + 1], *rows]))
     open_clip(qtbot, window, short)
     qtbot.waitUntil(lambda: quality.evidence.known is not None, timeout=10_000)
+    quality.page.both_ways.setChecked(True)
     for button, expected in zip((quality.page.hand, quality.page.learned), steps, strict=True):
         button.setChecked(True)
         before = quality.tracked.result
@@ -436,6 +453,106 @@ def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, qualit
     assert again.read_bytes() == out.read_bytes()
     assert out.read_bytes() != clip.read_bytes()
     assert (read_bvh(out).values != read_bvh(clip).values)[:, :3].any(axis=0).all()
+
+
+def test_all_joints_are_smoothed_with_the_spline_unless_a_person_chooses(qtbot, window, quality):
+    quality.track()
+    qtbot.waitUntil(lambda: quality.tracked.result is not None)
+    tracking = window.document.review.state.tracking
+    assert tracking.spline
+    assert (len(tracking.joints), tracking.place, tracking.bursts) == (31, True, ())
+    expected = tracked_motion(shown_motion(window.document), tracking)
+    np.testing.assert_array_equal(quality.tracked.result.motion.rotations, expected.rotations)
+    session = json.loads(session_bytes(window.document.data.clip, window.document.review.state))
+    assert session["tracking"]["gains"] == "spline"
+    page = quality.page
+    page.both_ways.setChecked(True)
+    assert not page.gains.isHidden()
+    act(window, "undo")
+    act(window, "redo")
+    assert page.spline.isChecked()
+    qtbot.waitUntil(page.gains.isHidden)
+
+
+def test_before_and_after_are_in_the_table_the_curves_and_the_3d_view(qtbot, window, quality):
+    document = window.document
+    document.select_chain("LeftForeArm")
+    quality.choose(*quality.model.rows)
+    track(qtbot, quality, *quality.model.rows, spline=True)
+    rows = dict(zip(column(quality, 0), column(quality, 1), strict=True))
+    joint = quality.model.names.index("LeftForeArm")
+    was, now = (float(text) for text in rows["LeftForeArm ┄"].split(" → "))
+    assert was == round(float(quality.evidence.known.joints.usual_jitter[joint]), 2)
+    assert now == round(float(quality.tracked.result.joints.usual_jitter[joint]), 2) < was
+    quality.choose("LeftForeArm")
+    qtbot.waitUntil(lambda: len(quality.plot.curves) == 2)
+    pane = window.timeline.panes["theta"]
+    signals = twist_signals(quality.tracked.result.motion, "LeftForeArm")
+    qtbot.waitUntil(lambda: len(pane.values["p_tracked"][0]) == document.frames)
+    drawn = pane.values["p_tracked"][0]
+    there = np.isfinite(drawn)
+    assert there.sum() > 20
+    turn = wrap(np.radians(drawn[there]) - signals.theta_p[there])
+    np.testing.assert_allclose(turn, 0.0, atol=1e-9)
+    for _ in range(3):
+        act(window, "cycle_show")
+        if document.show == "after":
+            break
+    document.go_to(150)
+    qtbot.waitUntil(lambda: not window.viewport.pending)
+    shown = window.viewport.drawing.pose(window.viewport.scene, document.show)
+    np.testing.assert_array_equal(shown.positions, quality.tracked.result.positions[150])
+    act(window, "stop_tracking")
+    qtbot.waitUntil(lambda: not len(pane.values["p_tracked"][0]))
+    assert column(quality, 1)[0].count("→") == 0
+
+
+def start_of(judged):
+    return judged.interval.start
+
+
+def test_a_burst_is_smoothed_in_its_frames_and_one_more_is_added(qtbot, window, tmp_path):
+    clip = read_bvh(ASSETS / "walk.bvh")
+    path = tmp_path / "burst.bvh"
+    twice = noisy(ARM, HAND).rotations.copy()
+    twice[10:70] = noisy(ARM, HAND).rotations[START : START + 60]
+    write_clip(clip, clip.motion.with_rotations(twice), path)
+    open_clip(qtbot, window, path)
+    document = window.document
+    bursts = [j for j in document.intervals if j.interval.kind == Kind.NOISE_BURST]
+    first, last = min(bursts, key=start_of), max(bursts, key=start_of)
+    document.select_interval(first.id)
+    qtbot.waitUntil(window.detail.to_quality.isVisible)
+    window.detail.to_quality.click()
+    qtbot.waitUntil(lambda: document.review.state.tracking is not None)
+    tracking = document.review.state.tracking
+    assert tracking.spline
+    assert {name for name, _, _ in tracking.bursts} == {"LeftArm", "LeftForeArm"}
+    motion = window.quality.tracked.result.motion
+    given = shown_motion(document)
+    changed = (motion.rotations != given.rotations).any(axis=-1)
+    start, stop = tracking.bursts[0][1:]
+    assert changed[start:stop, [ARM, HAND]].all()
+    changed[start:stop, [ARM, HAND]] = False
+    assert not changed.any()
+    assert (motion.positions == given.positions).all()
+    window.quality.track_burst(last.interval)
+    qtbot.waitUntil(lambda: len(document.review.state.tracking.bursts) > 2)
+    assert set(tracking.bursts) < set(document.review.state.tracking.bursts)
+    act(window, "undo")
+    act(window, "undo")
+    assert document.review.state.tracking is None
+
+
+def test_a_clip_that_trembles_is_announced_with_the_way_to_the_page(qtbot, window, tmp_path):
+    noisy = tmp_path / "noisy.bvh"
+    assert main(["quamo", "noise", str(ASSETS / "walk.bvh"), "-o", str(noisy)]) == 0
+    open_clip(qtbot, window, noisy)
+    qtbot.waitUntil(lambda: "mm/frame³" in window.bar.label.text())
+    (button,) = window.bar.buttons()
+    button.click()
+    assert window.quality.tabs.currentWidget() is window.quality.page
+    assert window.quality.isVisible()
 
 
 # --- the lesson ---------------------------------------------------------------------------------

@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis.quality.joint import SLIDE_SPEED, foot_joints, joint_quality
+from twistcore.analysis.quality.joint import (
+    SLIDE_SPEED,
+    foot_joints,
+    joint_accelerations,
+    joint_quality,
+)
 from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.quamo.topology import metres_per_unit
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 
@@ -88,3 +94,17 @@ def test_the_shortest_clips(frames):
     found = joint_quality(short, forward_kinematics(short.motion)[1])
     assert (found.usual_jitter == 0.0).all()
     assert np.isfinite(found.top_speed).all()
+
+
+def test_the_acceleration_is_in_metres_per_second_squared_at_25_hz(walk):
+    motion = walk.motion.sliced(1, walk.motion.frames)
+    time = motion.frame_time * np.arange(motion.frames)
+    metre = 1.0 / metres_per_unit(motion.skeleton)
+    places = np.zeros((motion.frames, 1, 3))
+    places[:, 0, 1] = metre * 0.5 * 9.81 * time**2
+    found = joint_accelerations(motion, places)
+    step = round(0.04 * motion.fps)
+    np.testing.assert_allclose(found[step:-step], 9.81, rtol=1e-6)
+    assert np.isnan(found[:step]).all()
+    assert np.isnan(found[-step:]).all()
+    assert np.isnan(joint_accelerations(motion.sliced(0, step), places[:step])).all()

@@ -8,11 +8,13 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
+from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, noisy
 from tests.twistcore.test_quamo_data import write_poses
 from twistcore.cli import main
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
-from twistcore.quamo import Gains, HandGains, Tracker, track, track_both_ways
+from twistcore.quamo import Gains, HandGains, Stepper, track, track_both_ways
+from twistcore.quamo.bursts import noisy_spans
 from twistcore.quamo.network import untrained, write_network
 from twistcore.quamo.response import overshoots, steady_lags
 from twistcore.quamo.track_clip import smooth_clip
@@ -21,6 +23,7 @@ from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.quamo.bars import BoundCheck
 from twistcore.study.quamo.sequences import read_sequence
 
+BOTH_WAYS = ("--method", "quamo")
 WALK, DIRTY, DANCE = (ASSETS / f"{n}.bvh" for n in ("walk", "walk_injected", "dance"))
 
 
@@ -53,7 +56,7 @@ def moved(clip, run):
     return run(np.zeros((len(r), 0, 4)), r, clip.frame_time, HandGains()).r
 
 
-@pytest.mark.parametrize(("way", "run"), [((), track_both_ways), (("--causal",), track)])
+@pytest.mark.parametrize(("way", "run"), [(BOTH_WAYS, track_both_ways), (("--causal",), track)])
 def test_refine_tracks_and_changes_only_the_chosen_joints(capsys, tmp_path, way, run):
     out = tmp_path / "out.bvh"
     code, told, err = run_quamo(
@@ -88,12 +91,12 @@ def test_what_moves_and_is_not_tracked_is_named(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("options", "place"),
     [
-        ((), True),
-        (("--no-root-position",), False),
-        (("--joints", "Hips"), True),
-        (("--joints", "Spine"), False),
-        (("--joints", "Spine", "--root-position"), True),
-        (("--joints", "Hips", "--no-root-position"), False),
+        (BOTH_WAYS, True),
+        ((*BOTH_WAYS, "--no-root-position"), False),
+        ((*BOTH_WAYS, "--joints", "Hips"), True),
+        ((*BOTH_WAYS, "--joints", "Spine"), False),
+        ((*BOTH_WAYS, "--joints", "Spine", "--root-position"), True),
+        ((*BOTH_WAYS, "--joints", "Hips", "--no-root-position"), False),
         (("--gains", "learned"), True),
     ],
 )
@@ -113,7 +116,7 @@ def test_the_causal_way_writes_the_bytes_of_the_tracker_frame_by_frame(capsys, t
     assert run_quamo(capsys, "refine", WALK, "-o", out, "--causal", "--no-root-position")[0] == 0
     clip = read_bvh(WALK)
     rotations = clip.motion.rotations.copy()
-    tracker = Tracker(HandGains())
+    tracker = Stepper(HandGains())
     for q in rotations[1:]:
         q[:] = tracker.step(q, np.zeros(3), clip.frame_time).state.q
     write_clip(clip, clip.motion.with_rotations(rotations), expected)
@@ -147,10 +150,10 @@ def test_a_lag_that_is_none_is_said_in_other_words(capsys, tmp_path, options, fa
 
 def test_passes_that_lie_far_apart_are_said(capsys, tmp_path):
     words = ("refine", DIRTY, "-o", tmp_path / "out.bvh")
-    err = run_quamo(capsys, *words)[2]
+    err = run_quamo(capsys, *words, *BOTH_WAYS)[2]
     assert "90°" in err
     weak = (*words, "--joints", "LeftForeArm", "--kp", 5)
-    for way in ((), ("--causal",)):
+    for way in (BOTH_WAYS, ("--causal",)):
         assert re.search("LeftForeArm .*90°.* frame", run_quamo(capsys, *weak, *way)[2])
 
 
@@ -166,7 +169,7 @@ def test_a_figure_without_a_place_is_tracked_without_one(capsys, tmp_path):
     code, told, _ = run_quamo(capsys, "refine", source, "-o", out)
     assert (code, "31 joints" in told) == (0, True)
     out.unlink()
-    for way in ((), ("--method", "spline")):
+    for way in (BOTH_WAYS, ()):
         code, told, err = run_quamo(capsys, "refine", source, "-o", out, "--root-position", *way)
         assert (code, told, out.exists()) == (2, "", False)
         assert names_in_one_line(err, f"{source}: ", "position channels")
@@ -176,6 +179,66 @@ def test_refine_warns_of_twist_errors_that_tracking_would_smear(capsys, tmp_path
     code, _, err = run_quamo(capsys, "refine", DIRTY, "-o", tmp_path / "out.bvh")
     assert code == 0
     assert "8 intervals" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "method"),
+    [
+        ((), "spline"),
+        (("--cutoff", "5"), "spline"),
+        (("--gains", "hand"), "tracked both ways"),
+        (("--kp", "600"), "tracked both ways"),
+        (("--causal",), "tracked causally"),
+    ],
+)
+def test_a_file_is_smoothed_by_the_spline_unless_an_option_of_the_tracker_is_given(
+    capsys, tmp_path, options, method
+):
+    code, told, _ = run_quamo(capsys, "refine", WALK, "-o", tmp_path / "out.bvh", *options)
+    assert (code, method in told) == (0, True)
+
+
+def test_only_bursts_are_smoothed_and_every_other_line_keeps_its_bytes(capsys, tmp_path):
+    clip, source, out = read_bvh(WALK), tmp_path / "noisy.bvh", tmp_path / "out.bvh"
+    made = noisy(ARM, HAND)
+    write_clip(clip, made, source)
+    code, told, err = run_quamo(capsys, "refine", source, "-o", out, "--where", "noisy")
+    assert (code, err) == (0, "")
+    spans = noisy_spans(read_bvh(source).motion)
+    start, stop = spans[0].start, spans[0].stop
+    assert f"frames {start}–{stop}: LeftArm, LeftForeArm" in told
+    before, after = (path.read_bytes().splitlines(keepends=True) for path in (source, out))
+    head = len(before) - clip.frames
+    changed = [
+        k - head for k, pair in enumerate(zip(before, after, strict=True)) if len({*pair}) > 1
+    ]
+    assert changed == list(range(start, stop))
+    assert START - 10 < start <= START
+    assert STOP <= stop < STOP + 10
+    columns = (read_bvh(source).values != read_bvh(out).values).any(axis=0)
+    own = [list(clip.channels[joint].rotation) for joint in (ARM, HAND)]
+    assert set(np.flatnonzero(columns)) <= {*own[0], *own[1]}
+    distance = [
+        geodesic_angle(m.rotations, clip.motion.rotations) for m in (made, read_bvh(out).motion)
+    ]
+    assert distance[1][start:stop].mean() < 0.5 * distance[0][start:stop].mean()
+
+
+def test_a_clip_without_bursts_keeps_its_bytes(capsys, tmp_path):
+    out = tmp_path / "out.bvh"
+    code, told, _ = run_quamo(capsys, "refine", WALK, "-o", out, "--where", "noisy")
+    assert (code, "no burst" in told) == (0, True)
+    assert out.read_bytes() == WALK.read_bytes()
+
+
+def test_bursts_are_smoothed_in_the_named_joints_only(capsys, tmp_path):
+    clip, source, out = read_bvh(WALK), tmp_path / "noisy.bvh", tmp_path / "out.bvh"
+    write_clip(clip, noisy(ARM, HAND), source)
+    words = ("refine", source, "-o", out, "--where", "noisy", "--joints", "LeftArm")
+    assert run_quamo(capsys, *words)[0] == 0
+    before, after = read_bvh(source), read_bvh(out)
+    changed = (before.values != after.values).any(axis=0)
+    assert set(np.flatnonzero(changed)) == set(clip.channels[ARM].rotation)
 
 
 @pytest.mark.parametrize(("options", "cutoff"), [((), 5.92), (("--cutoff", "7"), 7.0)])
@@ -202,7 +265,12 @@ def test_the_spline_smooths_the_file_and_says_so(capsys, tmp_path, options, cuto
         (("--method", "spline", "--causal"), "--causal"),
         (("--method", "spline", "--cutoff", "70"), "60 Hz"),
         (("--method", "spline", "--cutoff", "0.1"), "0.12 Hz"),
-        (("--cutoff", "5"), "--method spline"),
+        ((*BOTH_WAYS, "--cutoff", "5"), "--method spline"),
+        (("--kp", "500", "--cutoff", "5"), "--method spline"),
+        ((*BOTH_WAYS, "--where", "noisy"), "--method spline"),
+        (("--causal", "--where", "noisy"), "--method spline"),
+        (("--where", "noisy", "--root-position"), "--root-position"),
+        (("--where", "noisy", "--joints", "Nose"), "'Nose'"),
         (("--kd", "1000"), "120 Hz"),
         (("--kp", "-5"), "120 Hz"),
         (("--kp", "1e9"), "120 Hz"),
@@ -360,7 +428,7 @@ def test_training_refuses_what_is_not_there(capsys, folder, tmp_path, monkeypatc
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(("way", "run"), [((), track_both_ways), (("--causal",), track)])
+@pytest.mark.parametrize(("way", "run"), [(BOTH_WAYS, track_both_ways), (("--causal",), track)])
 def test_hand_gains_on_the_command_line_are_used(capsys, tmp_path, way, run):
     out = tmp_path / "out.bvh"
     words = ("refine", WALK, "-o", out, "--joints", "LeftArm", "--kp", 900, "--kd", 20, *way)

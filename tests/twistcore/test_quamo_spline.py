@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import make_smoothing_spline
 
 from twistcore.errors import TwistError
+from twistcore.quamo.bursts import NoisySpan, smooth_spans
 from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
 from twistcore.quamo.track_clip import smooth_clip
 from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, normalise
@@ -115,3 +116,40 @@ def test_a_clip_is_changed_in_the_chosen_joints_and_from_the_first_frame_only(wa
     np.testing.assert_array_equal(found.positions[:1], motion.positions[:1])
     held = smooth_clip(motion, joints, 4.0, first=1)
     np.testing.assert_array_equal(held.positions, motion.positions)
+
+
+@given(st.integers(0, 1000), CUTOFFS, st.integers(0, 40), st.integers(0, 40))
+def test_a_span_alone_is_smoothed_and_continues_the_frames_around_it(seed, cutoff, start, frames):
+    span = start, min(start + frames, 60)
+    line = np.linspace(-1.0, 3.0, 60)[:, None] * [1.0, -2.0]
+    noisy = line.copy()
+    noisy[slice(*span)] += np.random.default_rng(seed).normal(size=noisy[slice(*span)].shape)
+    found = smoothed(noisy, cutoff, DT, span)
+    outside = np.ones(60, dtype=bool)
+    outside[slice(*span)] = False
+    np.testing.assert_array_equal(found[outside], noisy[outside])
+    np.testing.assert_allclose(smoothed(line, cutoff, DT, span), line, atol=1e-6)
+
+
+def test_the_spline_of_a_span_minimises_the_sum_with_the_other_frames_fixed():
+    y, (start, stop), cutoff = np.random.default_rng(5).normal(size=30), (8, 21), 3.0
+    weight = (2.0 * np.sin(np.pi * cutoff * DT)) ** -4
+
+    def cost(x):
+        return ((x - y) ** 2).sum() + weight * (np.diff(x, 2) ** 2).sum()
+
+    found = smoothed(y, cutoff, DT, (start, stop))
+    for frame in range(start, stop):
+        for step in (-1e-4, 1e-4):
+            other = found.copy()
+            other[frame] += step
+            assert cost(other) > cost(found)
+
+
+def test_bursts_keep_to_their_capture_and_to_frames_after_the_rest_pose(walk):
+    motion = walk.motion
+    found = smooth_spans(motion, [NoisySpan(5, 0, 30)], first=10)
+    changed = (found.rotations != motion.rotations).any(axis=-1)
+    assert changed[10:30, 5].all()
+    changed[10:30, 5] = False
+    assert not changed.any()

@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import twistcore as tc
 from tests.messages import names_in_one_line
 from twistcore.errors import TwistError
-from twistcore.quamo import Gains, HandGains, Tracker, UnstableGainsError, check_stability, track
+from twistcore.quamo import Gains, HandGains, Stepper, UnstableGainsError, check_stability, track
 from twistcore.quamo.state_space import FIRST_ORDER, increment, next_quaternion, next_translation
 from twistcore.quamo.tracker import LOST_AFTER, snap_sentences
 from twistcore.skeleton.rotation import (
@@ -51,7 +52,7 @@ def test_exponential_is_scipys_and_logarithm_undoes_it(vector):
 def test_one_step_by_hand():
     """Half a turn of Eq. 5 worked out on paper for a rotation about z."""
     turn = quaternion_from_axis_angle(Z, 0.2)
-    tracker = Tracker(HandGains(Gains(kp=100.0, kd=5.0, root_kp=10.0, root_kd=2.0)))
+    tracker = Stepper(HandGains(Gains(kp=100.0, kd=5.0, root_kp=10.0, root_kd=2.0)))
     tracker.step([[1.0, 0.0, 0.0, 0.0]], [0.0, 0.0, 0.0], 0.1)
     step = tracker.step([turn], [1.0, 0.0, 0.0], 0.1)
     omega = 0.1 * 100.0 * np.sin(0.1)
@@ -66,7 +67,7 @@ def test_one_step_by_hand():
 
 def test_acceleration_term_starts_in_the_second_step_and_is_scaled_to_the_rate():
     def omega_after(frames, dt):
-        tracker = Tracker(HandGains(Gains(kp=0.0, kd=1e-9, ka=100.0)))
+        tracker = Stepper(HandGains(Gains(kp=0.0, kd=1e-9, ka=100.0)))
         for frame in range(frames):
             angle = 0.01 * frame**2
             step = tracker.step([quaternion_from_axis_angle(Z, angle)], np.zeros(3), dt)
@@ -120,7 +121,7 @@ def test_gains_of_hands_at_25_hz_are_the_specified_ones():
 
 
 def test_the_angular_velocity_is_bounded():
-    tracker = Tracker(HandGains(Gains(clip=2.0)))
+    tracker = Stepper(HandGains(Gains(clip=2.0)))
     tracker.step([[1.0, 0.0, 0.0, 0.0]], np.zeros(3), 0.04)
     step = tracker.step([quaternion_from_axis_angle(Z, 1.0)], np.zeros(3), 0.04)
     assert step.state.omega[0].tolist() == [0.0, 0.0, 2.0]
@@ -158,7 +159,7 @@ def test_a_prefix_and_single_steps_give_the_same_bits(reference):
     part = track(q[:150], r[:150], DT, HandGains(Gains(ka=100.0)))
     assert (part.q == whole.q[:150]).all()
     assert (part.r == whole.r[:150]).all()
-    tracker = Tracker(HandGains(Gains(ka=100.0)))
+    tracker = Stepper(HandGains(Gains(ka=100.0)))
     for frame in range(150):
         step = tracker.step(q[frame], r[frame], DT)
         assert (step.state.q == whole.q[frame]).all()
@@ -216,7 +217,7 @@ def test_a_joint_that_lost_the_input_is_set_back_and_flagged():
 @pytest.mark.parametrize("broken", [np.nan, np.inf, 0.0])
 def test_numbers_that_are_no_pose_are_refused(broken):
     with pytest.raises(TwistError, match="expected"):
-        Tracker(HandGains()).step(np.full((2, 4), broken), np.zeros(3), DT)
+        Stepper(HandGains()).step(np.full((2, 4), broken), np.zeros(3), DT)
 
 
 def test_parts_add_up_to_the_change_of_velocity(reference):
@@ -289,3 +290,26 @@ def test_tracking_smears_a_level_shift_over_frames(walk):
     shift = geodesic_angle(found[:, 0], clean[:, 0])
     assert np.abs(np.diff(shift)).max() < 0.2 * 0.7
     assert shift[160] > 0.6
+
+
+def test_a_stream_gives_the_numbers_of_track(reference):
+    q, r = reference
+    tracker = tc.Tracker(fps=120)
+    streamed = [tracker.step((q_hat, r_hat)) for q_hat, r_hat in zip(q, r, strict=True)]
+    found = track(q, r, DT, HandGains())
+    assert np.abs(np.array([rotations for rotations, _ in streamed]) - found.q).max() < 1e-12
+    assert np.abs(np.array([position for _, position in streamed]) - found.r).max() < 1e-12
+
+
+def test_a_stream_uses_the_gains_of_its_controller(reference):
+    gains = Gains(kp=900.0, kd=40.0)
+    tracker = tc.Tracker(120, HandGains(gains))
+    for q_hat, r_hat in zip(*reference, strict=True):
+        last, _ = tracker.step((q_hat, r_hat))
+    assert np.abs(last - track(*reference, DT, HandGains(gains)).q[-1]).max() < 1e-12
+
+
+@pytest.mark.parametrize("fps", [0, -60, np.nan, np.inf])
+def test_a_stream_needs_a_rate(fps):
+    with pytest.raises(TwistError):
+        tc.Tracker(fps)

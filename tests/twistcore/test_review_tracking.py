@@ -48,7 +48,10 @@ HAND = Tracking(JOINTS, kp=700.0, kd=20.0)
 LEARNED = Tracking(("LeftArm", "LeftForeArm"), learned=True, weights=weights_mark())
 BOTH = replace(HAND, causal=False, place=True)
 BOTH_LEARNED = replace(LEARNED, causal=False, place=True)
-EVERY = [HAND, LEARNED, BOTH, BOTH_LEARNED, Tracking((), causal=False, place=True)]
+SPLINE = replace(BOTH, spline=True, cutoff=5.0)
+BURSTS = replace(SPLINE, place=False, bursts=(("LeftForeArm", 90, 130), ("LeftHand", 90, 130)))
+PLACE = Tracking((), causal=False, place=True)
+EVERY = [HAND, LEARNED, BOTH, BOTH_LEARNED, PLACE, SPLINE, BURSTS]
 
 
 def reviewed():
@@ -114,7 +117,7 @@ def test_a_step_that_older_programs_would_replay_otherwise_is_none_that_they_kno
     """They know `Track`, and leave the keys that say which way and whether the place."""
     line = command_to_json(Track(tracking))
     known = tracking.causal and not tracking.place
-    assert line["do"] == ("Track" if known else "TrackBothWays")
+    assert line["do"] == ("Track" if known else "Smooth" if tracking.spline else "TrackBothWays")
     assert command_from_json(line) == Track(tracking)
     assert command_from_json({**line, "do": "Track"}) == Track(tracking)  # builds in between
     assert command_to_json(Track(None)) == {"do": "Track", "tracking": None}
@@ -380,3 +383,44 @@ def test_learned_traces_are_at_25_hz_and_vary():
     assert np.diff(traces.frames) == pytest.approx(4.8, abs=0.01)
     assert np.ptp(traces.gains[:, 0, 0]) > 10.0
     assert (traces.gains >= 0.0).all()
+
+
+def test_bursts_change_their_joints_and_frames_only_and_say_so():
+    found = tracked_motion(CLIP.motion, BURSTS)
+    changed = (found.rotations != CLIP.motion.rotations).any(axis=-1)
+    expected = np.zeros_like(changed)
+    expected[90:130, [CLIP.motion.skeleton.index(name) for name in JOINTS]] = True
+    assert (changed == expected).all()
+    assert Track(BURSTS).text == "Track 2 joints in one burst"
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"cutoff": 0.0},
+        {"cutoff": 61.0},
+        {"bursts": (("LeftHand", 90, CLIP.motion.frames + 1),)},
+    ],
+)
+def test_a_spline_that_does_not_fit_the_clip_is_refused(changes):
+    with pytest.raises(TwistError):
+        check_tracking(CLIP.motion, replace(BURSTS, **changes))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"cutoff": 0},
+        {"bursts": 3},
+        {"bursts": [["LeftHand", 9]]},
+        {"bursts": [["LeftHand", 9, 9]]},
+        {"bursts": [["Spine", 3, 9]]},
+    ],
+)
+def test_a_damaged_spline_is_no_session(changes):
+    review = reviewed()
+    review.do(Track(BURSTS))
+    document = json.loads(session_bytes(CLIP, review.state))
+    document["tracking"] |= changes
+    with pytest.raises(FormatError):
+        session_from_document(document)

@@ -50,6 +50,8 @@ from twistcore.skeleton.rig import AS_FOUND, OwnChain, Rig
 RIG = Rig((OwnChain(("hip", "chest")),), ("LeftClavicle",))
 BOTH_WAYS = replace(TRACKING, causal=False)
 PLACE = replace(TRACKING, place=True)
+SPLINE = replace(TRACKING, causal=False, spline=True, cutoff=5.5)
+BURSTS = replace(SPLINE, bursts=tuple((name, 3, 9) for name in SPLINE.joints))
 TWISTS = state(BULK, SEEN)
 
 
@@ -141,6 +143,9 @@ def test_every_key_of_a_session():
         (4, replace(TWISTS, tracking=PLACE)),
         (4, replace(TWISTS, rig=RIG, tracking=PLACE)),
         (4, replace(TWISTS, tracking=Tracking((), causal=False, place=True))),
+        (6, replace(TWISTS, tracking=SPLINE)),
+        (6, replace(TWISTS, rig=RIG, tracking=BURSTS)),
+        (6, replace(state(BULK, FLIPPED), tracking=SPLINE)),
     ],
 )
 def test_the_oldest_schema_that_can_say_it_and_all_of_it_comes_back(number, of):
@@ -190,14 +195,14 @@ def refusal(read, *arguments, **more):
 
 
 def test_a_document_of_another_schema_is_none():
-    known = [f"'twistcore.session/{n}'" for n in (1, 2, 3, 4, 5)]
+    known = [f"'twistcore.session/{n}'" for n in (1, 2, 3, 4, 5, 6)]
     for other in (
         [],
         None,
         3,
         {},
         {"schema": 1},
-        {"schema": "twistcore.session/6"},
+        {"schema": "twistcore.session/7"},
         {"schema": []},
     ):
         assert names_in_one_line(refusal(session_from_document, other), *known)

@@ -14,19 +14,18 @@ from twistcore.analysis.clip_analysis import detect
 from twistcore.analysis.quality.figure import quality_before_and_after
 from twistcore.cli.interval_words import tell_jumps
 from twistcore.cli.output import count_of, note, refuse_overwrite, remark
+from twistcore.cli.quamo_words import SPLINE_WAY, cut_words, how_words, lost_sentences, way_words
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip, write_clip
+from twistcore.quamo.bursts import NoisySpan, burst_cutoff, noisy_spans, smooth_spans
 from twistcore.quamo.network import read_network
-from twistcore.quamo.pieces import cuts_behind
 from twistcore.quamo.pose_files import holds_poses
 from twistcore.quamo.poses_clip import read_poses
-from twistcore.quamo.response import overshoots, response_words, steady_lags
 from twistcore.quamo.spline import usual_cutoff
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import (
-    TrackedMotion,
     check_place,
     chosen_joints,
     joints_of_24,
@@ -36,16 +35,11 @@ from twistcore.quamo.track_clip import (
     track_learned,
     untracked_names,
 )
-from twistcore.quamo.tracker import apart_sentence, frames_listed, snap_sentences
 from twistcore.quamo.weights import weights_file
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 
 _NAMED = 6  # joints that are listed by name
-_SPLINE_WAY = (
-    "a spline needs the whole clip: every frame depends on later ones; no lag; motion faster than "
-    "the cut-off is flattened"
-)
 
 
 def quamo_refine_command(arguments: argparse.Namespace) -> int:
@@ -54,10 +48,13 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     read = (arguments.clip, arguments.weights, arguments.template)
     refuse_overwrite([arguments.output], [path for path in read if path])
     motion = clip.motion
+    method = _method(arguments)
+    _refuse_of_other_method(arguments, method)
+    if arguments.where == "noisy":
+        return _smooth_bursts(arguments, clip)
     unit = 1.0 if holds_poses(arguments.clip) else arguments.unit  # poses are in metres
-    _refuse_of_other_method(arguments)
-    gains = _hand_gains(arguments, motion.frame_time)
-    spline = arguments.method == "spline"
+    spline = method == "spline"
+    gains = None if spline else _hand_gains(arguments, motion.frame_time)
     cutoff = arguments.cutoff or usual_cutoff(motion.frame_time)
     try:
         joints = chosen_joints(motion.skeleton, arguments.joints)
@@ -81,24 +78,63 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     _warn_of_twist(clip, joints.tolist())
     tell_jumps(arguments.output, write_clip(clip, made, arguments.output))
     if not spline:
-        _warn_of_lost(arguments, found, motion.skeleton.names)
+        for lost in lost_sentences(found, motion.skeleton.names, causal=arguments.causal):
+            note(f"{arguments.clip}: {lost}")
     name = motion.skeleton.names[placed] if placed is not None else ""
+    smoothed = f"smoothed by a spline, cut-off {cutoff:.2g} Hz"
     remark(
-        f"{arguments.output}: {len(joints)} joint{'' if len(joints) == 1 else 's'}"
+        f"{arguments.output}: {count_of(len(joints), 'joint')}"
         f"{f' and the position of {name}' if place else ''} "
-        f"{_how(arguments, gains, cutoff)}"
+        f"{smoothed if spline else how_words(arguments.causal, gains)}"
     )
     turning, moving = untracked_names(motion, joints, placed if place else None)
     for names, what in ((() if arguments.joints else turning, ""), (moving, "the position of ")):
         if names:
             left = "was left as it is" if len(names) == 1 else "were left as they are"
             remark(f"  {what}{_listed(names)} {left}")
-    way = _way(arguments.causal, gains, motion.frame_time, place=place)
-    remark(f"  {_SPLINE_WAY if spline else way}")
+    way = way_words(arguments.causal, gains, motion.frame_time, place=place)
+    remark(f"  {SPLINE_WAY if spline else way}")
     if first:
         remark(f"  frames before {first} are not captured motion and were left as they are")
-    if not arguments.causal and (cut := _cut_words(motion, first)):
+    if not arguments.causal and (cut := cut_words(motion, first)):
         remark(f"  {cut}: not smoothed across")
+    _tell_quality(motion, made, first, unit)
+    return 0
+
+
+def _smooth_bursts(arguments: argparse.Namespace, clip: Clip) -> int:
+    """Smooth only the bursts of noise, write the clip, and list what changed."""
+    motion = clip.motion
+    cutoff = arguments.cutoff or burst_cutoff(motion.frame_time)
+    first, names = leading_frames(motion), motion.skeleton.names
+    try:
+        able = set(chosen_joints(motion.skeleton, arguments.joints).tolist())
+        spans = tuple(span for span in noisy_spans(motion) if span.joint in able)
+        made = smooth_spans(motion, spans, cutoff, first=first)
+    except TwistError as error:
+        raise TwistError(f"{arguments.clip}: {error}") from None
+    joints = sorted({span.joint for span in spans})
+    _warn_of_twist(clip, joints, spans)
+    tell_jumps(arguments.output, write_clip(clip, made, arguments.output))
+    if not spans:
+        remark(f"{arguments.output}: no burst of noise was found, so nothing changed")
+        return 0
+    bursts: dict[tuple[int, int], list[str]] = {}
+    for span in spans:
+        bursts.setdefault((span.start, span.stop), []).append(names[span.joint])
+    remark(
+        f"{arguments.output}: {count_of(len(bursts), 'burst')} of noise smoothed by a spline, "
+        f"cut-off {cutoff:.2g} Hz; nothing else changed"
+    )
+    for (start, stop), own in bursts.items():
+        remark(f"  frames {start}–{stop}: {_listed(own)}")
+    unit = 1.0 if holds_poses(arguments.clip) else arguments.unit
+    _tell_quality(motion, made, first, unit)
+    return 0
+
+
+def _tell_quality(motion: Motion, made: Motion, first: int, unit: float | None) -> None:
+    """Print jitter, foot slide and deviation, if the figure has the joints to measure them."""
     given, made = (m.sliced(first, m.frames) for m in (motion, made))
     if measured := quality_before_and_after(given, made, unit):
         before, after = measured
@@ -107,7 +143,6 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
             f"{before.foot_slide:.1f} → {after.foot_slide:.1f} %, deviation from the input "
             f"{after.deviation:.1f} mm (not an error: there is no ground truth)"
         )
-    return 0
 
 
 def _read(arguments: argparse.Namespace) -> Clip:
@@ -129,18 +164,35 @@ def _read(arguments: argparse.Namespace) -> Clip:
     return read_bvh(arguments.clip, fps=arguments.fps)
 
 
-def _refuse_of_other_method(arguments: argparse.Namespace) -> None:
+def _options_of_tracker(arguments: argparse.Namespace) -> list[str]:
+    """Return the names of the given options that only the tracker has."""
+    names = ("gains", "weights", "kp", "kd", "ka")
+    given = [name for name in names if getattr(arguments, name) is not None]
+    return given + ["causal"] * arguments.causal
+
+
+def _method(arguments: argparse.Namespace) -> str:
+    """Return the given method; by default the tracker if it has options, or the spline."""
+    chosen: str | None = arguments.method
+    return chosen or ("quamo" if _options_of_tracker(arguments) else "spline")
+
+
+def _refuse_of_other_method(arguments: argparse.Namespace, method: str) -> None:
     """Raise TwistError if options of the other method are given."""
-    if arguments.method != "spline":
-        if arguments.cutoff is not None:
-            raise TwistError("--cutoff requires --method spline")
-        if arguments.weights is not None and arguments.gains != "learned":
-            raise TwistError("--weights requires --gains learned")
+    if method == "spline":
+        for name in _options_of_tracker(arguments):
+            raise TwistError(f"--{name} is only for the tracker; leave it out with --method spline")
+        if arguments.where == "noisy" and arguments.root_position:
+            raise TwistError("--root-position cannot be used with --where noisy")
         return
-    given = {"gains": arguments.gains == "learned", "causal": arguments.causal}
-    given |= {k: getattr(arguments, k) is not None for k in ("weights", "kp", "kd", "ka")}
-    for name in (name for name, is_given in given.items() if is_given):
-        raise TwistError(f"--{name} is only for the tracker; leave it out with --method spline")
+    for name, given in (
+        ("cutoff", arguments.cutoff is not None),
+        ("where noisy", arguments.where == "noisy"),
+    ):
+        if given:
+            raise TwistError(f"--{name} requires --method spline, without options of the tracker")
+    if arguments.weights is not None and arguments.gains != "learned":
+        raise TwistError("--weights requires --gains learned")
 
 
 def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
@@ -167,54 +219,19 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
-def _cut_words(motion: Motion, first: int) -> str:
-    """Return 'cut at frame 120' or 'cuts at frames 120, 300–305' (305 excluded), or '' for no
-    cut.
+def _warn_of_twist(clip: Clip, joints: Sequence[int], spans: Sequence[NoisySpan] = ()) -> None:
+    """Print how many twist errors the tracked joints have, since tracking would hide them.
+
+    With spans, only errors at the ends of a span count: errors within it come from the noise.
     """
-    cut = np.zeros(motion.frames, dtype=np.bool_)
-    cut[cuts_behind(motion, first)] = True
-    return f"cut{'' if cut.sum() == 1 else 's'} at {frames_listed(cut)}" if cut.any() else ""
-
-
-def _how(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> str:
-    if arguments.method == "spline":
-        return f"smoothed by a spline, cut-off {cutoff:.2g} Hz"
-    how = f"tracked {'causally' if arguments.causal else 'both ways'} with "
-    if gains is None:
-        return how + "learned gains"
-    return how + f"hand gains, κP {gains.kp:.4g}, κD {gains.kd:.3g}, κA {gains.ka:g}"
-
-
-def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
-    """Describe which frames the tracking needs, and how far its result lags behind."""
-    if not causal:
-        return "tracking both ways needs the whole clip: every frame depends on later ones; no lag"
-    if gains is None:
-        return "causal: a frame waits 40 ms for the next sample of 25 Hz, and lags a little more"
-    words = "causal: no frame depends on a later one"
-    what = ("a joint", "the position")[: 1 + place]
-    for name, late, over in zip(what, steady_lags(gains, dt), overshoots(gains, dt), strict=False):
-        words += f"; {response_words(name, late, over)}"
-    return words
-
-
-def _warn_of_lost(
-    arguments: argparse.Namespace, found: TrackedMotion, names: Sequence[str]
-) -> None:
-    """Print the frames in which the tracker did not follow its input."""
-    said = [*snap_sentences(found.snapped, names, causal=arguments.causal)]
-    if apart := apart_sentence(found.apart, names):
-        said.append(apart)
-    for sentence in said:
-        note(f"{arguments.clip}: {sentence}")
-
-
-def _warn_of_twist(clip: Clip, joints: Sequence[int]) -> None:
-    """Print how many twist errors the tracked joints have, since tracking would hide them."""
     chains = [c for c in find_chains(clip.motion) if {c.parent, c.child} & set(joints)]
     if not chains:
         return
-    if count := len(detect(clip, chains)):
+    edges = [edge for span in spans for edge in (span.start, span.stop)]
+    if count := sum(
+        not spans or any(found.start < edge < found.stop for edge in edges)
+        for found in detect(clip, chains)
+    ):
         note(
             f"{clip.path}: these joints have {count_of(count, 'interval')} with twist errors; "
             "tracking smears the edges of errors and does not remove them, so detect and refine "

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
+from twistcore.export.smoothing import check_smoothing, smoothed_motion
 from twistcore.files.document_values import shown_words
 from twistcore.quamo.network import Network, read_network
 from twistcore.quamo.stability import check_stability
@@ -97,6 +98,9 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
     joints = _joints(motion, tracking)
     if tracking.place:
         check_place(motion, learned=tracking.learned)
+    if tracking.spline:
+        check_smoothing(motion, tracking)
+        return
     if not tracking.learned:
         check_stability(_gains(tracking, motion.frame_time), motion.frame_time)
         return
@@ -127,7 +131,7 @@ def traced_motion(
     own = found.joints.tolist()
     columns = np.array([own.index(j) for j in joints.tolist()], dtype=np.intp)
     names = tuple(motion.skeleton.names[j] for j in joints)
-    rows = [_rows(steps, columns) for steps in found.passes or ((),)]
+    rows = [_rows(steps, columns) for steps in found.passes or ((),)]  # a spline has no steps
     gains, parts, seen = (np.sum(x, axis=0) for x in zip(*rows, strict=True))
     there = seen > 0  # the first frame of a pass is not a step
     share = seen[there, None, None]
@@ -136,7 +140,10 @@ def traced_motion(
 
 def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool) -> TrackedMotion:
     check_tracking(motion, tracking)
-    joints, gains = _joints(motion, tracking), _gains(tracking, motion.frame_time)
+    joints = _joints(motion, tracking)
+    if tracking.spline:
+        return smoothed_motion(motion, joints, tracking)
+    gains = _gains(tracking, motion.frame_time)
     track = (
         partial(track_learned, network=_network())
         if tracking.learned

@@ -1,18 +1,20 @@
 """QuaMo: optional tracking of noisy motion with quaternions [Le26], after the review of twist
 errors.
 
-The tracker runs causally, frame by frame (`Tracker`, `track`), or without lag over a whole clip
-(`track_both_ways`).
+The tracker runs causally, on a stream (`Tracker`) or on a clip (`track`), or without lag over a
+whole clip (`track_both_ways`).
 """
 
 from twistcore.quamo.both_ways import track_both_ways
 from twistcore.quamo.stability import UnstableGainsError, check_stability
 from twistcore.quamo.state_space import Gains
-from twistcore.quamo.tracker import HandGains, Tracker, track
+from twistcore.quamo.stream import Tracker
+from twistcore.quamo.tracker import HandGains, Stepper, track
 
 __all__ = [
     "Gains",
     "HandGains",
+    "Stepper",
     "Tracker",
     "UnstableGainsError",
     "check_stability",

@@ -43,32 +43,60 @@ def usual_cutoff(dt: float) -> float:
     return float(min(CUTOFF * (NETWORK_DT / dt) ** 0.25, _HIGHEST_USUAL / dt))
 
 
-def smoothed(values: Array, cutoff: float, dt: float) -> Array:
-    """Return the smoothing spline of values over time, (frames, …), with frame time dt in seconds.
+def check_cutoff(cutoff: float, dt: float) -> None:
+    """Raise TwistError if the cut-off (Hz) does not fit the frame time.
 
-    Fewer than three frames are returned unchanged. Raises TwistError if the cut-off (Hz) is at
-    least half of the frame rate, or below a thousandth of it, where rounding would distort the
-    result.
+    It must be less than half of the frame rate and, because of rounding, at least a thousandth of
+    it.
     """
-    frames = len(values)
-    if frames < 3:
-        return values.copy()
     if not (np.isfinite(cutoff) and _LOWEST <= cutoff * dt < 0.5):
         raise TwistError(
             "expected a cut-off of at least "
             f"{_LOWEST / dt:.4g} Hz (a thousandth of the frame rate) and below "
             f"{0.5 / dt:.4g} Hz (half of it), found {cutoff:g}"
         )
+
+
+def smoothed(values: Array, cutoff: float, dt: float, span: tuple[int, int] | None = None) -> Array:
+    """Return the smoothing spline of values over time, (frames, …), with frame time dt in seconds.
+
+    `span` are the frames [start, stop) to smooth, by default all. The frames around it do not
+    change, and the spline continues their values and speeds. A span in fewer than three frames is
+    returned unchanged. Raises TwistError if the cut-off (Hz) does not fit the frame time.
+    """
+    start, stop = span or (0, len(values))
+    low, high = max(start - 2, 0), min(stop + 2, len(values))
+    out = values.copy()
+    if high - low < 3:
+        return out
+    check_cutoff(cutoff, dt)
     weight = (2.0 * np.sin(np.pi * cutoff * dt)) ** -4
+    frames, free = high - low, slice(start - low, stop - low)
     bands = np.zeros((3, frames))  # bands of the upper triangle, the diagonal last
     for i, here in enumerate(_SECOND):
         for ahead, there in enumerate(_SECOND[i:]):
             bands[2 - ahead, i + ahead : i + ahead + frames - 2] += weight * here * there
     bands[2] += 1.0
-    found: Array = solveh_banded(bands, values.reshape(frames, -1)).reshape(values.shape)
-    return found
+    given = values[low:high].reshape(frames, -1)
+    fixed = given.copy()
+    fixed[free] = 0.0
+    bent = np.zeros_like(fixed)  # the gradient of the roughness of the fixed frames
+    for i, here in enumerate(_SECOND):
+        bent[i : i + frames - 2] += weight * here * np.diff(fixed, n=2, axis=0)
+    found = solveh_banded(bands[:, free], given[free] - bent[free])
+    out[start:stop] = found.reshape(values[start:stop].shape)
+    return out
 
 
-def smoothed_rotations(q: Array, cutoff: float, dt: float) -> Array:
-    """Return smoothed rotations (frames, …, 4); the signs of the quaternions do not matter."""
-    return normalise(smoothed(continuous(q), cutoff, dt))
+def smoothed_rotations(
+    q: Array, cutoff: float, dt: float, span: tuple[int, int] | None = None
+) -> Array:
+    """Return smoothed rotations (frames, …, 4); the signs of the quaternions do not matter.
+
+    Rotations outside the span [start, stop), if one is given, do not change.
+    """
+    if span is None:
+        return normalise(smoothed(continuous(q), cutoff, dt))
+    out = q.copy()
+    out[slice(*span)] = normalise(smoothed(continuous(q), cutoff, dt, span)[slice(*span)])
+    return out

@@ -118,8 +118,8 @@ class Step:
     parts: AccelerationTerms | None = None
 
 
-class Tracker:
-    """An online tracker, which is called once per frame with all joints.
+class Stepper:
+    """The tracker's steps and their state, called once per frame with all joints.
 
     `integration` is 'exact' or 'first-order'.
     """
@@ -203,18 +203,18 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Track a whole clip, with the same bits as one call of :class:`Tracker` per frame.
+    """Track a whole clip, with the same bits as one call of :class:`Stepper` per frame.
 
     `tell` is called repeatedly with the completed share. If it raises an exception, the tracking
     ends.
     """
     tell = tell or nobody
-    tracker = Tracker(controller, integration=integration)
+    stepper = Stepper(controller, integration=integration)
     q, r = np.empty(q_hat.shape), np.empty(r_hat.shape)
     snapped = np.zeros(q_hat.shape[:-1], dtype=np.bool_)
     steps: list[Step] = []
     for frame in range(len(q_hat)):
-        step = tracker.step(q_hat[frame], r_hat[frame], dt)
+        step = stepper.step(q_hat[frame], r_hat[frame], dt)
         q[frame], r[frame], snapped[frame] = step.state.q, step.state.r, step.snapped
         if keep_steps:
             steps.append(step)

@@ -304,9 +304,11 @@ def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
 
 # Tracking both ways or tracking the position: programs that support neither must stop here.
 _BOTH_WAYS = "TrackBothWays"
+_SPLINE = "Smooth"  # the same for programs without the spline
 _KINDS: Mapping[str, Callable[..., Command]] = {
     **{kind.__name__: kind for kind in Command.__subclasses__()},
     _BOTH_WAYS: Track,
+    _SPLINE: Track,
 }
 _TEXTS = "reviewer", "decided_at", "note", "reason", "method", "what"
 
@@ -346,8 +348,10 @@ _NAMES = {"tau": "tau_deg"}
 def command_to_json(command: Command) -> dict[str, Any]:
     """Return a command as a list with its verb, usually the class name, and its fields in order."""
     fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
-    other = isinstance(command, Track) and needs_both_ways_schema(command.tracking)
-    return {"do": _BOTH_WAYS if other else type(command).__name__, **fields}
+    verb = type(command).__name__
+    if isinstance(command, Track) and needs_both_ways_schema(command.tracking):
+        verb = _SPLINE if command.tracking and command.tracking.spline else _BOTH_WAYS
+    return {"do": verb, **fields}
 
 
 def command_from_json(entry: Any) -> Command:

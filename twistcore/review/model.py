@@ -46,9 +46,9 @@ class Decision(StrEnum):
 
 @dataclass(frozen=True)
 class Tracking:
-    """The joints tracked with QuaMo after the twist correction, and the settings.
+    """The joints tracked or smoothed after the twist correction, and the settings.
 
-    In sessions without the last two keys, these have their defaults.
+    In sessions without the keys after `weights`, these have their defaults.
 
     Parameters
     ----------
@@ -62,6 +62,13 @@ class Tracking:
         False to track forward and backward.
     place
         True to track also the figure's position.
+    spline
+        True to smooth with the spline, which has no gains, instead of tracking.
+    cutoff
+        The cut-off of the spline in Hz.
+    bursts
+        The joint and the frames [start, stop) of each burst to smooth, empty to smooth the whole
+        clip.
     """
 
     joints: tuple[str, ...]
@@ -72,11 +79,17 @@ class Tracking:
     weights: str = ""
     causal: bool = True
     place: bool = False
+    spline: bool = False
+    cutoff: float = 0.0
+    bursts: tuple[tuple[str, int, int], ...] = ()
 
     @property
     def what(self) -> str:
-        """The tracked parts, in two or three words."""
+        """The tracked parts, in a few words."""
         joints = self.joints[0] if len(self.joints) == 1 else f"{len(self.joints)} joints"
+        if self.bursts:
+            count = len({(start, stop) for _, start, stop in self.bursts})
+            return f"{joints} in one burst" if count == 1 else f"{joints} in {count} bursts"
         return " and ".join((joints,) * bool(self.joints) + ("the position",) * self.place)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -56,8 +57,10 @@ LIMBS_SCHEMA = "twistcore.session/3"
 BOTH_WAYS_SCHEMA = "twistcore.session/4"
 # A session with accepted errors of single joints, which an older program would not correct.
 JOINTS_SCHEMA = "twistcore.session/5"
-_SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA, BOTH_WAYS_SCHEMA, JOINTS_SCHEMA)
-_WITH_KINDS = (LIMBS_SCHEMA, BOTH_WAYS_SCHEMA, JOINTS_SCHEMA)
+# A session that smooths with the spline, which an older program does not have.
+SPLINE_SCHEMA = "twistcore.session/6"
+_SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA, BOTH_WAYS_SCHEMA, JOINTS_SCHEMA, SPLINE_SCHEMA)
+_WITH_KINDS = (LIMBS_SCHEMA, BOTH_WAYS_SCHEMA, JOINTS_SCHEMA, SPLINE_SCHEMA)
 # Fields of an interval under review in files, besides the interval, its id and the decision.
 _JUDGED: Mapping[str, Callable[[Any, str], Any]] = {
     **dict.fromkeys(("by_hand", "edited", "supported"), flag),
@@ -110,6 +113,8 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
             document["schema"] = BOTH_WAYS_SCHEMA
     if any(j.corrects and not j.interval.repairable for j in state.intervals):
         document["schema"] = JOINTS_SCHEMA
+    if tracking is not None and tracking.spline:
+        document["schema"] = SPLINE_SCHEMA
     return document
 
 
@@ -296,15 +301,17 @@ def needs_both_ways_schema(tracking: Tracking | None) -> bool:
 
 def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
     """Return the tracking as JSON data."""
+    smooth = {"cutoff": tracking.cutoff, "bursts": [list(burst) for burst in tracking.bursts]}
     return {
         "joints": list(tracking.joints),
-        "gains": "learned" if tracking.learned else "hand",
+        "gains": "spline" if tracking.spline else "learned" if tracking.learned else "hand",
         "kp": tracking.kp,
         "kd": tracking.kd,
         "ka": tracking.ka,
         "weights": tracking.weights,
         "causal": tracking.causal,
         "place": tracking.place,
+        **(smooth if tracking.spline else {}),
     }
 
 
@@ -316,10 +323,28 @@ def tracking_from_json(entry: Any) -> Tracking:
     place = flag(entry.get("place", False), "place")
     if not (joints or place):
         raise FormatError("expected joints to track, found an empty list")
-    learned = one_of(entry["gains"], "gains", ("hand", "learned")) == "learned"
+    gains = one_of(entry["gains"], "gains", ("hand", "learned", "spline"))
     kp, kd, ka = (number(entry[key], key) for key in ("kp", "kd", "ka"))
     weights = text(entry["weights"], "weights")
-    return Tracking(joints, kp, kd, ka, learned, weights, causal, place)
+    found = Tracking(joints, kp, kd, ka, gains == "learned", weights, causal, place)
+    if gains != "spline":
+        return found
+    has(entry, "cutoff", "bursts", what="tracking")
+    cutoff = above_zero(entry["cutoff"], "cutoff")
+    bursts = read_each(entry["bursts"], what="bursts", read=_burst_from_json)
+    if not {name for name, _, _ in bursts} <= set(joints):
+        raise FormatError("expected bursts of the tracked joints")
+    return replace(found, spline=True, cutoff=cutoff, bursts=bursts)
+
+
+def _burst_from_json(entry: Any) -> tuple[str, int, int]:
+    """Return the joint and the frames of a burst. Raises FormatError if they are damaged."""
+    if not (isinstance(entry, list) and len(entry) == 3):
+        raise FormatError("expected a joint and two frames for a burst")
+    start, stop = (whole(frame, "bursts") for frame in entry[1:])
+    if start >= stop:
+        raise FormatError(f"expected frames in order for a burst, found {start} and {stop}")
+    return text(entry[0], "bursts"), start, stop
 
 
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from inspector.timeline.chain_curves import ANGLES, ChainCurves
 from inspector.timeline.curve_values import above, degrees_about
 from inspector.timeline.curves import NOTHING, SAME, Curves, Title, number, widened
 from inspector.timeline.limb_curves import LimbCurves
-from inspector.timeline.pane import BEFORE_AND_AFTER, Pane
+from inspector.timeline.pane import BEFORE_AND_AFTER, TRACKED, Pane
 from inspector.timeline.plot import Plot
 from twistcore.skeleton.rotation import wrap
 
@@ -22,7 +22,7 @@ def _axis(curves: Curves) -> str:
 
 def _draw_clip(curves: Curves, pane: Pane) -> None:
     if isinstance(curves, LimbCurves):
-        for name in ("c_before", "c_after"):
+        for name in ("c_before", "c_after", "c_tracked", "p_tracked"):
             pane.set_curve(name, NOTHING)
         y, _ = above(curves.swivel.angle, curves.seam)
         curves.grow(pane, y, _LEAST)
@@ -51,6 +51,13 @@ def _draw(curves: Curves, pane: Pane) -> None:
             apart = widened(np.abs(wrap(was - now)) > SAME)
             y, seams = degrees_about(np.where(apart, was, np.nan), curves.centres[k])
             pane.set_curve(f"{k}_before", y, seams)
+            if curves.tracked is None:
+                pane.set_curve(f"{k}_tracked", NOTHING)
+                continue
+            then = getattr(curves.tracked, name)
+            apart = widened(np.abs(wrap(then - now)) > SAME)
+            y, seams = degrees_about(np.where(apart, then, np.nan), curves.centres[k])
+            pane.set_curve(f"{k}_tracked", y, seams)
 
 
 def _describe(curves: Curves, frame: int) -> Title:
@@ -65,7 +72,9 @@ def _describe(curves: Curves, frame: int) -> Title:
             *legend,
         ]
     assert isinstance(curves, ChainCurves)
-    return [(f"{tr('Twist')} ", "soft"), *curves.both_angles("", frame), *legend]
+    tracked = (f"{tr('━ tracked')} ", "tracked")
+    first = (f"{tr('Twist')} ", "soft") if curves.tracked is None else tracked
+    return [first, *curves.both_angles("", frame), *legend]
 
 
 def _height(curves: Curves, name: str, angle: float) -> float:
@@ -87,7 +96,7 @@ plot = Plot(
     draw_clip=_draw_clip,
     describe=_describe,
     height=_height,
-    styles=BEFORE_AND_AFTER,
+    styles=(*BEFORE_AND_AFTER, *TRACKED),
     glyphs=True,
     dots=(("theta_p", "θp", False), ("theta_c", "θc", True)),
 )

@@ -18,7 +18,7 @@ from twistcore.formats.clip import Clip
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.topology import metres_per_unit
 from twistcore.skeleton.joint_names import FEET, TOES
-from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.people import find_people, joint_names
 from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 
@@ -87,14 +87,18 @@ class JointQuality:
         return out
 
 
-def joint_quality(clip: Clip, positions: Array, up: int = 1) -> JointQuality:
+def joint_quality(
+    clip: Clip, positions: Array, up: int = 1, motion: Motion | None = None
+) -> JointQuality:
     """Return the quality measures of a clip's joints.
 
     `positions` are global positions with shape (frames, joints, 3), in the file's unit. `up` is the
     axis that points up. Lengths are in metres if the unit is known or the skeleton looks like one
-    of CMU's; if not, they are relative to a figure of 1.75 m.
+    of CMU's; if not, they are relative to a figure of 1.75 m. `motion` is a motion to measure
+    instead of the clip's own, such as a tracked one with these positions; the measures of written
+    numbers remain those of the clip.
     """
-    motion = clip.motion
+    motion = clip.motion if motion is None else motion
     frames, joints = positions.shape[:2]
     turn = np.full((frames, joints, 3), np.nan)
     q = motion.rotations
@@ -118,6 +122,23 @@ def joint_quality(clip: Clip, positions: Array, up: int = 1) -> JointQuality:
         slide=slide,
         feet=feet,
     )
+
+
+def joint_accelerations(motion: Motion, positions: Array) -> Array:
+    """Return the size of the joints' accelerations at 25 Hz, (frames, joints), in m/s².
+
+    `positions` are global positions with shape (frames, joints, 3), in the motion's unit. The
+    acceleration is NaN within 0.04 s of an end of the clip or of a T-pose at its start.
+    """
+    step = max(1, round(NETWORK_DT / motion.frame_time))
+    out = np.full(positions.shape[:2], np.nan)
+    own = positions[leading_frames(motion) :]
+    if len(own) > 2 * step:
+        bent = own[2 * step :] - 2.0 * own[step:-step] + own[: -2 * step]
+        seconds = step * motion.frame_time
+        size = np.linalg.norm(bent, axis=-1) / seconds**2
+        out[leading_frames(motion) + step : len(out) - step] = _metres(motion.skeleton) * size
+    return out
 
 
 def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:

@@ -225,12 +225,14 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ("twistcore help", "twistcore help detect", "twistcore help quamo refine"),
     ),
     "quamo refine": CommandHelp(
-        "track or smooth a clip and write it",
-        "CLIP is a BVH or a file of poses (.npz, .pkl). Reports jitter, foot slide and deviation "
-        "before and after.",
+        "smooth or track a clip and write it",
+        "CLIP is a BVH or a file of poses (.npz, .pkl). The spline is best for a file, and the "
+        "tracker for a stream. Reports jitter, foot slide and deviation before and after.",
         (
             "twistcore quamo refine walk.bvh -o smooth.bvh",
-            "twistcore quamo refine walk.bvh -o smooth.bvh --method spline --cutoff 5",
+            "twistcore quamo refine walk.bvh -o smooth.bvh --cutoff 5",
+            "twistcore quamo refine walk.bvh -o smooth.bvh --where noisy",
+            "twistcore quamo refine walk.bvh -o smooth.bvh --causal",
             "twistcore quamo refine poses.npz -o smooth.bvh --up z --fps 30",
         ),
     ),

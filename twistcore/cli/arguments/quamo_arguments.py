@@ -38,9 +38,16 @@ def _refine(refine: argparse.ArgumentParser) -> None:
     add_output(refine)
     refine.add_argument(
         "--method",
-        choices=("quamo", "spline"),
-        default="quamo",
-        help="the tracker, or a smoothing spline, which is smoother and needs the whole clip "
+        choices=("spline", "quamo"),
+        help="a smoothing spline, which leaves the least jitter and needs the whole clip, or the "
+        "tracker, which can also follow a stream (default: spline, or quamo with an option of the "
+        "tracker)",
+    )
+    refine.add_argument(
+        "--where",
+        choices=("all", "noisy"),
+        default="all",
+        help="smooth all frames, or only bursts of noise and leave all other frames unchanged "
         "(default: %(default)s)",
     )
     refine.add_argument(
@@ -48,13 +55,12 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         type=positive,
         metavar="HZ",
         help="frequency at which the spline keeps half of the amplitude (default: by the frame "
-        "rate, 4 to 6)",
+        "rate, 4 to 6; in bursts of noise 2.5)",
     )
     refine.add_argument(
         "--gains",
         choices=("hand", "learned"),
-        default="hand",
-        help="gains of the tracker: set by hand, or learned by the networks (default: %(default)s)",
+        help="gains of the tracker: set by hand, or learned by the networks (default: hand)",
     )
     refine.add_argument(
         "--weights",
@@ -66,18 +72,19 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         "--joints",
         nargs="+",
         metavar="NAME",
-        help="joints to track (default: all that can be written)",
+        help="joints to smooth or track (default: all that can be written)",
     )
     refine.add_argument(
         "--causal",
         action="store_true",
-        help="track frame by frame, without later frames; the default is both ways, without lag",
+        help="track frame by frame, without later frames; the default of the tracker is both "
+        "ways, without lag",
     )
     refine.add_argument(
         "--root-position",
         action=argparse.BooleanOptionalAction,
-        help="track the position of the root, too, or not (default: yes, with --joints only if "
-        "they include the root)",
+        help="smooth or track the position of the root, too, or not (default: yes, with --joints "
+        "only if they include the root)",
     )
     for name, what in (("--kp", "κP, 1/s²"), ("--kd", "κD, 1/s"), ("--ka", "κA at 25 Hz, rad/s²")):
         refine.add_argument(

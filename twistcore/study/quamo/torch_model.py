@@ -34,7 +34,7 @@ def import_torch() -> Any:
 def unroll(
     torch: Any, w: dict[str, Tensor], q_hat: Array, r_hat: Array, step: Step
 ) -> tuple[Tensor, Tensor]:
-    """Return the tracked q (windows, frames, 24, 4) and r (…, 3), stepping like Tracker."""
+    """Return the tracked q (windows, frames, 24, 4) and r (…, 3), stepping like Stepper."""
     first = np.where(q_hat[:, 0, :, :1] < 0.0, -q_hat[:, 0], q_hat[:, 0])
     delta = np.stack(
         [increment(q_hat[:, t], q_hat[:, t - 1]) for t in range(1, q_hat.shape[1])], axis=1

@@ -1,0 +1,46 @@
+"""A line about a clip that trembles, shown when the clip is opened."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, Signal
+
+from inspector.language import tr
+from inspector.session.document import Document
+from inspector.widgets.background import OneTask
+from twistcore.analysis.quality.trembling import TIMES, trembling
+
+
+class JitterNote(QObject):
+    """Measures the jitter of each clip in the background; `trembles` has a line about it."""
+
+    trembles = Signal(str)
+
+    def __init__(self, document: Document, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._task = OneTask(self)
+        document.opened.connect(self._start)
+
+    def stop(self) -> None:
+        """Cancel the running measurement."""
+        self._task.cancel()
+
+    def _start(self) -> None:
+        self.stop()
+        data = self._document.data
+        if data is None or self._document.borrowed or self._document.review.state.tracking:
+            return
+        motion = data.motion
+        self._task.run(lambda _: trembling(motion), self._take, self._ignore)
+
+    def _take(self, jitter: float | None) -> None:
+        if jitter is not None:
+            text = tr(
+                "Jitter {jitter:.0f} mm/frame³, at least {times:.0f} times as much as in captures.",
+                jitter=jitter,
+                times=TIMES,
+            )
+            self.trembles.emit(text)
+
+    def _ignore(self, error: Exception) -> None:
+        """Show nothing about a clip that cannot be measured."""

@@ -1,0 +1,55 @@
+"""What `twistcore quamo refine` says about a method and its result."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from twistcore.quamo.pieces import cuts_behind
+from twistcore.quamo.response import overshoots, response_words, steady_lags
+from twistcore.quamo.state_space import Gains
+from twistcore.quamo.track_clip import TrackedMotion
+from twistcore.quamo.tracker import apart_sentence, frames_listed, snap_sentences
+from twistcore.skeleton.motion import Motion
+
+SPLINE_WAY = (
+    "a spline needs the whole clip: every frame depends on later ones; no lag; motion faster than "
+    "the cut-off is flattened"
+)
+
+
+def cut_words(motion: Motion, first: int) -> str:
+    """Return 'cut at frame 120' or 'cuts at frames 120, 300–305' (305 excluded), or '' for no
+    cut.
+    """
+    cut = np.zeros(motion.frames, dtype=np.bool_)
+    cut[cuts_behind(motion, first)] = True
+    return f"cut{'' if cut.sum() == 1 else 's'} at {frames_listed(cut)}" if cut.any() else ""
+
+
+def how_words(causal: bool, gains: Gains | None) -> str:
+    """Describe the direction and the gains of the tracker."""
+    how = f"tracked {'causally' if causal else 'both ways'} with "
+    if gains is None:
+        return how + "learned gains"
+    return how + f"hand gains, κP {gains.kp:.4g}, κD {gains.kd:.3g}, κA {gains.ka:g}"
+
+
+def way_words(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
+    """Describe which frames the tracking needs, and how far its result lags behind."""
+    if not causal:
+        return "tracking both ways needs the whole clip: every frame depends on later ones; no lag"
+    if gains is None:
+        return "causal: a frame waits 40 ms for the next sample of 25 Hz, and lags a little more"
+    words = "causal: no frame depends on a later one"
+    what = ("a joint", "the position")[: 1 + place]
+    for name, late, over in zip(what, steady_lags(gains, dt), overshoots(gains, dt), strict=False):
+        words += f"; {response_words(name, late, over)}"
+    return words
+
+
+def lost_sentences(found: TrackedMotion, names: Sequence[str], *, causal: bool) -> list[str]:
+    """Return sentences about the frames in which the tracker did not follow its input."""
+    apart = apart_sentence(found.apart, names)
+    return [*snap_sentences(found.snapped, names, causal=causal), *([apart] if apart else [])]

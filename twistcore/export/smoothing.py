@@ -1,0 +1,64 @@
+"""Smooth a review's joints with the spline after the twist correction."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.detection import Interval
+from twistcore.detection.cuts import leading_frames
+from twistcore.errors import TwistError
+from twistcore.files.document_values import shown_words
+from twistcore.quamo.bursts import NoisySpan, burst_cutoff, noisy_spans, smooth_spans
+from twistcore.quamo.spline import check_cutoff
+from twistcore.quamo.track_clip import TrackedMotion, chosen_joints, smooth_clip
+from twistcore.review.model import Tracking
+from twistcore.skeleton.motion import Motion
+
+
+def burst_tracking(motion: Motion, interval: Interval, known: Tracking | None) -> Tracking | None:
+    """Return the tracking that smooths a noise burst and the known bursts, or None for no burst.
+
+    All joints with noise in the interval's frames are smoothed, each in the burst's frames only.
+    """
+    names, index = motion.skeleton.names, motion.skeleton.index
+    able = set(chosen_joints(motion.skeleton, None).tolist())
+    bursts = {
+        (span.joint, span.start, span.stop)
+        for span in noisy_spans(motion)
+        if span.joint in able and span.start < interval.stop and interval.start < span.stop
+    }
+    if not bursts:
+        return None
+    bursts |= {(index(name), start, stop) for name, start, stop in (known.bursts if known else ())}
+    return Tracking(
+        tuple(names[joint] for joint in sorted({joint for joint, _, _ in bursts})),
+        causal=False,
+        spline=True,
+        cutoff=burst_cutoff(motion.frame_time),
+        bursts=tuple((names[joint], start, stop) for joint, start, stop in sorted(bursts)),
+    )
+
+
+def check_smoothing(motion: Motion, tracking: Tracking) -> None:
+    """Raise TwistError if a motion cannot be smoothed in this way."""
+    check_cutoff(tracking.cutoff, motion.frame_time)
+    for name, start, stop in tracking.bursts:
+        if stop > motion.frames:
+            raise TwistError(
+                f"expected frames up to {motion.frames}, found {start}–{stop} in a burst of "
+                f"{shown_words(name)}"
+            )
+
+
+def smoothed_motion(motion: Motion, joints: NDArray[np.int64], tracking: Tracking) -> TrackedMotion:
+    """Return the motion smoothed by the spline, which has no steps."""
+    first = leading_frames(motion)
+    if tracking.bursts:
+        index = motion.skeleton.index
+        spans = [NoisySpan(index(name), start, stop) for name, start, stop in tracking.bursts]
+        made = smooth_spans(motion, spans, tracking.cutoff, first=first)
+    else:
+        made = smooth_clip(motion, joints, tracking.cutoff, place=tracking.place, first=first)
+    none = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
+    return TrackedMotion(made, none, none, (), np.zeros(0), joints)
