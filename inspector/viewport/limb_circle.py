@@ -31,7 +31,8 @@ _FOLDED = 0.02  # of the limb's length; an end closer to the first joint defines
 _STEPS = 60  # steps of the circle
 _ARC = 30  # steps of the arc from before to after
 _DASHES = 11
-_MARK = 0.015, 0.13  # radius of a mark, in figure heights; about a bone, at most in radii
+# Radius of a mark, in figure heights; about a bone, at most in radii and in lengths of the arc.
+_MARK = 0.015, 0.10, 0.2
 _HOLLOW = 1.25  # size of a hollow mark relative to a full one
 _CLEAR = 0.35  # opacity of the swept area
 _ROUND = segments(np.arange(_STEPS + 1))
@@ -203,7 +204,11 @@ class LimbCircle:
         if not turned:
             return
         radius = float(np.linalg.norm(circle.aside))
-        self._mark = self._most if line else min(self._most, _MARK[1] * radius)
+        self._mark = (
+            self._most
+            if line
+            else min(self._most, _MARK[1] * radius, _MARK[2] * radius * abs(offset))
+        )
         if before:
             place = circle.centre + circle.aside
             self.before.move(place + _HOLLOW * self._mark * _HOOPS)

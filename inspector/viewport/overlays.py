@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from inspector.language import tr, tr_as
 from inspector.viewport.bone_colours import scale_colour
+from inspector.viewport.clock import Clock, Hands
 from inspector.viewport.whole_figure import Miniature, WholeFigure
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.rotation import Array
@@ -22,7 +23,7 @@ NOTHING: Array = np.zeros((0, 2))
 _WAYS = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
 _COMPASS = np.stack([np.cos(_WAYS), np.sin(_WAYS)], axis=1)
 _REACHES = 14.0, 32.0, 54.0, 80.0  # pixels from a place to a label that would cover something there
-_FAR = 0.2  # covered samples for which a label moves away by a pixel
+_FAR = 0.05  # covered samples for which a label moves away by a pixel
 _SAMPLE = 6  # pixels
 SIDES = {"Left": tr_as("side", "L"), "Right": tr_as("side", "R")}  # letters in the picture
 EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")
@@ -48,6 +49,7 @@ class Overlays:
         for label in self.sides.values():
             label.hide()
         self.whole = WholeFigure(view)
+        self.clock = Clock(view)
         self._split = False
 
     def colour(self, theme: Theme, points: float) -> None:
@@ -69,6 +71,7 @@ class Overlays:
                 f"padding: 0px 4px; font-weight: bold; font-size: {points:.1f}pt;"
             )
         self.whole.colour(theme)
+        self.clock.colour(theme)
         self.scale.colour(theme)
 
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
@@ -85,6 +88,7 @@ class Overlays:
         if not drawing:
             self.show_sides({})
             self.whole.hide()
+            self.clock.hide()
         self.fit()
 
     def show_legend(self, text: str) -> None:
@@ -94,34 +98,23 @@ class Overlays:
             self.fit()
 
     def show_angle(
-        self,
-        text: str,
-        bone: Array | None = None,
-        thick: float = 0.0,
-        spoke: Array | None = None,
-        busy: Array = NOTHING,
+        self, text: str, bone: Array = NOTHING, thick: float = 0.0, busy: Array = NOTHING
     ) -> None:
-        """Show an angle in the left image, or hide it.
+        """Show an angle next to a bone in the left image, or hide it.
 
-        `bone` has the bone's ends in pixels, (2, 2), and `thick` is its radius in pixels. `spoke`
-        leads from the centre of a fan to its rim, in pixels, (2, 2), to show the angle outside the
-        fan; by default the angle is next to the bone. `busy` are the pixels that should stay
-        visible, (n, 2).
+        `bone` has the bone's ends in pixels, (2, 2), and `thick` is its radius in pixels. `busy`
+        are the pixels that should stay visible, (n, 2).
         """
-        if not text or bone is None:
+        if not text:
             self.angle.hide()
             return
         if text != self.angle.text():
             self.angle.setText(text)
         size = self.angle.sizeHint()
         middle, turn = bone.mean(axis=0), bone[1] - bone[0]
-        if spoke is not None:
-            middle, turn = spoke[1], spoke[1] - spoke[0]
         away = turn / max(float(np.linalg.norm(turn)), 1.0)
-        if spoke is None:
-            away = np.array([-away[1], away[0]])
-        reach = (_MARGIN if spoke is not None else thick) + _half(size, away)
-        first = middle + reach * away
+        away = np.array([-away[1], away[0]])
+        first = middle + (thick + _half(size, away)) * away
         self.angle.setGeometry(self._clear_place(first, size, busy, around=middle))
         self.angle.show()
 
@@ -169,10 +162,29 @@ class Overlays:
 
         `busy` are the pixels that should stay visible, (n, 2).
         """
-        room = self._room().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
-        if drawn is None or room.width() < size.width() or room.height() < size.height():
+        corner = None if drawn is None else self._emptiest_corner(size, busy)
+        if drawn is None or corner is None:
             self.whole.hide()
-            return
+        else:
+            self.whole.show_miniature(drawn, corner, SIDES)
+
+    def show_clock(self, hands: Hands | None, size: QSize, busy: Array) -> bool:
+        """Show a turn along its axis in the emptiest corner of the left image, or hide it.
+
+        `busy` are the pixels that should stay visible, (n, 2). The result is True if it is shown.
+        """
+        corner = None if hands is None else self._emptiest_corner(size, busy)
+        if hands is None or corner is None:
+            self.clock.hide()
+            return False
+        self.clock.show_hands(hands, corner)
+        return True
+
+    def _emptiest_corner(self, size: QSize, busy: Array) -> QRect | None:
+        """Return the corner of the left image for a widget of a size, or None without room."""
+        room = self._room().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
+        if room.width() < size.width() or room.height() < size.height():
+            return None
         low, right = room.bottom() - size.height() + 1, room.right() - size.width() + 1
         corners = [
             QRect(QPoint(x, y), size) for y in (low, room.top()) for x in (room.left(), right)
@@ -182,7 +194,7 @@ class Overlays:
             first, last = np.array(box.topLeft().toTuple()), np.array(box.bottomRight().toTuple())
             return int(((busy > first - _MARGIN) & (busy < last + _MARGIN)).all(axis=1).sum())
 
-        self.whole.show_miniature(drawn, min(corners, key=covered), SIDES)
+        return min(corners, key=covered)
 
     def _room(self) -> QRect:
         """Return the part of the left image below the legend."""

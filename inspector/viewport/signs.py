@@ -6,7 +6,8 @@ import numpy as np
 
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
-from inspector.viewport.frame_drawing import FrameDrawing
+from inspector.viewport.clock import clock_size, hands_of
+from inspector.viewport.frame_drawing import AngleSign, FrameDrawing
 from inspector.viewport.overlays import NOTHING, Overlays, sampled
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose
@@ -15,9 +16,12 @@ from twistcore.skeleton.rotation import Array
 
 _GIRTH = 0.035  # half the width of a limb with a margin, in figure heights
 _BESIDE = 14.0  # pixels from a limb to the letter of its side
-_HEAVY = 3  # a fan or another label weighs as much as so many bones
+_HEAVY = 4  # the fan and the fins weigh as much as so many bones
+_FEW, _MANY = (12, 3), (24, 9)  # pixels along and across a bone, and a coloured bone
+_SOLID = 8  # and another label or drawing
 _THIN = 0.02  # half the width of a bone, in figure heights
-_ALONG = np.linspace(0.0, 1.0, 12)
+_FIN = 0.4  # distance of a fin from the bone, in radii of the fan
+_ALONG = np.linspace(0.0, 1.0, 12)[:, None]
 _TOO_LARGE = 0.02  # share of the picture by which a figure may be outside
 
 
@@ -29,43 +33,74 @@ def show_signs(
     size: tuple[int, int],
 ) -> None:
     """Show the signs of the drawn pose. `size` is the size of an image in pixels."""
-    thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
     sign, pose = drawing.angle_to_show(scene), drawing.left
-    busy, spoke = NOTHING, None
-    body = NOTHING if pose is None else _body(scene, pose, camera, size)
-    if sign is None:
+    turn = None if sign is None else sign.turn
+    busy = NOTHING if pose is None else _body(scene, pose, camera, size)
+    hands = None
+    if sign is not None:
+        wrong = _wrong(sign, camera, size)
+        busy = np.vstack([busy, *(wrong,) * _HEAVY])
+        hands = None if turn is None else hands_of(turn, camera, sign.degrees)
+    if drawn_turn := overlays.show_clock(hands, clock_size(size), busy):
+        busy = np.vstack([busy, *(sampled(overlays.clock.geometry()),) * _SOLID])
+    thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
+    if sign is None or drawn_turn:
         overlays.show_angle("")
     else:
         bone, depth = camera.project(sign.bone, *size)
-        spoke = None if sign.spoke is None else camera.project(sign.spoke, *size)[0]
-        rim = camera.project(sign.rim, *size)[0]
-        body = np.vstack([body[::2], *(rim,) * _HEAVY])
         text = f"{abs(sign.degrees):.0f}°"
-        overlays.show_angle(text, bone, thick / float(depth.mean()), spoke, body)
-        angle = sampled(overlays.angle.geometry())
-        body = np.vstack([body, *(angle,) * _HEAVY])
-        busy = np.vstack([bone, angle] if spoke is None else [bone, angle, spoke])
+        overlays.show_angle(text, bone, thick / float(depth.mean()), busy)
+        busy = np.vstack([busy, *(sampled(overlays.angle.geometry()),) * _SOLID])
     if pose is None or drawing.guest is not None:
         overlays.show_sides({})
         overlays.show_whole(None, miniature_size(size), busy)
         return
-    places = _letters(drawing, pose, camera, size, thick, spoke)
-    overlays.show_sides(places, body)
-    letters = [sampled(one.geometry()) for one in overlays.sides.values() if not one.isHidden()]
-    busy = np.vstack([busy, body[::2], *letters])
     _show_whole(overlays, drawing, scene, pose, camera, size, busy)
+    if not overlays.whole.isHidden():
+        busy = np.vstack([busy, *(sampled(overlays.whole.geometry()),) * _SOLID])
+    spoke = None if turn is None else camera.project(turn.spoke, *size)[0]
+    overlays.show_sides(_letters(drawing, pose, camera, size, thick, spoke), busy)
+
+
+def _wrong(sign: AngleSign, camera: OrbitCamera, size: tuple[int, int]) -> Array:
+    """Return pixels of the wrong bone, its fan, and its fin before and after, (n, 2)."""
+    start, stop = sign.bone
+    points = [start + _ALONG * (stop - start)]
+    if sign.turn is not None:
+        circle = sign.turn.circle
+        fins = (circle.aside, sign.turn.after - circle.centre)
+        points += [points[0] + _FIN * fin for fin in fins]
+        points.append(sign.turn.rim)
+    return camera.project(np.vstack(points), *size)[0]
 
 
 def _body(scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]) -> Array:
-    """Return pixels all over the bones, heads and chests of a pose, (n, 2)."""
+    """Return pixels in the image all over the bones, heads and chests of a pose, (n, 2).
+
+    Coloured bones have many more pixels.
+    """
     ends = scene.rods.ends(pose.rotations, pose.positions)
-    start, stop = ends[:, 0], ends[:, 1]
-    points = start[:, None] + _ALONG[:, None] * (stop - start)[:, None]
+    coloured = np.zeros(len(ends), dtype=bool)
+    coloured[: len(pose.roles)] = pose.roles != Role.PLAIN
+    wide = np.maximum(scene.rods.width, _THIN * scene.height)
+    parts = [
+        _grid(ends[kind], wide[kind], camera, size, *counts)
+        for kind, counts in ((~coloured, _FEW), (coloured, _MANY))
+    ]
+    pixels = np.vstack(parts)
+    return pixels[((pixels > 0.0) & (pixels < size)).all(axis=1)]
+
+
+def _grid(
+    ends: Array, wide: Array, camera: OrbitCamera, size: tuple[int, int], along: int, across: int
+) -> Array:
+    """Return pixels all over rods, (n, 2), from their ends (rods, 2, 3) and half widths (rods,)."""
+    shares = np.linspace(0.0, 1.0, along)[:, None]
+    points = ends[:, :1] + shares * (ends[:, 1:] - ends[:, :1])
     pixels, depth = camera.project(points, *size)
-    wide = np.maximum(scene.rods.width, _THIN * scene.height)[:, None]
-    reach = wide * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
-    across = np.stack([reach, np.zeros_like(reach)], axis=-1)
-    return np.concatenate([pixels, pixels + across, pixels - across]).reshape(-1, 2)
+    reach = wide[:, None] * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
+    x = pixels[..., :1] + reach[..., None] * np.linspace(-1.0, 1.0, across)
+    return np.stack([x, np.broadcast_to(pixels[..., 1:], x.shape)], axis=-1).reshape(-1, 2)
 
 
 def _letters(
@@ -111,5 +146,4 @@ def _show_whole(
         overlays.show_whole(None, small, busy)
         return
     drawn = miniature(scene, pose, ends, own, drawing.sides(), camera, small)
-    limb = pixels[pose.roles != Role.PLAIN].reshape(-1, 2)
-    overlays.show_whole(drawn, small, np.vstack([busy, limb]))
+    overlays.show_whole(drawn, small, busy)
