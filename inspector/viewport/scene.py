@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
 from vtkmodules.vtkRenderingCore import vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
-from inspector.viewport import opengl
 from inspector.viewport.bodies import BoneSegment, Rods, aligned_fronts, find_bones
 from inspector.viewport.bone_colours import mix
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
@@ -299,18 +297,3 @@ class Scene:
         self._right = None
         self._left.SetViewport(0.0, 0.0, 1.0, 1.0)
         self._grid.add_to(self._left)
-
-
-def make_plotter(parent: QWidget) -> QtInteractor | None:
-    """Return an empty VTK widget with lights, or None without OpenGL."""
-    if not opengl.renderer_name():
-        return None
-    plotter = QtInteractor(parent, auto_update=False, multi_samples=opengl.multisamples())
-    plotter.setAcceptDrops(False)  # the window handles drops
-    plotter.reset_key_events()
-    plotter.remove_all_lights()
-    light(plotter.renderer)
-    # Plain blending is enough for the thin, convex ghost, at a tenth of the cost of VTK's
-    # order-independent pass.
-    plotter.renderer.SetUseOIT(False)
-    return plotter
