@@ -8,7 +8,7 @@ with a fan from its front before correction to its front after correction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from vtkmodules.vtkRenderingCore import vtkRenderer
@@ -25,6 +25,7 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, quaternion_from_axis_angle, rotate
 
 _FAN = 0.5, (0.08, 0.13)  # radius in lengths of the bone; its bounds in figure heights
+LEAST_RADIUS = 0.09  # of the fan of a limb, in figure heights: outside of its skin
 _DIAL = 0.06  # radius of a twist bone's circle, in figure heights
 _DIAL_AT = 0.25, 0.75  # position on its bone; closer to an end, the joint would hide it
 _FOLDED = 0.02  # of the limb's length; an end closer to the first joint defines no line
@@ -55,6 +56,11 @@ class Circle:
     axis: Array
     centre: Array
     aside: Array
+
+    def widened(self, radius: float) -> Circle:
+        """Return the circle with at least this radius."""
+        own = float(np.linalg.norm(self.aside))
+        return self if own >= radius else replace(self, aside=self.aside * (radius / own))
 
     def at(self, angles: Array) -> Array:
         """Return the positions of C after turns by angles (n,) about the line, radians, (n, 3)."""

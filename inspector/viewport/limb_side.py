@@ -11,7 +11,13 @@ import numpy as np
 
 from inspector.viewport.bodies import BoneSegment
 from inspector.viewport.camera import OrbitCamera, circle_direction, roll_direction
-from inspector.viewport.limb_circle import Circle, bone_circle, circle_of, helper_circle
+from inspector.viewport.limb_circle import (
+    LEAST_RADIUS,
+    Circle,
+    bone_circle,
+    circle_of,
+    helper_circle,
+)
 from inspector.viewport.occlusion import occluders
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
@@ -92,6 +98,7 @@ def limb_side(
         circle = helper_circle(chain, skeleton, before, height)
     elif isinstance(chain, Limb):
         circle = circle_of(chain, before[1])
+        circle = None if circle is None else circle.widened(LEAST_RADIUS * height)
     middle = positions[list(body) or slice(None)].mean(axis=0)
     outward = limb.mean(axis=0) - middle
     hidden = partial(_hidden_share, chain, bones, before, after, height)

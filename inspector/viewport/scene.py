@@ -192,7 +192,9 @@ class Scene:
         None.
         """
         if self._corrected is not None:
-            self._corrected.draw(chain, before.positions, (after.rotations, after.positions))
+            self._corrected.draw(
+                chain, (before.rotations, before.positions), (after.rotations, after.positions)
+            )
 
     @property
     def bodies(self) -> tuple[BoneSegment, ...]:

@@ -70,7 +70,7 @@ def _wrong(sign: AngleSign, camera: OrbitCamera, size: tuple[int, int]) -> Array
         circle = sign.turn.circle
         fins = (circle.aside, sign.turn.after - circle.centre)
         points += [points[0] + _FIN * fin for fin in fins]
-        points.append(sign.turn.rim)
+        points.append(sign.turn.fan)
     return camera.project(np.vstack(points), *size)[0]
 
 

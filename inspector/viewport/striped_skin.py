@@ -177,16 +177,14 @@ def drape(
     )
 
 
-def fin_of(skin: Skin, chain: Chain, rotations: Array, positions: Array) -> Array | None:
-    """Return the vertices of the fin of a chain's bone, (F, 3), or None if it has no skin.
+def fins_of(skin: Skin, joints: Sequence[int], rotations: Array, positions: Array) -> Array:
+    """Return the vertices of the fins of the bones that begin at joints, (bones, F, 3).
 
     `rotations` are global, (joints, 4). `positions` have the shape (joints, 3).
     """
-    found = np.flatnonzero((skin.parent == chain.parent) & (skin.child == chain.child))
-    if not len(found):
-        return None
-    points: Array = positions[chain.parent] + rotate(rotations[chain.parent], skin.fin[found[0]])
-    return points
+    own = np.flatnonzero(np.isin(skin.parent, joints))
+    parents = skin.parent[own]
+    return positions[parents][:, None] + rotate(rotations[parents][:, None], skin.fin[own])
 
 
 def _turned(angle: Array, sides: Array) -> Array:

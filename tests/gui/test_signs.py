@@ -12,6 +12,7 @@ from inspector.session.settings import Settings, load_settings
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.head_and_chest import heads_and_chests
 from inspector.viewport.solid_and_ghost import Style
+from inspector.viewport.striped_skin import FIN_PARTS
 from tests.gui.pictures import FRAME, INJECTED, WALK, insert_twist, settle
 from tests.gui.windows import act, open_clip
 from twistcore import read_clip
@@ -103,12 +104,12 @@ def test_the_corrected_fin_and_limb_are_drawn_before_the_correction(qtbot, docum
     view.focus_chain()
     settle(qtbot, view)
     corrected, chain = view.scene._corrected, document.find_chain("LeftForeArm")
-    assert corrected.fin.shown
+    assert corrected.fins.shown
     assert not corrected.line.shown  # a twist of a bone moves no joint
     _, positions = document.pose(document.frame, after=True)
     axis = positions[chain.child] - positions[chain.parent]
     turn = view.drawing.turn(view.scene)
-    fin = corrected.fin.points.mean(axis=0) - positions[chain.parent]
+    fin = corrected.fins.points[: len(FIN_PARTS)].mean(axis=0) - positions[chain.parent]
     fin -= (fin @ axis) / (axis @ axis) * axis
     goal = turn.after - turn.circle.centre
     assert fin @ goal == pytest.approx(np.linalg.norm(fin) * np.linalg.norm(goal), rel=1e-3)
@@ -118,7 +119,7 @@ def test_the_corrected_fin_and_limb_are_drawn_before_the_correction(qtbot, docum
     view.look(split=True)
     document.go_to(FRAME + 50)
     settle(qtbot, view)
-    assert not view.scene._corrected.fin.shown
+    assert not view.scene._corrected.fins.shown
 
 
 def test_a_line_shows_the_corrected_limb_of_a_flip(qtbot, document, show_view, tmp_path):
@@ -132,7 +133,7 @@ def test_a_line_shows_the_corrected_limb_of_a_flip(qtbot, document, show_view, t
     assert corrected.line.shown
     knee = document.pose(document.frame, after=True)[1][limb.child]
     assert np.abs(corrected.line.points - knee).sum(axis=1).min() == pytest.approx(0.0, abs=1e-3)
-    assert not corrected.fin.shown
+    assert corrected.fins.shown
 
 
 def test_a_jump_in_the_spine_marks_the_spine(qtbot, document, show_view):
