@@ -22,6 +22,7 @@ _HUB = 0.26  # radius of the limb, in radii of the face
 _ARC = 0.80  # radius of the arc
 _GAP = 3.0  # pixels from the limb to the degrees
 _TIP = 0.07  # length of the arrow's tip, in widths
+_SAME = 0.01  # of the radius, less than a pixel
 _SWEPT = 70  # alpha of the turned sector
 
 
@@ -35,6 +36,11 @@ class Hands:
 
     way: Array
     degrees: float
+
+    def look_like(self, other: Hands) -> bool:
+        """True if nobody could see a difference."""
+        near = np.abs(self.way[[0, -1]] - other.way[[0, -1]]).max() < _SAME
+        return bool(near and round(self.degrees) == round(other.degrees))
 
 
 def clock_size(picture: tuple[int, int]) -> QSize:
@@ -72,10 +78,11 @@ class Clock(QWidget):
 
     def show_hands(self, hands: Hands, at: QRect) -> None:
         """Show the hands at a place of the view."""
-        self.hands = hands
+        known, self.hands = self.hands, hands
         self.setGeometry(at)
         self.show()
-        self.update()
+        if known is None or not hands.look_like(known):
+            self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw the limb's section, the hands, and the arc between them with its degrees."""
@@ -85,7 +92,6 @@ class Clock(QWidget):
         painter.setPen(QColor(theme.line))
         painter.setBrush(QColor(theme.raised))
         painter.drawRect(self.rect().adjusted(0, 0, -1, -1))  # round corners take 2 ms
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         middle = QRectF(self.rect()).center()
         radius = _FACE * self.width()
         way = [middle + QPointF(*(radius * arm).tolist()) for arm in self.hands.way]
@@ -95,6 +101,7 @@ class Clock(QWidget):
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(swept)
         painter.drawPolygon(QPolygonF([middle, *(_nearer(p, middle, _ARC) for p in way)]))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         for end, ink in ((way[0], before), (way[-1], after)):
             pen = QPen(ink, 0.045 * self.width())
             pen.setCapStyle(Qt.PenCapStyle.RoundCap)

@@ -25,7 +25,7 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, quaternion_from_axis_angle, rotate
 
 _FAN = 0.5, (0.08, 0.13)  # radius in lengths of the bone; its bounds in figure heights
-LEAST_RADIUS = 0.09  # of the fan of a limb, in figure heights: outside of its skin
+LEAST_RADIUS = 0.07  # of the fan of a limb, in figure heights: outside of its skin
 _DIAL = 0.06  # radius of a twist bone's circle, in figure heights
 _DIAL_AT = 0.25, 0.75  # position on its bone; closer to an end, the joint would hide it
 _FOLDED = 0.02  # of the limb's length; an end closer to the first joint defines no line

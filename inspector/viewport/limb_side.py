@@ -174,9 +174,7 @@ def _hidden_share(
     tips = np.array([b.tip for b in bones])
     bone = main_bone(chain, bones) if type(chain) is Chain else None
     shares = []
-    poses = [before, after]
-    if bone is None and np.allclose(before[1], after[1]):
-        poses = [before]
+    poses = [before] if np.allclose(before[1], after[1]) else [before, after]
     for rotations, positions in poses:
         ends = positions[parents] + rotate(rotations[parents], tips)
         rods = occluders(bones, ends, positions, own, height)
@@ -184,13 +182,14 @@ def _hidden_share(
         points = np.vstack(
             [positions[a] + places * (positions[b] - positions[a]) for a, b in pairwise(joints)]
         )
-        share = rods.hidden_share(points, directions)
-        if bone is not None:  # the bone below may hide the turned bone and its fin
-            rods = occluders(bones, ends, positions, own[:1], height)
-            first = points[: len(places)]
-            fin = first + _FIN * height * rotate(rotations[chain.parent], bone.normal)
-            both = np.vstack([first, fin])
-            share = np.maximum(share, rods.hidden_share(both, directions))
-        shares.append(share)
+        if bone is not None:  # its fins, before and after, may also be behind the bone below
+            turns = np.stack([before[0][chain.parent], after[0][chain.parent]])
+            fins = points[: len(places)] + _FIN * height * rotate(turns, bone.normal)[:, None]
+            fins = fins.reshape(-1, 3)
+            points = np.vstack([points, fins])
+            below = [k for k, b in enumerate(bones) if (b.parent, b.child) in own[1:]]
+            rod = occluders([bones[k] for k in below], ends[below], positions, (), height)
+            shares.append(rod.hidden_share(fins, directions))
+        shares.append(rods.hidden_share(points, directions))
     most: Array = np.max(shares, axis=0)
     return most

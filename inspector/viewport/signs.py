@@ -7,8 +7,9 @@ import numpy as np
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.clock import clock_size, hands_of
+from inspector.viewport.crowding import Crowding
 from inspector.viewport.frame_drawing import AngleSign, FrameDrawing
-from inspector.viewport.overlays import NOTHING, Overlays, sampled
+from inspector.viewport.overlays import Overlays
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.whole_figure import miniature, miniature_size
@@ -18,7 +19,6 @@ _GIRTH = 0.035  # half the width of a limb with a margin, in figure heights
 _BESIDE = 14.0  # pixels from a limb to the letter of its side
 _HEAVY = 4  # the fan and the fins weigh as much as so many bones
 _FEW, _MANY = (12, 3), (24, 9)  # pixels along and across a bone, and a coloured bone
-_SOLID = 8  # and another label or drawing
 _THIN = 0.02  # half the width of a bone, in figure heights
 _FIN = 0.4  # distance of a fin from the bone, in radii of the fan
 _ALONG = np.linspace(0.0, 1.0, 12)[:, None]
@@ -35,31 +35,26 @@ def show_signs(
     """Show the signs of the drawn pose. `size` is the size of an image in pixels."""
     sign, pose = drawing.angle_to_show(scene), drawing.left
     turn = None if sign is None else sign.turn
-    busy = NOTHING if pose is None else _body(scene, pose, camera, size)
-    hands = None
+    crowding = Crowding(*size)
+    if pose is not None:
+        _add_body(crowding, scene, pose, camera, size)
     if sign is not None:
-        wrong = _wrong(sign, camera, size)
-        busy = np.vstack([busy, *(wrong,) * _HEAVY])
-        hands = None if turn is None else hands_of(turn, camera, sign.degrees)
-    if drawn_turn := overlays.show_clock(hands, clock_size(size), busy):
-        busy = np.vstack([busy, *(sampled(overlays.clock.geometry()),) * _SOLID])
+        crowding.add(_wrong(sign, camera, size), _HEAVY)
+    hands = None if sign is None or turn is None else hands_of(turn, camera, sign.degrees)
+    shown = overlays.show_clock(hands, clock_size(size), crowding)
     thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
-    if sign is None or drawn_turn:
-        overlays.show_angle("")
-    else:
+    text, bone, wide = "", np.zeros((2, 2)), 0.0
+    if sign is not None and not shown:
         bone, depth = camera.project(sign.bone, *size)
-        text = f"{abs(sign.degrees):.0f}°"
-        overlays.show_angle(text, bone, thick / float(depth.mean()), busy)
-        busy = np.vstack([busy, *(sampled(overlays.angle.geometry()),) * _SOLID])
+        text, wide = f"{abs(sign.degrees):.0f}°", thick / float(depth.mean())
+    overlays.show_angle(text, bone, wide, crowding)
     if pose is None or drawing.guest is not None:
-        overlays.show_sides({})
-        overlays.show_whole(None, miniature_size(size), busy)
+        overlays.show_whole(None, miniature_size(size), crowding)
+        overlays.show_sides({}, crowding)
         return
-    _show_whole(overlays, drawing, scene, pose, camera, size, busy)
-    if not overlays.whole.isHidden():
-        busy = np.vstack([busy, *(sampled(overlays.whole.geometry()),) * _SOLID])
+    _show_whole(overlays, drawing, scene, pose, camera, size, crowding)
     spoke = None if turn is None else camera.project(turn.spoke, *size)[0]
-    overlays.show_sides(_letters(drawing, pose, camera, size, thick, spoke), busy)
+    overlays.show_sides(_letters(drawing, pose, camera, size, thick, spoke), crowding)
 
 
 def _wrong(sign: AngleSign, camera: OrbitCamera, size: tuple[int, int]) -> Array:
@@ -74,21 +69,16 @@ def _wrong(sign: AngleSign, camera: OrbitCamera, size: tuple[int, int]) -> Array
     return camera.project(np.vstack(points), *size)[0]
 
 
-def _body(scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]) -> Array:
-    """Return pixels in the image all over the bones, heads and chests of a pose, (n, 2).
-
-    Coloured bones have many more pixels.
-    """
+def _add_body(
+    crowding: Crowding, scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]
+) -> None:
+    """Add the bones, heads and chests of a pose. Coloured bones weigh more."""
     ends = scene.rods.ends(pose.rotations, pose.positions)
     coloured = np.zeros(len(ends), dtype=bool)
     coloured[: len(pose.roles)] = pose.roles != Role.PLAIN
     wide = np.maximum(scene.rods.width, _THIN * scene.height)
-    parts = [
-        _grid(ends[kind], wide[kind], camera, size, *counts)
-        for kind, counts in ((~coloured, _FEW), (coloured, _MANY))
-    ]
-    pixels = np.vstack(parts)
-    return pixels[((pixels > 0.0) & (pixels < size)).all(axis=1)]
+    for kind, counts in ((~coloured, _FEW), (coloured, _MANY)):
+        crowding.add(_grid(ends[kind], wide[kind], camera, size, *counts))
 
 
 def _grid(
@@ -133,7 +123,7 @@ def _show_whole(
     pose: Pose,
     camera: OrbitCamera,
     size: tuple[int, int],
-    busy: Array,
+    crowding: Crowding,
 ) -> None:
     """Show the whole figure if the image shows only a part of it."""
     count = len(scene.bones)
@@ -143,7 +133,7 @@ def _show_whole(
     spare, room = _TOO_LARGE * np.array(size), np.array(size)
     small = miniature_size(size)
     if ((pixels[own] > -spare) & (pixels[own] < room + spare)).all():
-        overlays.show_whole(None, small, busy)
+        overlays.show_whole(None, small, crowding)
         return
     drawn = miniature(scene, pose, ends, own, drawing.sides(), camera, small)
-    overlays.show_whole(drawn, small, busy)
+    overlays.show_whole(drawn, small, crowding)

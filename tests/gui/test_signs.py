@@ -11,6 +11,7 @@ from inspector.session.opening import analyse_file
 from inspector.session.settings import Settings, load_settings
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.head_and_chest import heads_and_chests
+from inspector.viewport.limb_circle import Circle
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.striped_skin import FIN_PARTS
 from tests.gui.pictures import FRAME, INJECTED, WALK, insert_twist, settle
@@ -248,3 +249,12 @@ def test_a_lesson_does_not_change_the_looks(qtbot, show_window, tmp_path):
     for name in ("show_teaching", "next_interval", "next_interval"):
         act(window, name)
     assert not window.viewport.scene.split
+
+
+def test_the_fan_of_an_almost_straight_limb_is_outside_its_skin():
+    middle, across = np.array([0.0, 1.0, 0.0]), np.array([0.02, 0.0, 0.0])
+    narrow = Circle(np.zeros(3), 2.0 * middle, middle, middle, across)
+    wide = narrow.widened(0.1)
+    assert np.linalg.norm(wide.at(np.array([1.0]))[0] - middle) == pytest.approx(0.1)
+    assert wide.aside @ across == pytest.approx(0.1 * 0.02)  # the same direction
+    assert narrow.widened(0.01) is narrow
