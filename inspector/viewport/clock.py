@@ -137,6 +137,8 @@ class Clock(QWidget):
         box = QRectF(painter.fontMetrics().boundingRect(text))
         reach = _HUB * radius + _GAP + 0.5 * float(np.abs(away) @ box.size().toTuple())
         box.moveCenter(middle - QPointF(*(reach * away).tolist()))
+        room = QRectF(self.rect()).adjusted(_GAP, _GAP, -_GAP, -_GAP)
+        box.moveLeft(min(max(box.left(), room.left()), room.right() - box.width()))
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
 
 

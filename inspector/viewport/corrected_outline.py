@@ -17,6 +17,7 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, geodesic_angle
 
 _STILL = 0.01  # of the figure's height; joints that move less are in place
+_LOOSE = 0.06  # a fin whose bone moves farther would float in the air
 _JOINTS, _FINS = 4, 2
 
 
@@ -26,7 +27,7 @@ class CorrectedOutline:
     def __init__(
         self, skin: Skin, skeleton: Skeleton, height: float, renderer: vtkRenderer
     ) -> None:
-        self._skin, self._skeleton, self._still = skin, skeleton, _STILL * height
+        self._skin, self._skeleton, self._height = skin, skeleton, height
         count = _FINS * len(FIN_PARTS)
         self.fins = Piece(count, faces=np.arange(count).reshape(-1, 4)).unlit()
         self.line = Piece(_JOINTS, lines=segments(np.arange(_JOINTS)), channels=0).unlit(width=5.0)
@@ -49,7 +50,9 @@ class CorrectedOutline:
         `before` and `after` have the global rotations (joints, 4) and positions (joints, 3).
         """
         joints = [] if chain is None else self._joints(chain)
+        moved = np.linalg.norm(after[1][joints] - before[1][joints], axis=-1)
         differs = geodesic_angle(before[0][joints], after[0][joints]) > SAME
+        differs[:-1] &= np.maximum(moved[:-1], moved[1:]) < _LOOSE * self._height
         turned = [joint for joint, wrong in zip(joints, differs, strict=True) if wrong]
         fins = fins_of(self._skin, turned[:_FINS], *after)[:_FINS]
         self.fins.show(bool(fins.size))
@@ -57,9 +60,9 @@ class CorrectedOutline:
             points = np.tile(fins[0, 0], (len(self.fins.points), 1))  # faces without an area
             points[: fins[..., 0].size] = fins.reshape(-1, 3)
             self.fins.move(points)
-        moved = np.linalg.norm(after[1][joints] - before[1][joints], axis=-1) > self._still
-        self.line.show(bool(moved.any()))
-        if moved.any():
+        shifted = bool((moved > _STILL * self._height).any())
+        self.line.show(shifted)
+        if shifted:
             self.line.move(after[1][joints])
 
     def _joints(self, chain: Chain) -> list[int]:
