@@ -19,6 +19,7 @@ _GIRTH = 0.035  # half the width of a limb with a margin, in figure heights
 _BESIDE = 14.0  # pixels from a limb to the letter of its side
 _HEAVY = 4  # the fan and the fins weigh as much as so many bones
 _FEW, _MANY = (12, 3), (24, 9)  # pixels along and across a bone, and a coloured bone
+_BEHIND = 0.06  # a point so far behind a bone is not its own, in figure heights
 _THIN = 0.02  # half the width of a bone, in figure heights
 _FIN = 0.4  # distance of a fin from the bone, in radii of the fan
 _ALONG = np.linspace(0.0, 1.0, 12)[:, None]
@@ -54,7 +55,7 @@ def show_signs(
         return
     _show_whole(overlays, drawing, scene, pose, camera, size, crowding)
     spoke = None if turn is None else camera.project(turn.spoke, *size)[0]
-    overlays.show_sides(_letters(drawing, pose, camera, size, thick, spoke), crowding)
+    overlays.show_sides(_letters(drawing, scene, pose, camera, size, thick, spoke), crowding)
 
 
 def _wrong(sign: AngleSign, camera: OrbitCamera, size: tuple[int, int]) -> Array:
@@ -93,8 +94,22 @@ def _grid(
     return np.stack([x, np.broadcast_to(pixels[..., 1:], x.shape)], axis=-1).reshape(-1, 2)
 
 
+def _is_hidden(
+    point: Array, scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]
+) -> bool:
+    """True if a bone is in front of a point, (3,), or almost."""
+    ends = scene.rods.ends(pose.rotations, pose.positions)
+    points = ends[:, :1] + _ALONG * (ends[:, 1:] - ends[:, :1])
+    pixels, depth = camera.project(points, *size)
+    at, far = camera.project(point, *size)
+    reach = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
+    near = np.linalg.norm(pixels - at, axis=-1) < reach
+    return bool((near & (depth < far - _BEHIND * scene.height)).any())
+
+
 def _letters(
     drawing: FrameDrawing,
+    scene: Scene,
     pose: Pose,
     camera: OrbitCamera,
     size: tuple[int, int],
@@ -103,9 +118,13 @@ def _letters(
 ) -> dict[str, Array]:
     """Return the pixel (2,) of each side's letter.
 
-    A letter is next to its limb, away from the fan and from the other limb.
+    A letter is next to its limb, away from the fan and from the other limb. The other limb has no
+    letter if the image does not show its joint.
     """
-    joints = drawing.sides()  # the selected limb is the last
+    joints = dict(drawing.sides())  # the selected limb is the last
+    for side, joint in [*joints.items()][:-1]:
+        if _is_hidden(pose.positions[joint], scene, pose, camera, size):
+            del joints[side]
     pixels, depth = camera.project(pose.positions[list(joints.values())].reshape(-1, 3), *size)
     middle = pixels.mean(axis=0) if len(pixels) else pixels
     places = {}

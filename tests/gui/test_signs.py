@@ -1,15 +1,18 @@
 """What the picture shows without words: the front, the side, the bone, and how far it is turned."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QRect
 
 from inspector.bundled import FLIPPED
 from inspector.session.opening import analyse_file
 from inspector.session.settings import Settings, load_settings
 from inspector.viewport.bone_colours import Role
+from inspector.viewport.crowding import Crowding
 from inspector.viewport.head_and_chest import heads_and_chests
 from inspector.viewport.limb_circle import Circle
 from inspector.viewport.solid_and_ghost import Style
@@ -22,7 +25,7 @@ from twistcore.review import Insert
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.figure import figure_size, guess_up, heading
 from twistcore.skeleton.motion import forward_kinematics
-from twistcore.skeleton.rotation import rotate
+from twistcore.skeleton.rotation import normalise, rotate
 
 
 def test_head_and_chest_look_ahead():
@@ -186,6 +189,32 @@ def test_letters_name_the_sides(qtbot, document, show_view, split):
     document.select_chain("RightUpLeg")
     settle(qtbot, view)
     assert abs(view.overlays.sides["Right"].geometry().center().y() - centres["Right"][1]) > 20
+
+
+def test_a_limb_behind_the_selected_one_has_no_letter(qtbot, document, show_view):
+    document.select_chain("LeftForeArm")
+    view = show_view(document)
+    _, positions = document.pose(document.frame, after=False)
+    left, right = (positions[document.find_chain(f"{s}ForeArm").child] for s in ("Left", "Right"))
+    view.steer(lambda camera: replace(camera, target=left).looking_from(normalise(left - right)))
+    settle(qtbot, view)
+    assert view.overlays.sides["Left"].isVisible()
+    assert not view.overlays.sides["Right"].isVisible()
+
+
+def test_the_weight_in_a_box_is_the_sum_of_its_pixels():
+    rng = np.random.default_rng(1)
+    pixels = rng.uniform(-20.0, 260.0, (400, 2))
+    crowding = Crowding(240, 240)
+    crowding.add(pixels, 3.0)
+    low = 6.0 * rng.integers(0, 20, (30, 2))  # at the borders of cells
+    high = low + 6.0 * rng.integers(1, 20, (30, 2))
+    inside = ((pixels >= low[:, None]) & (pixels < high[:, None])).all(axis=2)
+    np.testing.assert_allclose(crowding.within(low, high), 3.0 * inside.sum(axis=1))
+    at = np.array([[60.0, 60.0]])
+    before = crowding.within(at, at + 30.0)
+    crowding.add_box(QRect(60, 60, 30, 30), 2.0)
+    assert crowding.within(at, at + 30.0) == before + 2.0 * 25  # cells
 
 
 def test_the_whole_figure_is_drawn_if_the_picture_shows_a_part(qtbot, document, show_view):
