@@ -159,7 +159,7 @@ def aligned_fronts(
     for chain, number in pairs:
         if (above := into.get(chain.parent)) is not None:
             upper, axis = found[above], normalise(found[number].tip)
-            normal = _carried(upper.normal, normalise(upper.tip), axis)
+            normal = carried_normal(upper.normal, normalise(upper.tip), axis)
             found[number] = replace(found[number], normal=normal)
     return tuple(found)
 
@@ -264,7 +264,7 @@ def _frame(bone: BoneSegment, grown: float) -> Array:
     return np.stack([bone.tip, grown * bone.width * across, grown * bone.width * bone.normal])
 
 
-def _carried(vector: Array, start: Array, stop: Array) -> Array:
+def carried_normal(vector: Array, start: Array, stop: Array) -> Array:
     """Return a normal (3,) of `start` after the shortest turn from `start` to `stop`."""
     across = start + stop
     if across @ across < 1e-6:

@@ -7,7 +7,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from inspector.viewport.bodies import BACK, BAND, FRONT, JOINT, PARTS, SIDE, STRIPE, Soup
+from inspector.viewport.bodies import BACK, BAND, FIN, FRONT, JOINT, PARTS, SIDE, STRIPE, Soup
 from inspector.viewport.striped_skin import Skin
 from inspector.widgets.theme import Theme
 
@@ -56,13 +56,15 @@ def palette(theme: Theme) -> Floats:
     out = shaded(colours[:, None], _DARK if theme.dark else _LIGHT)
     if theme.dark:
         out[:, JOINT] = mix(theme.bone, theme.surface, 0.28)
+    for role in (Role.BEFORE, Role.AFTER):
+        out[role, FIN] = rgb(by_role[role])
     accent = out[Role.CHOSEN]
     accent[FRONT] = mix(theme.bone, theme.accent, 0.40)
     accent[SIDE] = mix(theme.bone, theme.accent, 0.55)
     accent[BACK] = shaded(accent[SIDE], np.array(-0.30))
     accent[STRIPE] = rgb(theme.accent)
     accent[BAND] = mix(theme.accent, "#000000", 0.30)
-    striped = [STRIPE, BAND]
+    striped = [STRIPE, BAND, FIN]
     out[Role.SUGGESTED, striped] = out[Role.AFTER, striped]
     return out
 

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QWidget
 from inspector.session.document import Document
 from inspector.viewport.bodies import place
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera, between, preset
-from inspector.viewport.frame_drawing import selected_chain
+from inspector.viewport.frame_drawing import pictured_chain
 from inspector.viewport.limb_side import limb_joints, limb_side
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Style
@@ -96,7 +96,7 @@ class Steering(QWidget):
 
         The turn takes `milliseconds` and does not block; another call continues from there.
         """
-        chain = selected_chain(self.document)
+        chain = pictured_chain(self.document)
         start, scene = self.camera, self.scene
         if start is None or chain is None or scene is None:
             return
@@ -115,12 +115,13 @@ class Steering(QWidget):
         self._schedule()
 
     def sees_chain(self) -> bool:
-        """True if all joints of the selected chain are inside the image and not tiny."""
-        chain, camera, scene = selected_chain(self.document), self.camera, self.scene
+        """True if the selected limb or bone is inside the image and not tiny."""
+        chain, camera, scene = pictured_chain(self.document), self.camera, self.scene
         if chain is None or camera is None or scene is None or self.turning:
             return True
         poses = [self.document.pose(self.document.frame, after=a)[1] for a in (False, True)]
-        joints = np.vstack([limb_joints(chain, positions) for positions in poses])
+        count = 2 if type(chain) is Chain else None  # a bone fills the image
+        joints = np.vstack([limb_joints(chain, positions)[:count] for positions in poses])
         size = np.array(self.picture_size())
         pixels, depth = camera.project(joints, *self.picture_size())
         ahead = (camera.position - joints) @ camera.direction

@@ -25,7 +25,7 @@ from inspector.widgets.theme import Theme
 from twistcore.detection import Interval
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.limb import Limb, joint_path
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array
 
@@ -60,20 +60,22 @@ class Looks:
     triads: bool = True  # axes of the selected chain's parent and child
 
 
+class LoneJoint(Chain):
+    """A joint that belongs to no chain, with one of its bones."""
+
+
 @dataclass(frozen=True, eq=False)
 class AngleSign:
     """An angle to write into the image.
 
     - degrees: the offset
     - bone: the ends of its bone before correction, (2, 3)
-    - spoke: the centre and the middle of the rim of its fan, (2, 3), or None without a fan
-    - rim: points along the fan's rim, (n, 3)
+    - turn: the turn with a fan, or None
     """
 
     degrees: float
     bone: Array
-    spoke: Array | None
-    rim: Array
+    turn: Turn | None
 
 
 class FrameDrawing:
@@ -109,9 +111,11 @@ class FrameDrawing:
         seen = self.guest is None and not scene.split and document.show == Show.BOTH
         scene.draw_companion(self._tracked_pose() if seen else None, pose)
         self._drawn_turn = turn = self.turn(scene)
+        turned = turn is not None and bool(turn.drawn)
+        scene.draw_corrected(selected_chain(document) if turned else None, self.left, pose)
         # Axes would be inside the fan.
-        triads = looks.triads and self.guest is None and (turn is None or not turn.drawn)
-        scene.draw_triads(pose, _ends(selected_chain(document)) if triads else ())
+        triads = looks.triads and self.guest is None and not turned
+        scene.draw_triads(pose, _ends(pictured_chain(document)) if triads else ())
         both = scene.split or document.show == Show.BOTH
         before, after = both or document.show == Show.BEFORE, both or document.show == Show.AFTER
         if turn is None:
@@ -129,8 +133,8 @@ class FrameDrawing:
 
     def turn(self, scene: Scene) -> Turn | None:
         """Return the turn of the selected chain or limb, or None if it has none or with a guest."""
-        document, chain = self._document, selected_chain(self._document)
-        if chain is None or self.guest is not None:
+        document, chain = self._document, pictured_chain(self._document)
+        if chain is None or isinstance(chain, LoneJoint) or self.guest is not None:
             return None
         now, then = (document.pose(document.frame, after=after) for after in (False, True))
         offset = float(document.offset(chain.name)[document.frame])
@@ -145,7 +149,7 @@ class FrameDrawing:
         show, frame = document.show if show is None else show, document.frame
         before, positions = document.pose(frame, after=False)
         after, after_positions = document.pose(frame, after=True)
-        roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
+        roles = _roles(scene.bones, pictured_chain(document), scene.data.motion.skeleton)
         turned = scene.shapes.turned(before, after)
         if (turned & (roles == Role.CHOSEN)).any():  # colour the selected limb, and nothing else
             turned &= roles == Role.CHOSEN
@@ -179,21 +183,19 @@ class FrameDrawing:
 
     def angle_to_show(self, scene: Scene) -> AngleSign | None:
         """Return the offset at the drawn frame, or None without one or if before is not shown."""
-        document, chain = self._document, selected_chain(self._document)
+        document, chain = self._document, pictured_chain(self._document)
         hidden = not scene.split and document.show == Show.AFTER
         if chain is None or self.guest is not None or hidden:
             return None
         fault = fault_at(document)
-        offset = float(document.offset(chain.name)[document.frame])
+        offset = float(document.offset(document.chain)[document.frame])
         degrees = float(np.degrees(fault.size if fault else offset))
         if abs(degrees) < LEAST_ANGLE:
             return None
         _, positions = document.pose(document.frame, after=False)
         turn = None if fault else self._drawn_turn
         bone = positions[[chain.parent, chain.child]]
-        if turn is None:
-            return AngleSign(degrees, bone, None, bone)
-        return AngleSign(degrees, bone, turn.spoke, turn.rim)
+        return AngleSign(degrees, bone, turn)
 
     def own_joints(self, scene: Scene) -> tuple[int, ...]:
         """Return the joints of the person with the selected chain, or of the first person."""
@@ -203,7 +205,7 @@ class FrameDrawing:
 
     def sides(self) -> Mapping[str, int]:
         """Return joint C of the selected chain or limb, last, and joint C on the other side."""
-        document, chosen = self._document, selected_chain(self._document)
+        document, chosen = self._document, pictured_chain(self._document)
         if chosen is None or not chosen.side or not chosen.segment or document.data is None:
             return {}
         found = {
@@ -235,6 +237,31 @@ def selected_chain(document: Document) -> Chain | None:
         return document.find_chain(document.chain)
     except KeyError:
         return None
+
+
+def pictured_chain(document: Document) -> Chain | None:
+    """Return the chain in the picture: the selected one, or the bone of the joint that the selected
+    interval names, if this joint is elsewhere, such as in the spine.
+    """
+    chain, judged = selected_chain(document), document.interval
+    if chain is None or judged is None or document.data is None:
+        return chain
+    interval, skeleton = judged.interval, document.data.motion.skeleton
+    if interval.chain != chain.name or interval.joint not in skeleton.names:
+        return chain
+    joint = skeleton.index(interval.joint)
+    own = {chain.parent, chain.child, chain.grandchild}
+    if isinstance(chain, Limb):
+        own |= set(joint_path(skeleton, chain.parent, chain.end))
+    if joint in own:
+        return chain
+    children = skeleton.children[joint]
+    towards = set(joint_path(skeleton, -1, chain.parent)) & set(children)
+    child = next(iter([*towards, *children]), -1)
+    if child < 0:
+        return chain
+    axis = skeleton.offsets[child]
+    return LoneJoint(interval.joint, joint, child, -1, axis, axis, person=chain.person)
 
 
 def _ends(chain: Chain | None) -> tuple[int, ...]:
@@ -285,6 +312,8 @@ def _roles(bones: tuple[BoneSegment, ...], chain: Chain | None, skeleton: Skelet
     pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)} if chain else set()
     if isinstance(chain, Limb):
         pairs = set(limb_bones(chain, skeleton))
+    elif isinstance(chain, LoneJoint):
+        pairs = set(_own_bones(chain.parent, skeleton))
     elif isinstance(chain, Helper):
         pairs = {*_own_bones(chain.parent, skeleton), (skeleton.parents[chain.parent], chain.child)}
     chosen = np.array([(b.parent, b.child) in pairs for b in bones], dtype=bool)

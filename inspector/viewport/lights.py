@@ -1,9 +1,12 @@
-"""The lights and the background colour of all images."""
+"""An empty 3D widget, with the lights and the background colour of all images."""
 
 from __future__ import annotations
 
+from PySide6.QtWidgets import QWidget
+from pyvistaqt import QtInteractor
 from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
 
+from inspector.viewport import opengl
 from inspector.viewport.bone_colours import mix
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.rotation import Array
@@ -22,3 +25,18 @@ def light(renderer: vtkRenderer) -> None:
 def background(theme: Theme) -> Array:
     """Return the background colour, (3,) in 0…255. A gradient would cost 3 ms per frame."""
     return mix(theme.surface, theme.window, 0.6)
+
+
+def make_plotter(parent: QWidget) -> QtInteractor | None:
+    """Return an empty VTK widget with lights, or None without OpenGL."""
+    if not opengl.renderer_name():
+        return None
+    plotter = QtInteractor(parent, auto_update=False, multi_samples=opengl.multisamples())
+    plotter.setAcceptDrops(False)  # the window handles drops
+    plotter.reset_key_events()
+    plotter.remove_all_lights()
+    light(plotter.renderer)
+    # Plain blending is enough for the thin, convex ghost, at a tenth of the cost of VTK's
+    # order-independent pass.
+    plotter.renderer.SetUseOIT(False)
+    return plotter

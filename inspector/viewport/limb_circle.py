@@ -8,7 +8,7 @@ with a fan from its front before correction to its front after correction.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from vtkmodules.vtkRenderingCore import vtkRenderer
@@ -25,13 +25,15 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, quaternion_from_axis_angle, rotate
 
 _FAN = 0.5, (0.08, 0.13)  # radius in lengths of the bone; its bounds in figure heights
+LEAST_RADIUS = 0.07  # of the fan of a limb, in figure heights: outside of its skin
 _DIAL = 0.06  # radius of a twist bone's circle, in figure heights
 _DIAL_AT = 0.25, 0.75  # position on its bone; closer to an end, the joint would hide it
 _FOLDED = 0.02  # of the limb's length; an end closer to the first joint defines no line
 _STEPS = 60  # steps of the circle
 _ARC = 30  # steps of the arc from before to after
 _DASHES = 11
-_MARK = 0.015, 0.13  # radius of a mark, in figure heights; about a bone, at most in radii
+# Radius of a mark, in figure heights; about a bone, at most in radii and in lengths of the arc.
+_MARK = 0.015, 0.10, 0.2
 _HOLLOW = 1.25  # size of a hollow mark relative to a full one
 _CLEAR = 0.35  # opacity of the swept area
 _ROUND = segments(np.arange(_STEPS + 1))
@@ -54,6 +56,11 @@ class Circle:
     axis: Array
     centre: Array
     aside: Array
+
+    def widened(self, radius: float) -> Circle:
+        """Return the circle with at least this radius."""
+        own = float(np.linalg.norm(self.aside))
+        return self if own >= radius else replace(self, aside=self.aside * (radius / own))
 
     def at(self, angles: Array) -> Array:
         """Return the positions of C after turns by angles (n,) about the line, radians, (n, 3)."""
@@ -203,7 +210,11 @@ class LimbCircle:
         if not turned:
             return
         radius = float(np.linalg.norm(circle.aside))
-        self._mark = self._most if line else min(self._most, _MARK[1] * radius)
+        self._mark = (
+            self._most
+            if line
+            else min(self._most, _MARK[1] * radius, _MARK[2] * radius * abs(offset))
+        )
         if before:
             place = circle.centre + circle.aside
             self.before.move(place + _HOLLOW * self._mark * _HOOPS)

@@ -11,7 +11,13 @@ import numpy as np
 
 from inspector.viewport.bodies import BoneSegment
 from inspector.viewport.camera import OrbitCamera, circle_direction, roll_direction
-from inspector.viewport.limb_circle import Circle, bone_circle, circle_of, helper_circle
+from inspector.viewport.limb_circle import (
+    LEAST_RADIUS,
+    Circle,
+    bone_circle,
+    circle_of,
+    helper_circle,
+)
 from inspector.viewport.occlusion import occluders
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
@@ -20,7 +26,10 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
 _ON_BONE = (0.15, 0.4, 0.65, 0.9)  # positions on a bone that should be visible
+_FIN = 0.06  # distance from the bone to the tip of its fin, in figure heights
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+_NEXT = 0.5  # share of the neighbours of a bone in the image
+_STILL = 0.02  # of the figure's height; joints that move less are in place
 _AIR = 0.045  # margin around the limb, in figure heights
 
 
@@ -39,7 +48,7 @@ class LimbSide:
         camera: OrbitCamera,
         height: float,
         aspect: float,
-        margin: float = 1.4,
+        margin: float = 1.2,
         covered: float = 0.0,
     ) -> OrbitCamera:
         """Return a camera for this view.
@@ -89,6 +98,7 @@ def limb_side(
         circle = helper_circle(chain, skeleton, before, height)
     elif isinstance(chain, Limb):
         circle = circle_of(chain, before[1])
+        circle = None if circle is None else circle.widened(LEAST_RADIUS * height)
     middle = positions[list(body) or slice(None)].mean(axis=0)
     outward = limb.mean(axis=0) - middle
     hidden = partial(_hidden_share, chain, bones, before, after, height)
@@ -98,6 +108,12 @@ def limb_side(
     if above >= 0:
         limb = np.vstack([limb, positions[above]])
         outward = limb.mean(axis=0) - middle
+    # Most of the image is the turned bone; half of its neighbours is enough.
+    ends = limb[:2]
+    limb = np.vstack([ends, ends[1] + _NEXT * (limb[2:3] - ends[1])])
+    if above >= 0:
+        limb = np.vstack([limb, ends[0] + _NEXT * (positions[above] - ends[0])])
+    limb = np.vstack([limb, *_moved(chain, skeleton, before[1], positions, height)])
     bone = main_bone(chain, bones)
     if bone is None:
         return None
@@ -116,6 +132,23 @@ def limb_side(
     if circle is not None:
         limb = np.vstack([limb, circle.at(_AROUND)])
     return LimbSide(direction, limb)
+
+
+def _moved(
+    chain: Chain, skeleton: Skeleton, before: Array, after: Array, height: float
+) -> tuple[Array, Array]:
+    """Return the positions before and after of the first joints below a chain that move, (n, 3)
+    each.
+    """
+    moved = np.linalg.norm(after - before, axis=1) > _STILL * height
+    joints, first = [chain.parent], []
+    while joints:
+        joint = joints.pop()
+        if moved[joint]:
+            first.append(joint)
+        else:
+            joints += skeleton.children[joint]
+    return before[first], after[first]
 
 
 def main_bone(chain: Chain, bones: Sequence[BoneSegment]) -> BoneSegment | None:
@@ -139,6 +172,7 @@ def _hidden_share(
         own += [(chain.parent, chain.child), (chain.child, chain.end)]
     parents = [b.parent for b in bones]
     tips = np.array([b.tip for b in bones])
+    bone = main_bone(chain, bones) if type(chain) is Chain else None
     shares = []
     poses = [before] if np.allclose(before[1], after[1]) else [before, after]
     for rotations, positions in poses:
@@ -148,6 +182,14 @@ def _hidden_share(
         points = np.vstack(
             [positions[a] + places * (positions[b] - positions[a]) for a, b in pairwise(joints)]
         )
+        if bone is not None:  # its fins, before and after, may also be behind the bone below
+            turns = np.stack([before[0][chain.parent], after[0][chain.parent]])
+            fins = points[: len(places)] + _FIN * height * rotate(turns, bone.normal)[:, None]
+            fins = fins.reshape(-1, 3)
+            points = np.vstack([points, fins])
+            below = [k for k, b in enumerate(bones) if (b.parent, b.child) in own[1:]]
+            rod = occluders([bones[k] for k in below], ends[below], positions, (), height)
+            shares.append(rod.hidden_share(fins, directions))
         shares.append(rods.hidden_share(points, directions))
     most: Array = np.max(shares, axis=0)
     return most

@@ -9,6 +9,7 @@ import numpy as np
 
 from inspector.viewport.bodies import BoneSegment
 from inspector.viewport.limb_circle import (
+    LEAST_RADIUS,
     Circle,
     bone_circle,
     circle_of,
@@ -21,7 +22,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, rotate
 
-_RIM = 12
+_RIM, _SHARES = 20, (0.3, 0.5, 0.65, 0.8, 0.9, 1.0, 1.1)
 LEAST_ANGLE = 0.5  # degrees, to be shown at a bone
 
 
@@ -45,10 +46,11 @@ class Turn:
         return np.stack([self.circle.centre, self.circle.at(np.array([-0.5 * self.drawn]))[0]])
 
     @property
-    def rim(self) -> Array:
-        """Points on the fan's rim from before to after, and half as far from its centre, (n, 3)."""
+    def fan(self) -> Array:
+        """Points all over the fan, (n, 3)."""
         rim = self.circle.at(np.linspace(0.0, -self.drawn, _RIM))
-        return np.vstack([rim, (rim + self.circle.centre) / 2.0])
+        centre = self.circle.centre
+        return np.vstack([centre + share * (rim - centre) for share in _SHARES])
 
 
 def turn_of(
@@ -68,7 +70,11 @@ def turn_of(
     """
     if isinstance(chain, Limb):
         circle = circle_of(chain, before[1])
-        return None if circle is None else Turn(circle, offset, after[1][chain.child])
+        if circle is None:
+            return None
+        wide = circle.widened(LEAST_RADIUS * height)
+        mark = after[1][chain.child] if wide is circle else wide.at(np.array([-offset]))[0]
+        return Turn(wide, offset, mark)
     if isinstance(chain, Helper):
         circle = helper_circle(chain, skeleton, before, height)
         if circle is None:

@@ -12,18 +12,19 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from inspector.language import tr, tr_as
 from inspector.viewport.bone_colours import scale_colour
+from inspector.viewport.clock import Clock, Hands
+from inspector.viewport.crowding import Crowding
 from inspector.viewport.whole_figure import Miniature, WholeFigure
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.rotation import Array
 
 _Shown = TypeVar("_Shown", bound=QWidget)
 _MARGIN = 8  # pixels between overlays and the border
-NOTHING: Array = np.zeros((0, 2))
 _WAYS = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
 _COMPASS = np.stack([np.cos(_WAYS), np.sin(_WAYS)], axis=1)
 _REACHES = 14.0, 32.0, 54.0, 80.0  # pixels from a place to a label that would cover something there
-_FAR = 0.2  # covered samples for which a label moves away by a pixel
-_SAMPLE = 6  # pixels
+_FAR = 0.05  # covered samples for which a label moves away by a pixel
+_SOLID = 8.0  # weight of each cell under a label
 SIDES = {"Left": tr_as("side", "L"), "Right": tr_as("side", "R")}  # letters in the picture
 EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")
 
@@ -48,6 +49,7 @@ class Overlays:
         for label in self.sides.values():
             label.hide()
         self.whole = WholeFigure(view)
+        self.clock = Clock(view)
         self._split = False
 
     def colour(self, theme: Theme, points: float) -> None:
@@ -69,6 +71,7 @@ class Overlays:
                 f"padding: 0px 4px; font-weight: bold; font-size: {points:.1f}pt;"
             )
         self.whole.colour(theme)
+        self.clock.colour(theme)
         self.scale.colour(theme)
 
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
@@ -83,8 +86,8 @@ class Overlays:
         self.scale.move(_MARGIN, high - self.scale.height() - _MARGIN)
         self.divider.setVisible(drawing and split)
         if not drawing:
-            self.show_sides({})
-            self.whole.hide()
+            for label in (*self.sides.values(), self.whole, self.clock):
+                label.hide()
         self.fit()
 
     def show_legend(self, text: str) -> None:
@@ -93,96 +96,92 @@ class Overlays:
             self.legend.setText(text)
             self.fit()
 
-    def show_angle(
-        self,
-        text: str,
-        bone: Array | None = None,
-        thick: float = 0.0,
-        spoke: Array | None = None,
-        busy: Array = NOTHING,
-    ) -> None:
-        """Show an angle in the left image, or hide it.
+    def show_angle(self, text: str, bone: Array, thick: float, crowding: Crowding) -> None:
+        """Show an angle next to a bone in the left image, or hide it without text.
 
-        `bone` has the bone's ends in pixels, (2, 2), and `thick` is its radius in pixels. `spoke`
-        leads from the centre of a fan to its rim, in pixels, (2, 2), to show the angle outside the
-        fan; by default the angle is next to the bone. `busy` are the pixels that should stay
-        visible, (n, 2).
+        `bone` has the bone's ends in pixels, (2, 2), and `thick` is its radius in pixels.
         """
-        if not text or bone is None:
+        if not text:
             self.angle.hide()
             return
         if text != self.angle.text():
             self.angle.setText(text)
         size = self.angle.sizeHint()
         middle, turn = bone.mean(axis=0), bone[1] - bone[0]
-        if spoke is not None:
-            middle, turn = spoke[1], spoke[1] - spoke[0]
         away = turn / max(float(np.linalg.norm(turn)), 1.0)
-        if spoke is None:
-            away = np.array([-away[1], away[0]])
-        reach = (_MARGIN if spoke is not None else thick) + _half(size, away)
-        first = middle + reach * away
-        self.angle.setGeometry(self._clear_place(first, size, busy, around=middle))
+        away = np.array([-away[1], away[0]])
+        first = middle + (thick + _half(size, away)) * away
+        self.angle.setGeometry(self._clear_place(first, size, crowding, around=middle))
         self.angle.show()
+        crowding.add_box(self.angle.geometry(), _SOLID)
 
-    def show_sides(self, places: Mapping[str, Array], busy: Array = NOTHING) -> None:
+    def show_sides(self, places: Mapping[str, Array], crowding: Crowding) -> None:
         """Show the letters of the left and the right side, at pixels (2,) of the left image, or
         near them if something else is there.
 
-        A letter that does not fit into the image is hidden. `busy` are the pixels that should stay
-        visible, (n, 2).
+        A letter that does not fit into the image is hidden.
         """
         room = self._room()
         for side, label in self.sides.items():
             at = places.get(side)
             if at is not None and room.contains(QPoint(*np.round(at).astype(int).tolist())):
-                label.setGeometry(self._clear_place(at, label.sizeHint(), busy, around=at))
-                busy = np.vstack([busy, sampled(label.geometry())])
+                label.setGeometry(self._clear_place(at, label.sizeHint(), crowding, around=at))
+                crowding.add_box(label.geometry(), _SOLID)
                 label.show()
             else:
                 label.hide()
 
-    def _clear_place(self, first: Array, size: QSize, busy: Array, *, around: Array) -> QRect:
+    def _clear_place(
+        self, first: Array, size: QSize, crowding: Crowding, *, around: Array
+    ) -> QRect:
         """Return where a label of a size covers least: with its centre at `first`, or not far
         from `around`; both are pixels, (2,).
         """
-        room = self._room()
-        least = np.array(room.topLeft().toTuple()) + np.array(size.toTuple()) / 2.0
-        most = np.array(room.bottomRight().toTuple()) + 1.0 - np.array(size.toTuple()) / 2.0
-        reaches = np.array(_REACHES)[:, None] + np.abs(_COMPASS) @ np.array(size.toTuple()) / 2.0
+        room, extent = self._room(), np.array(size.toTuple())
+        least = np.array(room.topLeft().toTuple()) + extent / 2.0
+        most = np.array(room.bottomRight().toTuple()) + 1.0 - extent / 2.0
+        reaches = np.array(_REACHES)[:, None] + np.abs(_COMPASS) @ extent / 2.0
         near = around + (reaches[..., None] * _COMPASS).reshape(-1, 2)
         centres = np.clip(np.vstack([first, near]), least, np.maximum(least, most))
-        half = np.array(size.toTuple()) / 2.0 + 1.0
-        low, high = centres.min(axis=0) - half, centres.max(axis=0) + half
-        x, y = busy[((busy > low) & (busy < high)).all(axis=1)].T  # others are never covered
-        inside = np.abs(x - centres[:, :1]) < half[0]
-        inside &= np.abs(y - centres[:, 1:]) < half[1]
-        covered = np.count_nonzero(inside, axis=1)
+        covered = crowding.within(centres - extent / 2.0, centres + extent / 2.0)
         far = np.linalg.norm(centres - first, axis=1)
         at = centres[int(np.argmin(covered + _FAR * far))]
         box = QRect(QPoint(0, 0), size)
-        box.moveTopLeft(QPoint(*np.round(at - np.array(size.toTuple()) / 2.0).astype(int).tolist()))
+        box.moveTopLeft(QPoint(*np.round(at - extent / 2.0).astype(int).tolist()))
         return box
 
-    def show_whole(self, drawn: Miniature | None, size: QSize, busy: Array) -> None:
-        """Show the whole figure in the emptiest corner of the left image, or hide it.
-
-        `busy` are the pixels that should stay visible, (n, 2).
-        """
-        room = self._room().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
-        if drawn is None or room.width() < size.width() or room.height() < size.height():
+    def show_whole(self, drawn: Miniature | None, size: QSize, crowding: Crowding) -> None:
+        """Show the whole figure in the emptiest corner of the left image, or hide it."""
+        corner = None if drawn is None else self._emptiest_corner(size, crowding)
+        if drawn is None or corner is None:
             self.whole.hide()
-            return
+        else:
+            self.whole.show_miniature(drawn, corner, SIDES)
+            crowding.add_box(corner, _SOLID)
+
+    def show_clock(self, hands: Hands | None, size: QSize, crowding: Crowding) -> bool:
+        """Show a turn along its axis in the emptiest corner of the left image, or hide it.
+
+        The result is True if it is shown.
+        """
+        corner = None if hands is None else self._emptiest_corner(size, crowding)
+        if hands is None or corner is None:
+            self.clock.hide()
+            return False
+        self.clock.show_hands(hands, corner)
+        crowding.add_box(corner, _SOLID)
+        return True
+
+    def _emptiest_corner(self, size: QSize, crowding: Crowding) -> QRect | None:
+        """Return the corner of the left image for a widget of a size, or None without room."""
+        room = self._room().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
+        if room.width() < size.width() or room.height() < size.height():
+            return None
         low, right = room.bottom() - size.height() + 1, room.right() - size.width() + 1
-        corners = [
-            QRect(QPoint(x, y), size) for y in (low, room.top()) for x in (room.left(), right)
-        ]
-
-        def covered(box: QRect) -> int:
-            first, last = np.array(box.topLeft().toTuple()), np.array(box.bottomRight().toTuple())
-            return int(((busy > first - _MARGIN) & (busy < last + _MARGIN)).all(axis=1).sum())
-
-        self.whole.show_miniature(drawn, min(corners, key=covered), SIDES)
+        places = [(x, y) for y in (low, room.top()) for x in (room.left(), right)]
+        first = np.array(places, dtype=float)
+        covered = crowding.within(first - _MARGIN, first + size.toTuple() + _MARGIN)
+        return QRect(QPoint(*places[int(np.argmin(covered))]), size)
 
     def _room(self) -> QRect:
         """Return the part of the left image below the legend."""
@@ -257,15 +256,6 @@ class OffsetScale(QWidget):
 def _half(size: QSize, way: Array) -> float:
     """Return how far the border of a box is from its centre in a direction, about; pixels."""
     return float(np.abs(way) @ size.toTuple()) / 2.0
-
-
-def sampled(box: QRect) -> Array:
-    """Return pixels all over a box, (n, 2)."""
-    x, y = (
-        np.arange(box.left(), box.right() + 1, _SAMPLE),
-        np.arange(box.top(), box.bottom() + 1, _SAMPLE),
-    )
-    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2).astype(float)
 
 
 def _let_through(widget: _Shown) -> _Shown:

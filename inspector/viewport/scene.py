@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from PySide6.QtWidgets import QWidget
 from pyvistaqt import QtInteractor
 from vtkmodules.vtkRenderingCore import vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
-from inspector.viewport import opengl
 from inspector.viewport.bodies import BoneSegment, Rods, aligned_fronts, find_bones
 from inspector.viewport.bone_colours import mix
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
+from inspector.viewport.corrected_outline import CorrectedOutline
 from inspector.viewport.dashed_figure import DashedOutline
 from inspector.viewport.ground import Ground, ground_lines, lowest
 from inspector.viewport.head_and_chest import Front, heads_and_chests
@@ -25,7 +24,7 @@ from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
 from inspector.viewport.trails import Trails
 from inspector.widgets.theme import Theme
-from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.chain import Chain, find_chains
 from twistcore.skeleton.figure import figure_size, guess_up, heading
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array, matrix_from_quaternion
@@ -68,6 +67,7 @@ class Scene:
         self._other: Solid | None = None  # the solid figure on the right
         self._third: DashedOutline | None = None  # made when needed
         self._circle: LimbCircle | None = None  # made when needed
+        self._corrected: CorrectedOutline | None = None  # in the left image of two
         self._dress(Style.WEDGES)
         self.colour(theme)
 
@@ -187,6 +187,15 @@ class Scene:
         if self._circle is not None:
             self._circle.draw(circle, offset, before=before, after=after, line=line)
 
+    def draw_corrected(self, chain: Chain | None, before: Pose, after: Pose) -> None:
+        """Draw the correction of a chain or limb in the left image of two, or hide it for
+        None.
+        """
+        if self._corrected is not None:
+            self._corrected.draw(
+                chain, (before.rotations, before.positions), (after.rotations, after.positions)
+            )
+
     @property
     def bodies(self) -> tuple[BoneSegment, ...]:
         """All bones, and the heads and chests as bones."""
@@ -244,16 +253,21 @@ class Scene:
         self._ghost = Ghost(self.shapes, self._left)
         if self._right is not None:
             self._other = Solid(self.shapes, self.ground, self._right)
+            self._corrected = CorrectedOutline(
+                self.shapes.skin, self.data.motion.skeleton, self.height, self._left
+            )
         self._triads.add_to(self.renderers()[-1])
 
     def _undress(self) -> None:
         for figure in self._figures():
             figure.remove()
-        self._other = self._third = self._circle = None
+        self._other = self._third = self._circle = self._corrected = None
         self._triads.remove()
 
-    def _figures(self) -> list[Solid | Ghost | DashedOutline | LimbCircle]:
-        every = (self._solid, self._ghost, self._other, self._third, self._circle)
+    def _figures(self) -> list[Solid | Ghost | DashedOutline | LimbCircle | CorrectedOutline]:
+        every = (
+            self._solid, self._ghost, self._other, self._third, self._circle, self._corrected
+        )  # fmt: skip
         return [figure for figure in every if figure is not None]
 
     def _restore(self) -> None:
@@ -285,18 +299,3 @@ class Scene:
         self._right = None
         self._left.SetViewport(0.0, 0.0, 1.0, 1.0)
         self._grid.add_to(self._left)
-
-
-def make_plotter(parent: QWidget) -> QtInteractor | None:
-    """Return an empty VTK widget with lights, or None without OpenGL."""
-    if not opengl.renderer_name():
-        return None
-    plotter = QtInteractor(parent, auto_update=False, multi_samples=opengl.multisamples())
-    plotter.setAcceptDrops(False)  # the window handles drops
-    plotter.reset_key_events()
-    plotter.remove_all_lights()
-    light(plotter.renderer)
-    # Plain blending is enough for the thin, convex ghost, at a tenth of the cost of VTK's
-    # order-independent pass.
-    plotter.renderer.SetUseOIT(False)
-    return plotter

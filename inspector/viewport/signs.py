@@ -6,8 +6,10 @@ import numpy as np
 
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
-from inspector.viewport.frame_drawing import FrameDrawing
-from inspector.viewport.overlays import NOTHING, Overlays, sampled
+from inspector.viewport.clock import clock_size, hands_of
+from inspector.viewport.crowding import Crowding
+from inspector.viewport.frame_drawing import AngleSign, FrameDrawing
+from inspector.viewport.overlays import Overlays
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.whole_figure import miniature, miniature_size
@@ -15,9 +17,12 @@ from twistcore.skeleton.rotation import Array
 
 _GIRTH = 0.035  # half the width of a limb with a margin, in figure heights
 _BESIDE = 14.0  # pixels from a limb to the letter of its side
-_HEAVY = 3  # a fan or another label weighs as much as so many bones
+_HEAVY = 4  # the fan and the fins weigh as much as so many bones
+_FEW, _MANY = (12, 3), (24, 9)  # pixels along and across a bone, and a coloured bone
+_BEHIND = 0.06  # a point so far behind a bone is not its own, in figure heights
 _THIN = 0.02  # half the width of a bone, in figure heights
-_ALONG = np.linspace(0.0, 1.0, 12)
+_FIN = 0.4  # distance of a fin from the bone, in radii of the fan
+_ALONG = np.linspace(0.0, 1.0, 12)[:, None]
 _TOO_LARGE = 0.02  # share of the picture by which a figure may be outside
 
 
@@ -29,47 +34,82 @@ def show_signs(
     size: tuple[int, int],
 ) -> None:
     """Show the signs of the drawn pose. `size` is the size of an image in pixels."""
-    thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
     sign, pose = drawing.angle_to_show(scene), drawing.left
-    busy, spoke = NOTHING, None
-    body = NOTHING if pose is None else _body(scene, pose, camera, size)
-    if sign is None:
-        overlays.show_angle("")
-    else:
+    turn = None if sign is None else sign.turn
+    crowding = Crowding(*size)
+    if pose is not None:
+        _add_body(crowding, scene, pose, camera, size)
+    if sign is not None:
+        crowding.add(_wrong(sign, camera, size), _HEAVY)
+    hands = None if sign is None or turn is None else hands_of(turn, camera, sign.degrees)
+    shown = overlays.show_clock(hands, clock_size(size), crowding)
+    thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
+    text, bone, wide = "", np.zeros((2, 2)), 0.0
+    if sign is not None and not shown:
         bone, depth = camera.project(sign.bone, *size)
-        spoke = None if sign.spoke is None else camera.project(sign.spoke, *size)[0]
-        rim = camera.project(sign.rim, *size)[0]
-        body = np.vstack([body[::2], *(rim,) * _HEAVY])
-        text = f"{abs(sign.degrees):.0f}°"
-        overlays.show_angle(text, bone, thick / float(depth.mean()), spoke, body)
-        angle = sampled(overlays.angle.geometry())
-        body = np.vstack([body, *(angle,) * _HEAVY])
-        busy = np.vstack([bone, angle] if spoke is None else [bone, angle, spoke])
+        text, wide = f"{abs(sign.degrees):.0f}°", thick / float(depth.mean())
+    overlays.show_angle(text, bone, wide, crowding)
     if pose is None or drawing.guest is not None:
-        overlays.show_sides({})
-        overlays.show_whole(None, miniature_size(size), busy)
+        overlays.show_whole(None, miniature_size(size), crowding)
+        overlays.show_sides({}, crowding)
         return
-    places = _letters(drawing, pose, camera, size, thick, spoke)
-    overlays.show_sides(places, body)
-    letters = [sampled(one.geometry()) for one in overlays.sides.values() if not one.isHidden()]
-    busy = np.vstack([busy, body[::2], *letters])
-    _show_whole(overlays, drawing, scene, pose, camera, size, busy)
+    _show_whole(overlays, drawing, scene, pose, camera, size, crowding)
+    spoke = None if turn is None else camera.project(turn.spoke, *size)[0]
+    overlays.show_sides(_letters(drawing, scene, pose, camera, size, thick, spoke), crowding)
 
 
-def _body(scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]) -> Array:
-    """Return pixels all over the bones, heads and chests of a pose, (n, 2)."""
+def _wrong(sign: AngleSign, camera: OrbitCamera, size: tuple[int, int]) -> Array:
+    """Return pixels of the wrong bone, its fan, and its fin before and after, (n, 2)."""
+    start, stop = sign.bone
+    points = [start + _ALONG * (stop - start)]
+    if sign.turn is not None:
+        circle = sign.turn.circle
+        fins = (circle.aside, sign.turn.after - circle.centre)
+        points += [points[0] + _FIN * fin for fin in fins]
+        points.append(sign.turn.fan)
+    return camera.project(np.vstack(points), *size)[0]
+
+
+def _add_body(
+    crowding: Crowding, scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]
+) -> None:
+    """Add the bones, heads and chests of a pose. Coloured bones weigh more."""
     ends = scene.rods.ends(pose.rotations, pose.positions)
-    start, stop = ends[:, 0], ends[:, 1]
-    points = start[:, None] + _ALONG[:, None] * (stop - start)[:, None]
+    coloured = np.zeros(len(ends), dtype=bool)
+    coloured[: len(pose.roles)] = pose.roles != Role.PLAIN
+    wide = np.maximum(scene.rods.width, _THIN * scene.height)
+    for kind, counts in ((~coloured, _FEW), (coloured, _MANY)):
+        crowding.add(_grid(ends[kind], wide[kind], camera, size, *counts))
+
+
+def _grid(
+    ends: Array, wide: Array, camera: OrbitCamera, size: tuple[int, int], along: int, across: int
+) -> Array:
+    """Return pixels all over rods, (n, 2), from their ends (rods, 2, 3) and half widths (rods,)."""
+    shares = np.linspace(0.0, 1.0, along)[:, None]
+    points = ends[:, :1] + shares * (ends[:, 1:] - ends[:, :1])
     pixels, depth = camera.project(points, *size)
-    wide = np.maximum(scene.rods.width, _THIN * scene.height)[:, None]
-    reach = wide * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
-    across = np.stack([reach, np.zeros_like(reach)], axis=-1)
-    return np.concatenate([pixels, pixels + across, pixels - across]).reshape(-1, 2)
+    reach = wide[:, None] * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
+    x = pixels[..., :1] + reach[..., None] * np.linspace(-1.0, 1.0, across)
+    return np.stack([x, np.broadcast_to(pixels[..., 1:], x.shape)], axis=-1).reshape(-1, 2)
+
+
+def _is_hidden(
+    point: Array, scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]
+) -> bool:
+    """True if a bone is in front of a point, (3,), or almost."""
+    ends = scene.rods.ends(pose.rotations, pose.positions)
+    points = ends[:, :1] + _ALONG * (ends[:, 1:] - ends[:, :1])
+    pixels, depth = camera.project(points, *size)
+    at, far = camera.project(point, *size)
+    reach = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
+    near = np.linalg.norm(pixels - at, axis=-1) < reach
+    return bool((near & (depth < far - _BEHIND * scene.height)).any())
 
 
 def _letters(
     drawing: FrameDrawing,
+    scene: Scene,
     pose: Pose,
     camera: OrbitCamera,
     size: tuple[int, int],
@@ -78,9 +118,13 @@ def _letters(
 ) -> dict[str, Array]:
     """Return the pixel (2,) of each side's letter.
 
-    A letter is next to its limb, away from the fan and from the other limb.
+    A letter is next to its limb, away from the fan and from the other limb. The other limb has no
+    letter if the image does not show its joint.
     """
-    joints = drawing.sides()  # the selected limb is the last
+    joints = dict(drawing.sides())  # the selected limb is the last
+    for side, joint in [*joints.items()][:-1]:
+        if _is_hidden(pose.positions[joint], scene, pose, camera, size):
+            del joints[side]
     pixels, depth = camera.project(pose.positions[list(joints.values())].reshape(-1, 3), *size)
     middle = pixels.mean(axis=0) if len(pixels) else pixels
     places = {}
@@ -98,7 +142,7 @@ def _show_whole(
     pose: Pose,
     camera: OrbitCamera,
     size: tuple[int, int],
-    busy: Array,
+    crowding: Crowding,
 ) -> None:
     """Show the whole figure if the image shows only a part of it."""
     count = len(scene.bones)
@@ -108,8 +152,7 @@ def _show_whole(
     spare, room = _TOO_LARGE * np.array(size), np.array(size)
     small = miniature_size(size)
     if ((pixels[own] > -spare) & (pixels[own] < room + spare)).all():
-        overlays.show_whole(None, small, busy)
+        overlays.show_whole(None, small, crowding)
         return
     drawn = miniature(scene, pose, ends, own, drawing.sides(), camera, small)
-    limb = pixels[pose.roles != Role.PLAIN].reshape(-1, 2)
-    overlays.show_whole(drawn, small, np.vstack([busy, limb]))
+    overlays.show_whole(drawn, small, crowding)

@@ -33,6 +33,7 @@ from twistcore.skeleton.rotation import (
     matrix_from_quaternion,
     multiply,
     normalise,
+    rotate,
     twist_angle,
 )
 
@@ -52,6 +53,8 @@ _GIRTH = {
 _USUAL = (0.024, 0.020)
 _FIN = 0.10, 0.90  # where the fin begins and ends, as shares of the bone
 _FOOT, _EDGE = (0.44, 0.80), (0.34, 1.42)  # half its width, and distance from the bone, in radii
+# The part of each vertex of a fin: a flank, the edge, the other flank, and both ends.
+FIN_PARTS = np.repeat([STRIPE, FIN, STRIPE, STRIPE, STRIPE], 4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +177,16 @@ def drape(
     )
 
 
+def fins_of(skin: Skin, joints: Sequence[int], rotations: Array, positions: Array) -> Array:
+    """Return the vertices of the fins of the bones that begin at joints, (bones, F, 3).
+
+    `rotations` are global, (joints, 4). `positions` have the shape (joints, 3).
+    """
+    own = np.flatnonzero(np.isin(skin.parent, joints))
+    parents = skin.parent[own]
+    return positions[parents][:, None] + rotate(rotations[parents][:, None], skin.fin[own])
+
+
 def _turned(angle: Array, sides: Array) -> Array:
     """Return sides (B, 2, 3) turned by angles (B, K) about their common normal, (B, K, 2, 3)."""
     cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
@@ -201,7 +214,6 @@ def _fins(
         sides.append([(at, *corner) for corner in (section if at else section[::-1])])
         normals.append(np.tile([2.0 * at - 1.0, 0.0, 0.0], (4, 1)))
     corners, out = np.array(sides, dtype=float).reshape(-1, 3), np.concatenate(normals)
-    part = np.repeat([STRIPE, FIN, STRIPE, STRIPE, STRIPE], 4)
     tips = np.array([bones[number].tip for _, number in pairs]).reshape(-1, 3)
     along = np.array(_FIN)[corners[:, 0].astype(int)]  # (F,)
     thick = np.array([np.interp(along, STATIONS, row) for row in radius]).reshape(-1, len(along), 1)
@@ -209,7 +221,7 @@ def _fins(
     placed = along[:, None] * tips[:, None] + thick * (corners[:, 1:] @ across)
     first = np.arange(len(pairs))[:, None, None] * len(corners)
     faces = (first + np.arange(len(corners)).reshape(-1, 4)).reshape(-1, 4)
-    return placed, out @ frame, part, faces
+    return placed, out @ frame, FIN_PARTS, faces
 
 
 def _ring(pieces: int, bones: int) -> tuple[Array, NDArray[np.bool_], Index, Index]:

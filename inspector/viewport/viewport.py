@@ -19,11 +19,11 @@ from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.camera_moves import Aim, Steering
 from inspector.viewport.dashed_figure import Companion
 from inspector.viewport.frame_drawing import FrameDrawing, Guest
-from inspector.viewport.lights import background
+from inspector.viewport.lights import background, make_plotter
 from inspector.viewport.mesh_actor import Piece, specimens
 from inspector.viewport.navigation import Navigation
 from inspector.viewport.overlays import EMPTY, Overlays
-from inspector.viewport.scene import Scene, make_plotter
+from inspector.viewport.scene import Scene
 from inspector.viewport.signs import show_signs
 from inspector.widgets.labels import plain_text
 from inspector.widgets.later import Stale

@@ -22,7 +22,9 @@ def picture(qtbot, view):
     """What the window shows, (height, width, 3), without the legend and the signs."""
     settle(qtbot, view)
     overlays = view.overlays
-    signs = (overlays.legend, overlays.angle, overlays.whole, *overlays.sides.values())
+    signs = (
+        overlays.legend, overlays.angle, overlays.whole, overlays.clock, *overlays.sides.values()
+    )  # fmt: skip
     shown = [sign for sign in signs if not sign.isHidden()]
     for sign in shown:
         sign.hide()

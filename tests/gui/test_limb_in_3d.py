@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QToolTip
 from inspector.bundled import FLIPPED
 from inspector.session.open_clip import Show
 from inspector.viewport.bone_colours import Role
-from inspector.viewport.limb_circle import circle_of, limb_bones
+from inspector.viewport.limb_circle import LEAST_RADIUS, circle_of, limb_bones
 from inspector.widgets.theme import DARK, LIGHT
 from tests.gui.pictures import changed, picture, settle
 from tests.gui.windows import act, open_clip
@@ -65,24 +65,30 @@ def test_the_knee_is_on_the_circle_before_and_after(qtbot, document, show_view, 
     assert shown(view) == set(PARTS)
     radius = np.linalg.norm(off_the_line(before[limb.child], limb, before))
     assert radius > 0.03 * view.scene.height
+    wider = max(1.0, LEAST_RADIUS * view.scene.height / radius)
+    radius *= wider
+    knees = [
+        positions[limb.child] + (wider - 1.0) * off_the_line(positions[limb.child], limb, before)
+        for positions in (before, after)
+    ]
     ring = points(view, "circle")
     away = np.linalg.norm(off_the_line(ring, limb, before), axis=1)
     np.testing.assert_allclose(away, radius, atol=near)
     axis = before[limb.end] - before[limb.parent]
     level = (ring - before[limb.child]) @ (axis / np.linalg.norm(axis))
     np.testing.assert_allclose(level, 0.0, atol=near)
-    for name, positions in (("before", before), ("after", after)):
+    for name, knee in zip(("before", "after"), knees, strict=True):
         mark = points(view, name)
         centre = (mark.min(axis=0) + mark.max(axis=0)) / 2.0
-        np.testing.assert_allclose(centre, positions[limb.child], atol=near)
-        away = np.linalg.norm(off_the_line(positions[limb.child], limb, before))
+        np.testing.assert_allclose(centre, knee, atol=near)
+        away = np.linalg.norm(off_the_line(knee, limb, before))
         assert away == pytest.approx(radius, abs=near)
     np.testing.assert_allclose(points(view, "line")[0], before[limb.parent], atol=near)
     np.testing.assert_allclose(points(view, "line")[-1], before[limb.end], atol=near)
     # What is swept begins before, ends after, and is as wide as the offset.
     rim = points(view, "swept")[1:]
-    np.testing.assert_allclose(rim[0], before[limb.child], atol=near)
-    np.testing.assert_allclose(rim[-1], after[limb.child], atol=near)
+    np.testing.assert_allclose(rim[0], knees[0], atol=near)
+    np.testing.assert_allclose(rim[-1], knees[1], atol=near)
     length = np.linalg.norm(np.diff(rim, axis=0), axis=1).sum()
     offset = abs(document.offset(LEG)[frame])
     assert length == pytest.approx(radius * offset, rel=1e-3)

@@ -1,23 +1,31 @@
 """What the picture shows without words: the front, the side, the bone, and how far it is turned."""
 
 import shutil
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QRect
 
 from inspector.bundled import FLIPPED
+from inspector.session.opening import analyse_file
 from inspector.session.settings import Settings, load_settings
 from inspector.viewport.bone_colours import Role
+from inspector.viewport.crowding import Crowding
 from inspector.viewport.head_and_chest import heads_and_chests
+from inspector.viewport.limb_circle import Circle
 from inspector.viewport.solid_and_ghost import Style
+from inspector.viewport.striped_skin import FIN_PARTS
 from tests.gui.pictures import FRAME, INJECTED, WALK, insert_twist, settle
 from tests.gui.windows import act, open_clip
 from twistcore import read_clip
-from twistcore.detection import Kind
+from twistcore.detection import Interval, Kind
+from twistcore.review import Insert
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.figure import figure_size, guess_up, heading
 from twistcore.skeleton.motion import forward_kinematics
-from twistcore.skeleton.rotation import rotate
+from twistcore.skeleton.rotation import normalise, rotate
 
 
 def test_head_and_chest_look_ahead():
@@ -58,7 +66,10 @@ def test_a_fan_shows_how_far_the_bone_is_turned(qtbot, document, show_view, degr
     length = np.linalg.norm(np.diff(rim, axis=0), axis=1).sum()
     assert length == pytest.approx(radius * abs(turn.drawn), rel=0.01)
     assert not circle.line.shown
-    assert f"{abs(degrees):.0f}°" in view.overlays.angle.text()
+    hands = view.overlays.clock.hands
+    assert view.overlays.clock.isVisible()
+    assert hands.degrees == pytest.approx(degrees)
+    assert hands.way[0] @ hands.way[-1] == pytest.approx(np.cos(np.radians(degrees)), abs=1e-6)
     # The fan leads from the front of the bone before correction to its front after it.
     joint, frame = document.find_chain("LeftForeArm").parent, document.frame
     normal = next(b.normal for b in view.scene.bones if b.parent == joint)
@@ -72,6 +83,80 @@ def test_a_fan_shows_how_far_the_bone_is_turned(qtbot, document, show_view, degr
     settle(qtbot, view)
     assert view.drawing.turn(view.scene) is None
     assert not circle.swept.shown
+
+
+def test_the_hands_point_where_the_fins_do_in_the_picture(qtbot, document, show_view):
+    insert_twist(document, degrees=50.0)
+    view = show_view(document)
+    view.focus_chain()
+    for around in (0.0, 1.0, 2.5, 4.0):
+        view.steer(lambda camera, around=around: camera.orbited(around, 0.1))
+        settle(qtbot, view)
+        circle, hands = view.drawing.turn(view.scene).circle, view.overlays.clock.hands
+        if abs(view.camera.direction @ circle.axis) < 0.5:
+            continue  # foreshortened
+        ends = np.stack([circle.centre, circle.centre + circle.aside])
+        start, stop = view.camera.project(ends, *view.picture_size())[0]
+        arm = (stop - start) / np.linalg.norm(stop - start)
+        assert arm @ hands.way[0] > 0.7
+
+
+def test_the_corrected_fin_and_limb_are_drawn_before_the_correction(qtbot, document, show_view):
+    insert_twist(document, degrees=70.0)
+    view = show_view(document)
+    view.look(split=True, style=Style.SKIN)
+    view.focus_chain()
+    settle(qtbot, view)
+    corrected, chain = view.scene._corrected, document.find_chain("LeftForeArm")
+    assert corrected.fins.shown
+    assert not corrected.line.shown  # a twist of a bone moves no joint
+    _, positions = document.pose(document.frame, after=True)
+    axis = positions[chain.child] - positions[chain.parent]
+    turn = view.drawing.turn(view.scene)
+    fin = corrected.fins.points[: len(FIN_PARTS)].mean(axis=0) - positions[chain.parent]
+    fin -= (fin @ axis) / (axis @ axis) * axis
+    goal = turn.after - turn.circle.centre
+    assert fin @ goal == pytest.approx(np.linalg.norm(fin) * np.linalg.norm(goal), rel=1e-3)
+    view.look(split=False)
+    settle(qtbot, view)
+    assert view.scene._corrected is None
+    view.look(split=True)
+    document.go_to(FRAME + 50)
+    settle(qtbot, view)
+    assert not view.scene._corrected.fins.shown
+
+
+def test_a_line_shows_the_corrected_limb_of_a_flip(qtbot, document, show_view, tmp_path):
+    view = show_view(document)
+    view.look(split=True, style=Style.SKIN)
+    document.show_clip(analyse_file(Path(shutil.copy(FLIPPED, tmp_path))))
+    flip = next(j for j in document.intervals if j.interval.kind == Kind.LIMB_FLIP)
+    document.select_interval(flip.id, jump=True)
+    settle(qtbot, view)
+    corrected, limb = view.scene._corrected, document.find_chain(flip.interval.chain)
+    assert corrected.line.shown
+    knee = document.pose(document.frame, after=True)[1][limb.child]
+    assert np.abs(corrected.line.points - knee).sum(axis=1).min() == pytest.approx(0.0, abs=1e-3)
+    assert not corrected.fins.shown  # they would be in the air
+
+
+def test_a_jump_in_the_spine_marks_the_spine(qtbot, document, show_view):
+    skeleton = document.data.motion.skeleton
+    interval = Interval(
+        "LeftShoulder", FRAME, FRAME + 1, np.array([0.7]), kind=Kind.JOINT_JUMP, joint="LowerBack"
+    )  # fmt: skip
+    document.do(Insert(interval))
+    document.select_interval(document.intervals[-1].id, jump=True)
+    view = show_view(document)
+    view.focus_chain()
+    settle(qtbot, view)
+    roles, back = view.drawing.pose(view.scene).roles, skeleton.index("LowerBack")
+    marked = {b.parent for b, role in zip(view.scene.bones, roles, strict=True) if role}
+    assert marked == {back}
+    spine = document.pose(FRAME, after=False)[1][back]
+    pixel = view.camera.project(spine, *view.picture_size())[0]
+    assert (np.abs(pixel / view.picture_size() - 0.5) < 0.3).all()
+    assert view.sees_chain()
 
 
 @pytest.mark.parametrize("style", list(Style))
@@ -104,6 +189,32 @@ def test_letters_name_the_sides(qtbot, document, show_view, split):
     document.select_chain("RightUpLeg")
     settle(qtbot, view)
     assert abs(view.overlays.sides["Right"].geometry().center().y() - centres["Right"][1]) > 20
+
+
+def test_a_limb_behind_the_selected_one_has_no_letter(qtbot, document, show_view):
+    document.select_chain("LeftForeArm")
+    view = show_view(document)
+    _, positions = document.pose(document.frame, after=False)
+    left, right = (positions[document.find_chain(f"{s}ForeArm").child] for s in ("Left", "Right"))
+    view.steer(lambda camera: replace(camera, target=left).looking_from(normalise(left - right)))
+    settle(qtbot, view)
+    assert view.overlays.sides["Left"].isVisible()
+    assert not view.overlays.sides["Right"].isVisible()
+
+
+def test_the_weight_in_a_box_is_the_sum_of_its_pixels():
+    rng = np.random.default_rng(1)
+    pixels = rng.uniform(-20.0, 260.0, (400, 2))
+    crowding = Crowding(240, 240)
+    crowding.add(pixels, 3.0)
+    low = 6.0 * rng.integers(0, 20, (30, 2))  # at the borders of cells
+    high = low + 6.0 * rng.integers(1, 20, (30, 2))
+    inside = ((pixels >= low[:, None]) & (pixels < high[:, None])).all(axis=2)
+    np.testing.assert_allclose(crowding.within(low, high), 3.0 * inside.sum(axis=1))
+    at = np.array([[60.0, 60.0]])
+    before = crowding.within(at, at + 30.0)
+    crowding.add_box(QRect(60, 60, 30, 30), 2.0)
+    assert crowding.within(at, at + 30.0) == before + 2.0 * 25  # cells
 
 
 def test_the_whole_figure_is_drawn_if_the_picture_shows_a_part(qtbot, document, show_view):
@@ -167,3 +278,12 @@ def test_a_lesson_does_not_change_the_looks(qtbot, show_window, tmp_path):
     for name in ("show_teaching", "next_interval", "next_interval"):
         act(window, name)
     assert not window.viewport.scene.split
+
+
+def test_the_fan_of_an_almost_straight_limb_is_outside_its_skin():
+    middle, across = np.array([0.0, 1.0, 0.0]), np.array([0.02, 0.0, 0.0])
+    narrow = Circle(np.zeros(3), 2.0 * middle, middle, middle, across)
+    wide = narrow.widened(0.1)
+    assert np.linalg.norm(wide.at(np.array([1.0]))[0] - middle) == pytest.approx(0.1)
+    assert wide.aside @ across == pytest.approx(0.1 * 0.02)  # the same direction
+    assert narrow.widened(0.01) is narrow

@@ -1,0 +1,147 @@
+"""A turn as seen along its axis, like the hands of a clock: before, after and the degrees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QWidget
+
+from inspector.viewport.bodies import carried_normal
+from inspector.viewport.camera import OrbitCamera
+from inspector.viewport.limb_turn import Turn
+from inspector.widgets.theme import Theme
+from twistcore.skeleton.rotation import Array
+
+_SHARE, _BOUNDS = 0.27, (64, 134)  # share of an image's width; pixels
+_STEPS = 40  # of the arc
+_FACE = 0.44  # radius of the face, in widths of the widget
+_HUB = 0.26  # radius of the limb, in radii of the face
+_ARC = 0.80  # radius of the arc
+_GAP = 3.0  # pixels from the limb to the degrees
+_TIP = 0.07  # length of the arrow's tip, in widths
+_SAME = 0.01  # of the radius, less than a pixel
+_SWEPT = 70  # alpha of the turned sector
+
+
+@dataclass(frozen=True, eq=False)
+class Hands:
+    """A turn in the plane across its axis.
+
+    - way: unit vectors from before to after, (n, 2), y down
+    - degrees: the angle
+    """
+
+    way: Array
+    degrees: float
+
+    def look_like(self, other: Hands) -> bool:
+        """True if nobody could see a difference."""
+        near = np.abs(self.way[[0, -1]] - other.way[[0, -1]]).max() < _SAME
+        return bool(near and round(self.degrees) == round(other.degrees))
+
+
+def clock_size(picture: tuple[int, int]) -> QSize:
+    """Return the size of the drawing for an image of this width and height, in pixels."""
+    wide = round(min(max(_SHARE * picture[0], _BOUNDS[0]), _BOUNDS[1]))
+    return QSize(wide, wide)
+
+
+def hands_of(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
+    """Return the hands as the camera would see them if it looked along the axis of the turn.
+
+    The camera is tipped by the shortest way, so that directions in the image stay similar.
+    """
+    circle = turn.circle
+    axis = circle.axis if circle.axis @ camera.direction >= 0.0 else -circle.axis
+    right, up = (carried_normal(side, camera.direction, axis) for side in camera.axes[:2])
+    arms = circle.at(np.linspace(0.0, -turn.drawn, _STEPS)) - circle.centre
+    way = np.stack([arms @ right, -(arms @ up)], axis=1)
+    return Hands(way / np.linalg.norm(way, axis=1, keepdims=True), degrees)
+
+
+class Clock(QWidget):
+    """The small drawing of a turn along its axis."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self.hands: Hands | None = None
+        self.hide()
+
+    def colour(self, theme: Theme) -> None:
+        """Apply the theme's colours."""
+        self._theme = theme
+        self.update()
+
+    def show_hands(self, hands: Hands, at: QRect) -> None:
+        """Show the hands at a place of the view."""
+        known, self.hands = self.hands, hands
+        self.setGeometry(at)
+        self.show()
+        if known is None or not hands.look_like(known):
+            self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw the limb's section, the hands, and the arc between them with its degrees."""
+        if self.hands is None:
+            return
+        theme, painter = self._theme, QPainter(self)
+        painter.setPen(QColor(theme.line))
+        painter.setBrush(QColor(theme.raised))
+        painter.drawRect(self.rect().adjusted(0, 0, -1, -1))  # round corners take 2 ms
+        middle = QRectF(self.rect()).center()
+        radius = _FACE * self.width()
+        way = [middle + QPointF(*(radius * arm).tolist()) for arm in self.hands.way]
+        before, after = QColor(theme.before), QColor(theme.after)
+        swept = QColor(before)
+        swept.setAlpha(_SWEPT)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(swept)
+        painter.drawPolygon(QPolygonF([middle, *(_nearer(p, middle, _ARC) for p in way)]))
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        for end, ink in ((way[0], before), (way[-1], after)):
+            pen = QPen(ink, 0.045 * self.width())
+            pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+            painter.setPen(pen)
+            painter.drawLine(middle, end)
+        self._draw_arc(painter, [_nearer(p, middle, _ARC) for p in way], after)
+        painter.setPen(QPen(QColor(theme.soft), 1.5))
+        painter.setBrush(QColor(theme.bone))
+        painter.drawEllipse(middle, _HUB * radius, _HUB * radius)
+        self._draw_degrees(painter, middle, radius)
+
+    def _draw_arc(self, painter: QPainter, way: list[QPointF], ink: QColor) -> None:
+        painter.setPen(QPen(ink, 2.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawPolyline(QPolygonF(way))
+        last, long = QLineF(way[-1], way[-2]), QLineF(way[0], way[-1]).length()
+        size = min(_TIP * self.width(), 0.5 * long)
+        for turn in (-35.0, 35.0):
+            edge = QLineF(last)
+            edge.setLength(size)
+            edge.setAngle(last.angle() + turn)
+            painter.drawLine(edge)
+
+    def _draw_degrees(self, painter: QPainter, middle: QPointF, radius: float) -> None:
+        """Write the degrees on the side away from the arc."""
+        assert self.hands is not None
+        away = self.hands.way[len(self.hands.way) // 2]
+        text, font = f"{abs(self.hands.degrees):.0f}°", QFont(self.font())
+        font.setBold(True)
+        font.setPixelSize(max(12, round(0.15 * self.width())))
+        painter.setFont(font)
+        painter.setPen(QColor(self._theme.before))
+        box = QRectF(painter.fontMetrics().boundingRect(text))
+        reach = _HUB * radius + _GAP + 0.5 * float(np.abs(away) @ box.size().toTuple())
+        box.moveCenter(middle - QPointF(*(reach * away).tolist()))
+        room = QRectF(self.rect()).adjusted(_GAP, _GAP, -_GAP, -_GAP)
+        box.moveLeft(min(max(box.left(), room.left()), room.right() - box.width()))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+
+
+def _nearer(point: QPointF, middle: QPointF, share: float) -> QPointF:
+    """Return the point at a share of the way from the middle to another point."""
+    return middle + (point - middle) * share

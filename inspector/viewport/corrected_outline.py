@@ -1,0 +1,79 @@
+"""The correction in the image before it: the fins that will turn, the joints that will move."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkRenderingCore import vtkRenderer
+
+from inspector.viewport.bodies import FIN
+from inspector.viewport.bone_colours import mix, rgb
+from inspector.viewport.mesh_actor import Piece, segments
+from inspector.viewport.solid_and_ghost import SAME
+from inspector.viewport.striped_skin import FIN_PARTS, Skin, fins_of
+from inspector.widgets.theme import Theme
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.rotation import Array, geodesic_angle
+
+_STILL = 0.01  # of the figure's height; joints that move less are in place
+_LOOSE = 0.06  # a fin whose bone moves farther would float in the air
+_JOINTS, _FINS = 4, 2
+
+
+class CorrectedOutline:
+    """The fins after correction, and a line through the limb where its joints will be."""
+
+    def __init__(
+        self, skin: Skin, skeleton: Skeleton, height: float, renderer: vtkRenderer
+    ) -> None:
+        self._skin, self._skeleton, self._height = skin, skeleton, height
+        count = _FINS * len(FIN_PARTS)
+        self.fins = Piece(count, faces=np.arange(count).reshape(-1, 4)).unlit()
+        self.line = Piece(_JOINTS, lines=segments(np.arange(_JOINTS)), channels=0).unlit(width=5.0)
+        for piece in (self.fins, self.line):
+            piece.show(False)
+            piece.add_to(renderer)
+
+    def colour(self, theme: Theme) -> None:
+        """Apply the theme's colours."""
+        self.line.tint(rgb(theme.after))
+        dark = mix(theme.after, "#000000", 0.25)
+        edge = np.tile(FIN_PARTS == FIN, _FINS)[:, None]
+        self.fins.paint(np.where(edge, rgb(theme.after), dark).astype(np.uint8))
+
+    def draw(
+        self, chain: Chain | None, before: tuple[Array, Array], after: tuple[Array, Array]
+    ) -> None:
+        """Draw the correction of a chain or limb, or nothing for None.
+
+        `before` and `after` have the global rotations (joints, 4) and positions (joints, 3).
+        """
+        joints = [] if chain is None else self._joints(chain)
+        moved = np.linalg.norm(after[1][joints] - before[1][joints], axis=-1)
+        differs = geodesic_angle(before[0][joints], after[0][joints]) > SAME
+        differs[:-1] &= np.maximum(moved[:-1], moved[1:]) < _LOOSE * self._height
+        turned = [joint for joint, wrong in zip(joints, differs, strict=True) if wrong]
+        fins = fins_of(self._skin, turned[:_FINS], *after)[:_FINS]
+        self.fins.show(bool(fins.size))
+        if fins.size:
+            points = np.tile(fins[0, 0], (len(self.fins.points), 1))  # faces without an area
+            points[: fins[..., 0].size] = fins.reshape(-1, 3)
+            self.fins.move(points)
+        shifted = bool((moved > _STILL * self._height).any())
+        self.line.show(shifted)
+        if shifted:
+            self.line.move(after[1][joints])
+
+    def _joints(self, chain: Chain) -> list[int]:
+        """Return the joints of a chain or limb and the end of the longest bone below it, (4,)."""
+        last = chain.end if isinstance(chain, Limb) else chain.grandchild
+        joints = [chain.parent, chain.child, last if last >= 0 else chain.child]
+        below = self._skeleton.children[joints[-1]]
+        lengths = [float(np.linalg.norm(self._skeleton.offsets[joint])) for joint in below]
+        return [*joints, below[int(np.argmax(lengths))] if below else joints[-1]]
+
+    def remove(self) -> None:
+        """Remove the outline from the view."""
+        self.fins.remove()
+        self.line.remove()
