@@ -53,7 +53,7 @@ class Find:
     """An interval of a clip; offset: degrees in each frame; degrees: the angle shown in tables.
 
     applied: True for an automatic correction of `refine`; offset: what a correction removes, zeros
-    without one; carried: True if the part below turned along.
+    without one; carried: True if the part below carried along.
     """
 
     clip: str

@@ -67,7 +67,7 @@ class DetailCard(QWidget):
 
     judged = Signal(object)  # Decision
     quality_asked = Signal(object)  # Interval: a capture fault to show in Quality
-    end_turned = Signal()  # the person switched between 'kept' and 'turned along'
+    end_turned = Signal()  # the person switched between 'kept' and 'carried along'
 
     def __init__(self, document: Document) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""The choice whether the foot or hand of a flip, or the next joint, was kept or turned along."""
+"""The choice whether the foot or hand of a flip, or the next joint, was kept or carried along."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _WORDS = {  # keyed by `carried`: the button's text and its tip
         tr("The error did not turn the {end}: the correction keeps its rotation (C)"),
     ),
     True: (
-        tr_as("the limb's end is", "turned along"),
+        tr_as("the limb's end is", "carried along"),
         tr("The error also turned the {end}: the correction turns it back (C)"),
     ),
 }
 
 
 class EndChoice(QWidget):
-    """Two buttons after a heading, as in 'Foot: kept | turned along'."""
+    """Two buttons after a heading, as in 'Foot: kept | carried along'."""
 
     turned = Signal()  # the person chose the other button
 
@@ -40,7 +40,7 @@ class EndChoice(QWidget):
         hbox(self.name, 4, *self.choices.values(), owner=self, margins=(0, 0, 0, 0), spacing=0)
 
     def show_end(self, word: str, carried: bool) -> None:
-        """Show whether a 'foot', a 'hand' or the 'next joint' turned along."""
+        """Show whether a 'foot', a 'hand' or the 'next joint' carried along."""
         self._carried = carried
         self.name.setText(end_as_heading(word))
         for each, button in self.choices.items():
@@ -50,7 +50,7 @@ class EndChoice(QWidget):
 
     @property
     def shown(self) -> str:
-        """The text of the checked button: 'kept' or 'turned along'."""
+        """The text of the checked button: 'kept' or 'carried along'."""
         return _WORDS[self._carried][0]
 
     def _clicked(self) -> None:

@@ -141,7 +141,7 @@ class TrackPage(QWidget):
         for plot, name in (
             (self.change, tr("Acceleration of the bone's end before and after tracking, in m/s²")),
             (self.gains, tr("Gains κP, κD and κA over time, as percentages of 1000, 30 and 1000")),
-            (self.parts, tr("Parts of the tracker's acceleration over time, in rad/s²")),
+            (self.parts, tr("Components of the tracker's acceleration over time, in rad/s²")),
         ):
             plot.setAccessibleName(name)
             plot.setMinimumHeight(_LEAST_HIGH)
@@ -371,7 +371,7 @@ class TrackPage(QWidget):
         self._show_change(frame)
         if (traces := self._traces()) is None:
             self.gain_words.set_text(tr("Tracker gains"))
-            self.part_words.set_text(tr("Parts of the tracker's acceleration"))
+            self.part_words.set_text(tr("Components of the tracker's acceleration"))
             return
         # A step of 25 Hz applies to all frames up to it.
         row = min(int(np.searchsorted(traces.frames, frame)), len(traces.frames) - 1)

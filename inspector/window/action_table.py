@@ -96,7 +96,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
         ActionSpec("write_note", tr("Write a note"), ("I",),
                    tr("Enter keeps the note; Esc discards it"),
                    do=lambda p: p.review_actions.write("note")),
-        ActionSpec("write_delta", tr("Type δ"), ("Shift+D",),
+        ActionSpec("write_delta", tr("Enter δ"), ("Shift+D",),
                    tr("Type the offset of the selected interval"),
                    do=lambda p: p.review_actions.write("delta")),
         ActionSpec("write_start", tr("Type the start"), ("Ctrl+[",),

@@ -51,7 +51,7 @@ _ROWS: tuple[ActionRow[Chains] | None, ...] = (
                ),
                needs="clip", do=lambda p: p.chain_actions.joint_names()),
     ActionSpec("restore_chains", tr("Restore detected chains"), (),
-               tr("Undo all added, removed and named chains"),
+               tr("Undo all chain additions, removals and renames"),
                needs="clip", do=lambda p: p.chain_actions.restore_chains()),
     None,
     ActionSpec("keep_rig", tr("Save as rig profile"), (),

@@ -236,7 +236,7 @@ class FileActions(Saving):
             return tr(
                 "The other clips are still being analysed. The next one will open automatically."
             )
-        return tr("No other clip of the folder has undecided intervals.")
+        return tr("No other clip in this folder has undecided intervals.")
 
     def previous_clip(self) -> None:
         """Open the clip that was open before this one."""

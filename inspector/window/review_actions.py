@@ -357,7 +357,7 @@ class ReviewActions:
             self.document.edit(judged.id, following(judged.interval, angle))
 
     def turn_end(self) -> None:
-        """Switch the part below the selected interval between kept and turned along.
+        """Switch the part below the selected interval between kept and carried along.
 
         This is the hand or foot of a flip, or the joints below a stretch.
         """

@@ -54,7 +54,7 @@ def test_a_stretch_is_reviewed_like_any_other_error(qtbot, opened):
     assert all(box.isEnabled() for box in (card.start, card.stop, card.delta))
     assert card.delta.value() == pytest.approx(150.0, abs=3.0)
     assert not card.end.isHidden()
-    assert card.end.shown == "turned along"
+    assert card.end.shown == "carried along"
 
     before = document.review.state
     card.delta.setValue(150.0)

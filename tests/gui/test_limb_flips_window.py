@@ -173,7 +173,7 @@ def test_judged_by_keys_and_taken_back(qtbot, opened):
     assert why.startswith("The right leg is flipped for 4 frames: the knee points ")
     assert "The knee jumps by +179° at frame 38 and back by −180° at frame 42." in why
     assert "Log odds" in opened.detail.why.toolTip()
-    assert (opened.detail.end.name.text(), opened.detail.end.shown) == ("Foot:", "turned along")
+    assert (opened.detail.end.name.text(), opened.detail.end.shown) == ("Foot:", "carried along")
     moved = document.corrected.pose(40)[0]
     press(qtbot, opened, Qt.Key.Key_C)
     assert not document.interval.interval.carried

@@ -80,7 +80,10 @@ def test_the_end_of_a_limb_is_said_with_what_became_of_it(qtbot):
     end = EndChoice()
     qtbot.addWidget(end)
     end.show_end("foot", carried=True)
-    assert [name(button) for button in end.choices.values()] == ["Foot: kept", "Foot: turned along"]
+    assert [name(button) for button in end.choices.values()] == [
+        "Foot: kept",
+        "Foot: carried along",
+    ]
 
 
 def test_a_row_with_a_key_says_both(qtbot):

@@ -87,7 +87,7 @@ def test_a_repair_moves_the_knee_and_nothing_else(tmp_path):
     assert set(np.flatnonzero(turned)) == {leg.parent, leg.end}
     before, after = (forward_kinematics(m)[1] for m in (KICK.motion, refined))
     way = np.linalg.norm(after - before, axis=2)
-    below_end = {leg.end + 1}  # toes follow a foot that turned along
+    below_end = {leg.end + 1}  # toes follow a foot that carried along
     assert set(np.flatnonzero(way.max(axis=0) > 1e-9)) == {leg.child, *below_end}
     assert way[:, leg.child].max() > 0.05 * KICK.motion.skeleton.height
     moved = np.linalg.norm(forward_kinematics(written)[1] - before, axis=2)[:, leg.end]

@@ -214,7 +214,7 @@ class Manifest:
             if not create:
                 raise TwistError(f"{folder}: expected a folder written by twistcore batch")
         elif not is_batch_folder(folder):
-            raise FormatError(f"{file}: expected a manifest of twistcore batch")
+            raise FormatError(f"{file}: expected a manifest written by twistcore batch")
         with _sqlite_errors(file):
             connection = sqlite3.connect(file, timeout=_BUSY_S, isolation_level=None)
         try:
@@ -233,7 +233,9 @@ class Manifest:
             if create:
                 self._make()
             if shape_of(self._connection) != shape_of_ours():
-                raise FormatError("expected a manifest of twistcore batch, found other tables")
+                raise FormatError(
+                    "expected a manifest written by twistcore batch, found other tables"
+                )
 
     def __enter__(self) -> Self:
         """Return the manifest."""
@@ -390,10 +392,14 @@ def _sqlite_errors(file: Path) -> Iterator[None]:
     except sqlite3.OperationalError as error:
         raise TwistError(f"{file} cannot be read or written ({shown_words(error)})") from None
     except UnicodeDecodeError:  # SQLite quotes the damaged text in its message
-        raise FormatError(f"{file}: expected a manifest of twistcore batch in UTF-8") from None
+        raise FormatError(
+            f"{file}: expected a manifest written by twistcore batch in UTF-8"
+        ) from None
     except sqlite3.DatabaseError as error:
         why = shown_words(error)
-        raise FormatError(f"{file}: expected a manifest of twistcore batch ({why})") from None
+        raise FormatError(
+            f"{file}: expected a manifest written by twistcore batch ({why})"
+        ) from None
 
 
 def _columns(names: Iterable[str], values: Iterable[Any]) -> dict[str, Any]:

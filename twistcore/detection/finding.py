@@ -105,6 +105,8 @@ def found_by(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
                         f"expected the finder to return only its own kind in {name}, found {one!r}"
                     )
                 if not 0 <= one.start < one.stop <= frames:
-                    raise TwistError(f"expected intervals within {frames} frames, found {one!r}")
+                    raise TwistError(
+                        f"expected intervals inside the clip ({frames} frames), found {one!r}"
+                    )
     chosen = (chain.name for chain in search.chosen)
     return {n: tuple(sorted(found.get(n, ()), key=lambda i: (i.start, i.stop))) for n in chosen}

@@ -133,7 +133,7 @@ def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
     try:
         chains = session.state.rig.chains(clip.motion)
     except TwistError as error:
-        raise ClipMismatchError(f"{clip.path}: the session has other chains: {error}") from None
+        raise ClipMismatchError(f"{clip.path}: the session has different chains: {error}") from None
     check_belongs(session, clip, chains)
     return chains
 

@@ -105,7 +105,7 @@ class CommonTau:
         if less > 0:
             natural = int(curve.natural.sum())
             tells.append(
-                f"lists {less} fewer of the 1 rejected interval"
+                "no longer lists the rejected interval"
                 if natural == 1
                 else f"lists {less} fewer of the {natural} rejected intervals"
             )

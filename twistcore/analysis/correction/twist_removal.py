@@ -163,7 +163,9 @@ def refine(
     else:
         every, intervals = cast("Sequence[Chain]", chains), list(intervals)
     if beyond := next((i for i in intervals if i.stop > motion.frames), None):
-        raise TwistError(f"expected intervals within {motion.frames} frames, found {beyond!r}")
+        raise TwistError(
+            f"expected intervals inside the clip ({motion.frames} frames), found {beyond!r}"
+        )
     # The positions stay the same array, which shows a writer that none has changed.
     return motion.with_rotations(refiner(motion, every, intervals)(0, motion.frames).rotations)
 
