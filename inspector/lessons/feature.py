@@ -29,6 +29,12 @@ class Lessons(FeatureParts):
     def connect(self, window: HostWindow) -> None:
         """Connect the lessons to the window, which they control."""
         docks, taught = window.docks, window.part(teaching)
+
+        def show_intervals() -> None:
+            docks["intervals"].raise_()
+            if window.actions_by_id["presentation"].isChecked():  # there, it hides no other tab
+                docks["teaching"].hide()
+
         program = GuidedProgram(
             document=window.document,
             taught=taught.taught,
@@ -38,7 +44,7 @@ class Lessons(FeatureParts):
             aside=Aside(window.document),
             actions=window.actions_by_id,
             list_all=window.intervals.list_all,
-            show_intervals=docks["intervals"].raise_,
+            show_intervals=show_intervals,
             show_teaching=taught.show,
         )
         self.lesson_actions = LessonActions(program, docks["guide"], docks["chains"], window)

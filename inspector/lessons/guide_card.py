@@ -7,13 +7,17 @@ from collections.abc import Sequence
 from html import escape
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
+from PySide6.QtGui import QFontInfo
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QPushButton, QToolButton, QWidget
 
 from inspector.language import tr, tr_as
 from inspector.lessons.lesson_text import LessonText
 from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.theme import Colours
 from inspector.widgets.typeset import Typesetter
+
+_TITLE = 1.1  # size of the title's type in that of the text
+_READABLE = 24  # pixels; type of this size is readable from the last row of a room
 
 # The colour of a result, by the smallest share of right answers.
 _ROLES = (1.0, "accepted"), (0.5, "undecided"), (0.0, "rejected")
@@ -41,10 +45,19 @@ class GuideCard(QWidget):
         content = head, (self.body, 1), self.task, self.controls, self._buttons
         vbox(*content, owner=self, margins=(10, 8, 10, 10), spacing=6)
         self.setMinimumHeight(240)
-        self.title.setStyleSheet("font-weight: 600; font-size: 14px")
+        self.set_scale(1.0)
         colours.changed.connect(self._colour)
 
     def _colour(self) -> None:
+        self._show_task(self._mark)
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the type; 1 is the normal size. Larger type is readable from the last row."""
+        normal = QFontInfo(QApplication.font()).pixelSize()
+        self._size = max(round(normal * scale), _READABLE) if scale > 1.0 else normal
+        title = round(_TITLE * self._size)
+        self.title.setStyleSheet(f"font-weight: 600; font-size: {title}px")
+        self.body.set_size(self._size)
         self._show_task(self._mark)
 
     def prepare(self, formulas: Sequence[str]) -> None:
@@ -82,7 +95,7 @@ class GuideCard(QWidget):
         self._mark, colour = mark, getattr(self._colours.theme, self._role)
         self.task.setVisible(bool(self._task))
         self.task.setText(f"{mark} {_plain(self._task)}")
-        self.task.setStyleSheet(f"color: {colour}")
+        self.task.setStyleSheet(f"color: {colour}; font-size: {self._size}px")
 
     def set_buttons(
         self, buttons: list[QPushButton], controls: list[QWidget], leave: QToolButton

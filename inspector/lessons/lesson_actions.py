@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction
+from PySide6.QtGui import QAction, QKeySequence, QShortcut
 from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
 from inspector.bundled import EXERCISES, LESSONS, TOUR
@@ -51,6 +51,7 @@ class LessonActions:
         self.hidden_errors = Exercise(self.program, EXERCISES, self.window)
         self.page_export = PageExport(self.window, self.program.document.message.emit)
         self._add_menu()
+        self._add_page_keys()
         self.player.began.connect(lambda: self._show_guide(self._title))
         self.player.ended.connect(self._close_guide)
         self.player.finished.connect(self._offer_next)
@@ -65,6 +66,17 @@ class LessonActions:
             if below in menu.actions():
                 menu.insertMenu(below, self.lessons_menu)
         self.lessons_menu.aboutToShow.connect(self._fill_menu)
+
+    def _add_page_keys(self) -> None:
+        """Let Page Down and Page Up turn the pages of a lesson during a presentation."""
+        for key, button in (
+            (Qt.Key.Key_PageDown, self.player.forward),
+            (Qt.Key.Key_PageUp, self.player.back),
+        ):
+            turn = QShortcut(QKeySequence(key), self.window, enabled=False)
+            turn.setContext(Qt.ShortcutContext.ApplicationShortcut)  # in a floating panel, too
+            turn.activated.connect(button.click)
+            self.program.actions["presentation"].toggled.connect(turn.setEnabled)
 
     def _fill_menu(self) -> None:
         if not self.lessons_menu.isEmpty():

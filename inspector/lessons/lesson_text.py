@@ -48,6 +48,13 @@ class LessonText(QTextBrowser):
         self.setStyleSheet(f"background: {theme.window}; color: {theme.text}")
         self._render()
 
+    def set_size(self, pixels: int) -> None:
+        """Set the size of the type; formulas have the size of the text."""
+        font = self.font()
+        font.setPointSizeF(72.0 * pixels / self.logicalDpiY())  # Qt sets paragraphs apart by points
+        self.setFont(font)
+        self._render()
+
     def show_markdown(self, text: str) -> None:
         """Show a text, scrolled to its top."""
         self._markdown = text

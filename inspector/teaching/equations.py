@@ -29,6 +29,7 @@ from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Colours, figures_font
 from inspector.widgets.typeset import EM, Typesetter
 
+_FIGURES = 9.0  # points, of the values
 _SIZE = 0.97  # size of a formula, in lines
 _LINE = 7 / 6  # line height in letter sizes, independent of the font's line spacing
 _ASIDE = 5  # pixels on either side of a formula
@@ -215,7 +216,7 @@ class Equations(QWidget):
         right = RightSide(equation.right, typesetter, line)
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
         value = SteadyLabel(alignment=RIGHT, textInteractionFlags=selectable)
-        value.setFont(figures_font(9.0))
+        value.setFont(figures_font(_FIGURES))
         star = "*" if equation.corrected else ""
         text = f"({equation.number}){star}" if equation.number else ""
         number = soft(_InRow(text, alignment=RIGHT))
@@ -238,6 +239,11 @@ class Equations(QWidget):
         self.buttons[equation.symbol] = button
         self._rights.append(right)
         self._rows[equation.symbol] = (button, equals, both, number)
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the type of the values; the formulas follow the font of the widget."""
+        for value in self.values.values():
+            value.setFont(figures_font(_FIGURES * scale))
 
     def refresh(self) -> None:
         """Update the values of all rows and the names of the joints."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QFrame, QScrollArea, QSizePolicy, QWidget
+from PySide6.QtGui import QAction, QFontInfo
+from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QSizePolicy, QWidget
 
 from inspector.language import tr
 from inspector.teaching.equation_table import typeset_texts
@@ -40,6 +40,7 @@ class TeachingPanel(QWidget):
         super().__init__()
         self._taught, self._viewport, self._timeline = taught, viewport, timeline
         self.typesetter = Typesetter(self)
+        self._size = QFontInfo(QApplication.font()).pixelSize()  # of the type
         self.gizmo = GizmoGuest(viewport, taught, self.typesetter)
         self.title = Headline()
         self.equations = Equations(taught, self.typesetter, viewport.colours)
@@ -78,9 +79,16 @@ class TeachingPanel(QWidget):
         self.typesetter.ready.connect(self._typeset)
         viewport.colours.follow(self._colour)
 
+    def set_scale(self, scale: float) -> None:
+        """Scale the type of the equations; 1 is the normal size."""
+        self._size = round(QFontInfo(QApplication.font()).pixelSize() * scale)
+        self.equations.set_scale(scale)
+        self._colour(self._viewport.theme)
+        self._typeset()
+
     def _colour(self, theme: Theme) -> None:
         for part in (self.scroll_area.viewport(), self.listed):
-            part.setStyleSheet(f"background: {theme.surface}")
+            part.setStyleSheet(f"background: {theme.surface}; font-size: {self._size}px")
         self._rule.setStyleSheet(f"background: {theme.line}")
         self.title.setStyleSheet("font-weight: 600")
         self.refresh()

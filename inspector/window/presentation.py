@@ -1,25 +1,37 @@
-"""The presentation: figure and curves in large type, for a lecture hall or a meeting."""
+"""The presentation: figure, curves and a running lesson in large type, for a lecture hall."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Protocol, runtime_checkable
 
 from PySide6.QtCore import QByteArray, Qt
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QDockWidget, QMainWindow, QStatusBar, QToolBar
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QScrollArea, QStatusBar, QToolBar, QWidget
 
 from inspector.panels.reviewer_line import ReviewerLine
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.window.low_window import is_seen, show_title
 
-_KEPT = ("curves", "teaching")  # docks that stay visible if they are visible
+_KEPT = ("curves", "teaching", "guide")  # docks that stay visible if they are visible
 _SCALE = 1.7  # scale of type and lines
-_CURVES_SHARE = 0.42  # share of the window's height
+_CURVES_SHARE, _WITH_LESSON = 0.42, 0.33  # share of the window's height
+_LESSON_SHARE = 0.27  # of the window's width, for the page of a lesson
+
+
+@runtime_checkable
+class Scaled(Protocol):
+    """A widget whose type can be enlarged."""
+
+    def set_scale(self, scale: float) -> None:
+        """Scale the type; 1 is the normal size."""
 
 
 class Presentation:
-    """Hides everything except figure, transport and curves, and restores the window afterwards."""
+    """Hides everything except the figure, the transport, the curves and a lesson's page, and
+    restores the window afterwards.
+    """
 
     def __init__(
         self,
@@ -32,7 +44,7 @@ class Presentation:
         self._window, self._docks = window, docks
         self._viewport, self._timeline = viewport, timeline
         self._layout: QByteArray | None = None
-        self._full = False
+        self._full = self._taught = False
         self._escape = QShortcut(QKeySequence(Qt.Key.Key_Escape), window)
         # A floating dock is a separate window, from which Esc must end the presentation, too.
         self._escape.setContext(Qt.ShortcutContext.ApplicationShortcut)
@@ -45,6 +57,7 @@ class Presentation:
             return
         window = self._window
         self._layout, self._full = window.saveState(), window.isFullScreen()
+        self._taught = is_seen(self._docks["teaching"])
         for name, dock in self._docks.items():
             if name not in _KEPT or not is_seen(dock):
                 dock.hide()
@@ -56,8 +69,12 @@ class Presentation:
         self._scale(_SCALE)
         self._escape.setEnabled(True)
         self.set_full_screen(True)
-        height = round(_CURVES_SHARE * window.height())
+        lesson = is_seen(self._docks["guide"])
+        height = round((_WITH_LESSON if lesson else _CURVES_SHARE) * window.height())
         window.resizeDocks([self._docks["curves"]], [height], Qt.Orientation.Vertical)
+        if lesson:
+            width = round(_LESSON_SHARE * window.width())
+            window.resizeDocks([self._docks["guide"]], [width], Qt.Orientation.Horizontal)
 
     def leave(self) -> None:
         """End the presentation and restore the window."""
@@ -65,6 +82,7 @@ class Presentation:
             return
         window, layout = self._window, self._layout
         self._layout = None
+        other_tab = self._taught and self._docks["teaching"].isHidden()  # by a page of a lesson
         self._scale(1.0)
         self._escape.setEnabled(False)
         self._show_titles(shown=True)
@@ -72,6 +90,8 @@ class Presentation:
         window.statusBar().show()
         self.set_full_screen(self._full)
         window.restoreState(layout)
+        if other_tab:
+            self._docks["intervals"].raise_()
 
     def set_full_screen(self, on: bool) -> None:
         """Turn full screen on or off. A maximised window is maximised again afterwards."""
@@ -84,5 +104,11 @@ class Presentation:
             show_title(self._docks[name], "presentation", shown=shown)
 
     def _scale(self, scale: float) -> None:
-        self._timeline.set_scale(scale)
-        self._viewport.set_scale(scale)
+        for part in (self._viewport, self._timeline, *map(self._content, _KEPT)):
+            if isinstance(part, Scaled):
+                part.set_scale(scale)
+
+    def _content(self, name: str) -> QWidget | None:
+        """Return what a dock shows, without the scroll bars around it."""
+        shown = self._docks[name].widget()
+        return shown.widget() if isinstance(shown, QScrollArea) else shown

@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QFontInfo
 
+from inspector.bundled import LESSONS
 from inspector.lessons.lesson_file import read_lesson
 from inspector.lessons.page_in_clip import chain_of
 from inspector.session.opening import analyse_clip
 from tests.conftest import ASSETS
 from tests.gui.test_tour import play
+from tests.gui.windows import act
 from twistcore.errors import FormatError
 from twistcore.formats.bvh import read_bvh
 
@@ -36,6 +40,7 @@ TASKS = (
     "lit a w, lit v w",
     "seen before after, seen after both, accepted",
     "twist >= 60, along, accepted limb-flip, moved 100",
+    "tau >= 20, tau <= 40",
 )
 
 
@@ -111,3 +116,60 @@ def test_a_nudge_is_remembered_while_the_rest_waits(qtbot, at_forearm, tmp_path)
     assert not at_forearm.guide.done
     taught.alter(bend=None, nudge=0.0, swing=np.radians(130.0))
     assert at_forearm.guide.done
+
+
+def test_each_page_has_a_threshold_and_a_detector_of_its_own(qtbot, at_forearm, tmp_path):
+    """A person's τ ends with the page, and a page without one has the detector's own."""
+    chain = "RightForeArm"
+    more = "tab: intervals\ndetector: paper\ntau: {}"
+    pages = [
+        PAGE.format(clip="walk_noisy.bvh", chain=chain, more=own, done=done)
+        for own, done in (
+            (more.format(2), "tau <= 0.5"),
+            (more.format(0.5), "listed 3"),
+            ("tab: intervals", "tau >= 20"),
+        )
+    ]
+    path = tmp_path / "lesson.md"
+    path.write_text(f"---\ntitle: T\nclip: walk_noisy.bvh\n---\n\n{''.join(pages)}")
+    player = play(qtbot, at_forearm, path)
+    document = at_forearm.document
+    shown = []
+    for turn in (player.forward, player.forward, player.back, player.back, player.leave):
+        assert not at_forearm.guide.done
+        tau = round(float(np.degrees(document.review.state.tau[chain])), 3)
+        shown.append((document.method, tau))
+        player.show_me.click()
+        assert at_forearm.guide.done
+        if len(shown) == 3:
+            automatic = round(float(np.degrees(document.detector.automatic_tau(chain))), 3)
+        turn.click()
+    pages = [("paper", 2.0), ("paper", 0.5), ("consistency", automatic)]
+    assert shown == [*pages, *pages[1::-1]]
+
+
+def test_a_lesson_is_given_to_a_room(qtbot, at_forearm):
+    """In a presentation, the page is readable from the last row, and Page Down turns it."""
+    player = play(qtbot, at_forearm, LESSONS / "3-3-refinement.md")
+    guide, docks = at_forearm.guide, at_forearm.docks
+    formula = at_forearm.teaching.equations.buttons["m"]
+    small = QFontInfo(guide.body.font()).pixelSize(), formula.sizeHint().height()
+    act(at_forearm, "presentation")
+    qtbot.waitUntil(lambda: QFontInfo(guide.body.font()).pixelSize() >= 24)
+    assert docks["guide"].isVisible()
+    assert docks["teaching"].isVisible()
+    assert not docks["intervals"].isVisible()
+    assert formula.sizeHint().height() > 1.5 * small[1]
+    for key, page in (
+        (Qt.Key.Key_PageDown, 1),
+        (Qt.Key.Key_PageUp, 0),
+        *((Qt.Key.Key_PageDown, k) for k in (1, 2, 3, 4)),
+    ):
+        qtbot.keyClick(at_forearm, key)
+        assert player.at == page
+    assert not docks["teaching"].isVisible()  # the last page is about the intervals
+    act(at_forearm, "presentation")
+    qtbot.waitUntil(lambda: docks["intervals"].isVisible())
+    assert (QFontInfo(guide.body.font()).pixelSize(), formula.sizeHint().height()) == small
+    qtbot.keyClick(at_forearm, Qt.Key.Key_PageUp)  # belongs to lists again
+    assert player.at == 4
