@@ -16,7 +16,7 @@ from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.theme import Colours
 from inspector.widgets.typeset import Typesetter
 
-_TITLE = 1.1  # size of the title's type in that of the text
+_TITLE = 1.1  # ratio of the type of the title to the type of the text
 _READABLE = 24  # pixels; type of this size is readable from the last row of a room
 
 # The colour of a result, by the smallest share of right answers.
