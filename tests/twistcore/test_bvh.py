@@ -159,6 +159,26 @@ def test_broken_files_say_where_and_what(damage, line, column, fact):
         parse_bvh(damage(small(np.arange(27).reshape(3, 9))), "broken.bvh")
 
 
+@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
+@pytest.mark.parametrize("before", [b"", b"  ", b"\t \t"])
+@pytest.mark.parametrize(
+    ("wanted", "found", "line"),
+    [
+        (b"HIERARCHY", b"HIERARCHX", 1), (b"ROOT", b"BOOT", 2), (b"CHANNELS 6", b"CHANELS 6", 5),
+        (b"Frames: 3", b"frame: 3", 17), (b"Frame Time", b"Time", 18), (b"0.000000", b"x", 19),
+    ],
+)  # fmt: skip
+def test_the_column_is_that_of_the_word(end, before, wanted, found, line):
+    """From 1, whatever ends the lines, after whatever is before the word on its line."""
+    lines = small(np.arange(27).reshape(3, 9)).splitlines()
+    assert wanted in lines[line - 1]
+    left = lines[line - 1].index(wanted)
+    lines[line - 1] = before + lines[line - 1].replace(wanted, found, 1)
+    with pytest.raises(BvhError) as error:
+        parse_bvh(end.join(lines), "broken.bvh")
+    assert (error.value.line, error.value.column) == (line, len(before) + left + 1)
+
+
 def test_a_missing_file_is_one_sentence(tmp_path):
     with refused(BvhError, path=str(tmp_path / "none.bvh"), line=None):
         read_bvh(tmp_path / "none.bvh")

@@ -8,6 +8,7 @@ import pytest
 from tests.twistcore.reviews import CLIP, fresh
 from twistcore.errors import FormatError
 from twistcore.review import Journal, LeaveOut, read_session, recover, session_bytes
+from twistcore.review.left_out import joined_spans, missing_from, spans_from_json
 
 SPANS = ((0, 40), (100, 130))
 
@@ -50,3 +51,37 @@ def test_damaged_spans_are_refused(tmp_path, damage):
         read_session(path)
     with pytest.raises(ValueError, match="frame"):
         fresh().do(LeaveOut(((5, 5),)))
+
+
+@pytest.mark.parametrize(
+    ("others", "left"),
+    [
+        ([(0, 3)], ((3, 10),)),
+        ([(7, 10)], ((0, 7),)),
+        ([(0, 3), (7, 10)], ((3, 7),)),
+        ([(0, 4), (4, 10)], ()),
+        ([(0, 10)], ()),
+        ([(10, 12)], ((0, 10),)),
+    ],
+)
+def test_what_is_missing_has_no_empty_span(others, left):
+    assert missing_from([(0, 10)], others) == left
+    later = [(a + 10, b + 10) for a, b in others]
+    assert missing_from([(10, 20)], [(0, 10), *later]) == tuple((a + 10, b + 10) for a, b in left)
+
+
+@pytest.mark.parametrize("first", [(0, 5), (2, 5)])
+@pytest.mark.parametrize("last", [(1, 3), (2, 9), (5, 6), (6, 7)])
+def test_joined_spans_cover_the_same_frames(first, last):
+    """Also where a span lies within the one before it, and where they only touch."""
+    joined = joined_spans([last, first])
+    assert {k for a, b in joined for k in range(a, b)} == {*range(*first), *range(*last)}
+    assert len(joined) == (2 if last[0] > 5 else 1)
+
+
+@pytest.mark.parametrize("entry", ["x", [1], 7, [1, 2, 3]])
+def test_a_damaged_span_is_named_with_what_was_expected(entry):
+    with pytest.raises(FormatError) as error:
+        spans_from_json([[0, 4], entry])
+    assert str(error.value).startswith("left_out, number 2: expected [start, stop] for a span")
+    assert str(error.value).endswith(f"found {entry!r}")

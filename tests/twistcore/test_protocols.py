@@ -11,8 +11,9 @@ from tests.conftest import ASSETS
 from twistcore.cli import main
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh, write_motion
-from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.rotation import rotate
+from twistcore.skeleton.chain import Chain, find_chains
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import quaternion_from_axis_angle, rotate
 from twistcore.study.benchmark.clip_run import BenchmarkSettings, run_clip
 from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.markdown import benchmark_to_markdown
@@ -31,7 +32,7 @@ from twistcore.synthesis import (
     read_truth,
 )
 from twistcore.synthesis.injection import LEAST
-from twistcore.synthesis.offset_shape import shaped
+from twistcore.synthesis.offset_shape import aligned_spells, shaped
 from twistcore.synthesis.protocol import PROTOCOLS, chain_increments
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
@@ -376,3 +377,33 @@ def test_the_benchmark_tells_of_new_rows_and_of_what_came_out_worse():
     assert "grew by more than 0.5°" in " ".join(page.split())
     for name in settings.protocols:
         assert f"## {name}: {PROTOCOLS[name].text}" in page
+
+
+@pytest.mark.parametrize("first", [0, 3])
+@pytest.mark.parametrize(
+    ("straight", "wanted"),
+    [
+        ([(10, 20)], [(10, 20)]),
+        ([(10, 20), (21, 30)], [(10, 30)]),  # a tenth of a second apart at most
+        ([(10, 20), (22, 30)], [(10, 20), (22, 30)]),
+        ([(10, 11)], []),  # too short
+        ([(10, 12)], [(10, 12)]),
+        ([(0, 7), (40, 50)], [(0, 7), (40, 50)]),  # at both ends of the clip
+        ([(0, 50)], []),  # always straight
+        ([], []),
+    ],
+)
+def test_spells_in_line_begin_and_end_with_their_own_frames(straight, wanted, first):
+    at = np.zeros(50, dtype=bool)
+    for start, stop in straight:
+        at[start:stop] = True
+    bend = np.where(at, 0.9, 1.1) * STRAIGHT
+    x, y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    offsets = np.array([0.0 * x, x, x, x])
+    skeleton = Skeleton(("A", "B", "C", "D"), np.array([-1, 0, 1, 2]), offsets)
+    q = np.tile([1.0, 0.0, 0.0, 0.0], (50, 4, 1))
+    q[:, 2] = quaternion_from_axis_angle(y, bend)
+    motion = Motion(skeleton, q, (0,), np.zeros((50, 1, 3)), 1 / 20)
+    later = [(max(start, first), stop) for start, stop in wanted]
+    assert list(aligned_spells(motion, Chain("B", 1, 2, 3, x, x), first)) == later
+    assert list(aligned_spells(motion, Chain("B", 1, 2, -1, x, x), first)) == []

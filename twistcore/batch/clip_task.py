@@ -163,8 +163,10 @@ def _carried_out(task: ClipTask) -> dict[str, Any]:
             known = {"result": result, "corrected": corrected}
             known |= {} if corrected is None else {"companions": clip.companions}
             known |= {"bytes": len(clip.data), "sha256": clip.sha256}
-        same = settled and signature_of(path)[0] == before
-    if same and str(path) == task.source:
+        same = signature_of(path)[0] == before
+    if "reason" in known and not same:  # half written when it was read, and now perhaps complete
+        known["again"] = True
+    if same and settled and str(path) == task.source:
         known["signature"] = before
     return known
 
