@@ -161,12 +161,11 @@ class TrackPage(QWidget):
         plots.addWidget(self.change_words, 0, 0, 1, 2)
         plots.addWidget(self.change, 1, 0, 1, 2)
         plots.setRowStretch(1, 1)
-        pairs = (ways, (self.hand, self.learned))
-        choices = hbox(*(hbox(*pair, spacing=4) for pair in pairs), None, spacing=14)
+        of_gains = hbox(self.hand, self.learned, None, spacing=4)
+        choices = Wrapping(hbox(*ways, None, spacing=4), of_gains, spacing=4)
         boxes = hbox(*self.boxes.values(), self.cutoff, None, spacing=4)
-        gains = Wrapping(choices, boxes, spacing=4)
         acting = hbox((self.joints, 1), self.all, self.buttons, spacing=6)
-        content = self.warning, self.advice, gains, acting, self.done, (drawn, 1)
+        content = self.warning, self.advice, choices, boxes, acting, self.done, (drawn, 1)
         vbox(*content, owner=self, margins=(0, 4, 0, 0), spacing=3)
 
     def _colour(self, theme: Theme) -> None:

@@ -102,6 +102,16 @@ def teach(window, lessons: Iterable[Path]) -> None:
     window.lesson_actions.leave_guide()
 
 
+def track(window, what) -> None:
+    before, until = window.quality.tracked.result, 6000
+    act(window, "track_joints")
+    look(window, f"quality, to be {what}")
+    while window.quality.tracked.result is before and until:
+        wait(20)
+        until -= 1
+    look(window, f"quality, {what}")
+
+
 def assess(window) -> None:
     act(window, "show_quality")
     while window.quality.evidence.known is None:
@@ -109,14 +119,10 @@ def assess(window) -> None:
     look(window, "quality")
     window.quality.choose("LeftForeArm", "LeftHand", "LeftArm")
     wait(50)
+    track(window, "smoothed")
+    window.quality.page.both_ways.setChecked(True)
     window.quality.page.learned.setChecked(True)
-    act(window, "track_joints")
-    look(window, "quality, tracking")
-    until = 6000
-    while window.quality.tracked.result is None and until:
-        wait(20)
-        until -= 1
-    look(window, "quality, tracked")
+    track(window, "tracked")
     act(window, "why_quaternions")
     look(window.lesson_actions.five_trackers, "why quaternions")
     window.lesson_actions.five_trackers.close()
