@@ -13,13 +13,15 @@ from twistcore.skeleton.rotation import Array
 
 
 def light(renderer: vtkRenderer) -> None:
-    """Add a key light from the upper left of the camera and a faint fill light."""
-    for place_, strength in (((-0.7, 0.9, 1.0), 0.85), ((0.8, -0.2, 0.6), 0.30)):
-        lamp = vtkLight()
-        lamp.SetLightTypeToCameraLight()
-        lamp.SetPosition(*place_)
-        lamp.SetIntensity(strength)
-        renderer.AddLight(lamp)
+    """Add a light from the upper left of the camera.
+
+    In software, each further light takes a sixth of the time of an image.
+    """
+    lamp = vtkLight()
+    lamp.SetLightTypeToCameraLight()
+    lamp.SetPosition(-0.6, 0.8, 1.1)
+    lamp.SetIntensity(0.95)
+    renderer.AddLight(lamp)
 
 
 def background(theme: Theme) -> Array:

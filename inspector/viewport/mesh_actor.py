@@ -75,7 +75,7 @@ class Piece:
     def lit(self) -> Piece:
         """Draw with a little light and gloss to distinguish faces."""
         prop = self.actor.GetProperty()
-        prop.SetAmbient(0.66)
+        prop.SetAmbient(0.70)
         prop.SetDiffuse(0.50)
         prop.SetSpecular(0.10)
         prop.SetSpecularPower(18)
