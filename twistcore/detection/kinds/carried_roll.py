@@ -19,4 +19,4 @@ KIND = KindInfo(
     named="the carried roll in {span} ({size})",
     tip="The bone and the next one roll together; the limb's shape does not change",
 )
-"""The offset is P's, as in a counter-twist; `Interval.carried` is True: C turned along."""
+"""The offset is the angle of P, as in a counter-twist. `Interval.carried` is always True."""
