@@ -1,8 +1,8 @@
-"""Backward bends: a knee or an elbow bends against its own hinge, without a jump.
+"""Backward bends: a knee or an elbow bends against its hinge, without a jump.
 
 In most of a clip, a knee or an elbow bends to one side. The angle to that side is its flexion,
 which is negative where the joint bends backward. A few degrees are natural, and a rig may add more.
-The limit allows for the joint's play across its hinge and for its usual extension.
+The limit therefore includes the play of the joint across its hinge and its usual extension.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 BACKWARD = 10.0  # degrees of hyperextension, in addition to the play and the usual extension
-MOST_PLAY = 25.0  # degrees across the hinge; with more play a joint is not a hinge
+MOST_PLAY = 25.0  # degrees across the hinge; a joint with more play is not a hinge
 FORWARD = 25.0  # degrees of flexion in at least 5 % of the clip; with less, the hinge is unknown
 _OFTEN = 2.0  # ratio of frames that bend forward to frames that bend backward
 _USUAL = 0.25  # of the clip: the share that shows how far a joint is usually extended
 SHORTEST, FEWEST = 0.1, 3  # seconds and frames: a shorter bend is a spike
 _BESIDE = 3  # frames between the edges of a bend and of another error that explains it
-_COVERS = 0.5  # of a bend: an error that covers more explains the bend
+_COVERS = 0.5  # share of a bend; an error that covers more of it explains the bend
 
 
 @dataclass(frozen=True, eq=False)
 class Hinge:
     """The flexion of a knee or an elbow in degrees, (frames,), and its natural hyperextension.
 
-    - play: the angle across the hinge that 95 % of the frames stay below
-    - extended: the hyperextension that the joint has in a quarter of the clip, or 0
+    - play: the 95 % quantile of the angle across the hinge
+    - extended: the hyperextension that is reached or exceeded in a quarter of the clip, or 0
     """
 
     flexion: Array
@@ -56,10 +56,10 @@ class Hinge:
         return self.extended + BACKWARD + self.play
 
     def backward(self, shortest: float) -> Iterator[tuple[int, int, float]]:
-        """Yield frames [start, stop) of backward bends, and their largest hyperextension.
+        """Yield (start, stop, degrees) for each backward bend in frames [start, stop).
 
-        `shortest` is the minimum number of frames beyond the limit. The frames of a bend are those
-        beyond half of the limit.
+        `degrees` is the largest hyperextension in these frames. A bend consists of the frames
+        beyond half of the limit and must exceed the limit in at least `shortest` frames.
         """
         back = -self.flexion
         for start, stop in runs(back > self.extended + 0.5 * (self.limit - self.extended)):
@@ -68,7 +68,10 @@ class Hinge:
 
 
 def hinge_of(signals: Witnesses) -> Hinge | None:
-    """Return the hinge of a chain's C, or None if the clip does not show which way C bends."""
+    """Return the hinge at the child joint C of a chain.
+
+    The result is None if the clip does not show to which side C bends.
+    """
     side = usual_side(signals, np.zeros(signals.frames, dtype=bool))
     if side is None:
         return None
@@ -111,14 +114,14 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
 
 
 def _jumps(flexion: Array, start: int, stop: int, fps: float) -> bool:
-    """True if the flexion jumps within frames [start, stop), or into or out of them."""
+    """Return True if the flexion jumps in frames [start, stop) or at one of their edges."""
     most = float(StepLimits.of(1, fps, set()).jump[0])
     around = flexion[max(start - 1, 0) : stop + 1]
     return bool((np.abs(np.diff(around)) > most).any())
 
 
 def _others(search: KindSearch, chain: Chain) -> list[Interval]:
-    """Return the other errors that may bend a chain's C, or appear to."""
+    """Return the other errors that may bend the child joint C of a chain, or appear to bend it."""
     names = search.motion.skeleton.names
     joints = {names[chain.parent], names[chain.child]}
     child = {own.name: own.child for own in search.named}
@@ -129,7 +132,10 @@ def _others(search: KindSearch, chain: Chain) -> list[Interval]:
 
 
 def _explained_by(others: Sequence[Interval], start: int, stop: int) -> bool:
-    """True if an error covers most of the frames [start, stop), or begins or ends there."""
+    """Return True if another error covers most of the frames [start, stop).
+
+    The result is also True if an error begins or ends near the first or the last of these frames.
+    """
     return any(
         min(stop, one.stop) - max(start, one.start) > _COVERS * (stop - start)
         or any(

@@ -1,8 +1,9 @@
 """Measure how far each joint bends from frame to frame, regardless of twist [Method, step 7].
 
-The bend of a joint is the angle between its parent's bone and its own. A twist error turns a joint
-about its bone, and the next joint turns back. No bone changes its direction and no bend changes,
-even if many chains have errors in the same frames. A limb flip changes two bends of its limb.
+The bend of a joint is the angle between the bone that leads to it and the bone that leads away from
+it. In a twist error, a joint turns about its bone and the next joint turns back, so no bone changes
+its direction and no bend changes, even if many chains have errors in the same frames. A limb flip
+changes two bends of its limb.
 """
 
 from __future__ import annotations
@@ -21,10 +22,11 @@ _SHORTEST = 1e-6  # share of the skeleton's height; anything shorter has no dire
 
 
 def bend_steps(motion: Motion) -> Array:
-    """Return the frame-to-frame changes of all bends and rotations of all roots, (n, frames − 1).
+    """Return the changes of all bends from frame to frame, and of all roots, (n, frames − 1).
 
-    The changes are in radians ≥ 0. For a joint that coincides with its root, and so has no bone
-    above it, the rotation of its own bone in the root's frame is used instead.
+    The first rows are the rotations of the roots, and the other rows are the changes of the bends,
+    in radians ≥ 0. A joint at the same position as its root has no bone above it. For such a joint,
+    the rotation of its own bone in the frame of the root is returned.
     """
     parents, q = motion.skeleton.parents, motion.rotations
     above = [bone_direction(motion, j, []) if p >= 0 else None for j, p in enumerate(parents)]
@@ -41,7 +43,7 @@ def bend_steps(motion: Motion) -> Array:
         above_all = None if on_root else _together(bones_above)
         groups.append((np.array(paths).T, _together(own_bones), above_all))
     steps = np.empty((len(roots) + sum(g[0].shape[1] for g in groups), max(motion.frames - 1, 0)))
-    # Working in blocks keeps the data in the cache, and memory does not grow with the clip.
+    # Blocks fit into the cache, and the memory needed does not grow with the clip.
     for low in range(0, motion.frames - 1, _BLOCK):
         at = slice(low, min(low + _BLOCK + 1, motion.frames))
         part = q[at]
@@ -62,10 +64,11 @@ def bend_steps(motion: Motion) -> Array:
 
 
 def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | None:
-    """Return the direction of a joint's longest bone in its own frame, or None if it has no bone.
+    """Return the direction of the longest bone below a joint, in the joint's frame, or None.
 
-    The direction is (3,) or (frames, 3). The End Site is used if no child is at a distance from the
-    joint.
+    The direction is (3,) or (frames, 3). If all children are at the joint's position, the End Site
+    is used. The result is None if there is no End Site either. `above` contains the direction of
+    the bone above each joint, or None for a joint without one.
     """
     children = [c for c in motion.skeleton.children[joint] if above[c] is not None]
     if children:
@@ -77,8 +80,9 @@ def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | 
 
 
 def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
-    """Return the joints at the same position as `joint`, from the highest down to `joint`
-    itself.
+    """Return the joints at the same position as `joint`, from the highest one down to `joint`.
+
+    `above` contains the direction of the bone above each joint, or None for a joint without one.
     """
     parents, path = motion.skeleton.parents, [joint]
     while above[path[0]] is None and parents[parents[path[0]]] >= 0:

@@ -1,4 +1,4 @@
-"""Find faults of the capture (noise bursts and frozen limbs) as intervals of chains."""
+"""Faults of the capture (noise bursts and frozen limbs), as intervals of chains."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from twistcore.detection.runs import overlapping
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 
-_APART = 0.1  # seconds between two bursts of a chain that are merged into one
-_PART_OF_STEP = 8.0  # ratio to a body step's angle above which an error is more than the step
+_APART = 0.1  # seconds; bursts of a chain with a smaller distance are merged into one
+_PART_OF_STEP = 8.0  # times the angle of a body step; a larger error is not part of the step
 
 
 def find_bursts(search: KindSearch) -> Found:
@@ -30,7 +30,10 @@ def find_bursts(search: KindSearch) -> Found:
 
 
 def find_frozen(search: KindSearch) -> Found:
-    """Return the frozen spans, keyed by the first chosen chain of each limb."""
+    """Return the frames in which a limb does not move.
+
+    They are keyed by the first chosen chain of each limb.
+    """
     return frozen_intervals(search.motion, search.chains, search.chosen)
 
 
@@ -40,13 +43,15 @@ def burst_intervals(
     bursts: Iterable[NoiseBurst],
     chosen: Sequence[Chain] | None = None,
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the bursts of noise in the chains' joints, keyed by chain name and sorted by start.
+    """Return the bursts of noise in the joints of chains, keyed by chain name, sorted by start.
 
-    `chosen` are the chains to list. A burst that affects a chosen chain is always listed: with the
-    joint's own chain if that is chosen, or with the first chosen chain that it affects. Bursts of a
-    chain that overlap, or nearly do, are merged into one interval, which is named after the
-    noisiest joint. `residual` is σ of the noise about each axis in that joint; the offset is 0,
-    because nothing is removed. Bursts of joints outside these chains are left out.
+    `chosen` are the chains to list, all if not given. A burst in a joint of a chosen chain is
+    always listed: under the joint's own chain if that chain is chosen, or under the first chosen
+    chain that contains the joint. Bursts of joints outside these chains are left out.
+
+    Bursts of a chain that overlap, or nearly do, are merged into one interval, which is named after
+    the noisiest joint. Its `residual` is σ of the noise about each axis in that joint. Its offset
+    is 0, because nothing is removed.
     """
     chosen, apart = chains if chosen is None else chosen, 1 + int(_APART * motion.fps)
     own: dict[str, list[NoiseBurst]] = {chain.name: [] for chain in chosen}
@@ -70,7 +75,7 @@ def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tup
 def frozen_intervals(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Chain] | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the frames in which a limb does not move, keyed by its first chosen chain.
+    """Return the frames in which a limb does not move, keyed by the limb's first chosen chain.
 
     `chains` are all chains of the limbs. `chosen` are the chains to list, all if not given.
     """
@@ -91,9 +96,10 @@ def frozen_intervals(
 
 
 def at_body_step(steps: Iterable[BodyStep], interval: Interval, person: str) -> bool:
-    """True if an interval begins or ends where many joints of its person step at once.
+    """Return True if an interval begins or ends at a step of the whole body.
 
-    A counter-twist that is many times as large as the step is not a part of it.
+    Only steps of `person` are considered. A counter-twist that is many times as large as the step
+    is not regarded as a part of it.
     """
     edges, largest = {interval.start, interval.stop}, abs(math.degrees(interval.largest))
     return any(

@@ -1,12 +1,13 @@
 """Carried rolls, in which P rolls and C rolls with it, while C's bone keeps its direction.
 
-In a counter-twist and in a carried roll, C turns back about P's bone by P's angle (its azimuth, θc
-of [Choi26 Eq. 6-7]). In a carried roll C also turns about its own bone by the same angle:
+In a counter-twist and in a carried roll, C turns back about P's bone by P's angle. The angle of C's
+bone about P's bone is the azimuth, θc of [Choi26 Eq. 6-7]. In a carried roll, C also turns about
+its own bone by the same angle:
 
     q_P ⊗ R_a(δ),   R_a(−δ) ⊗ q_C ⊗ R_b(δ)
 
-C's own roll has no effect on the azimuth. Without it a carried roll is a counter-twist, and the
-consistency detector finds it with all its evidence.
+The roll of C about its own bone has no effect on the azimuth. Without this roll, a carried roll is
+a counter-twist, so the consistency detector can find it and collect the same evidence.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
 LEAST_BEND = 20.0  # degrees; the azimuth of a straighter limb is mostly noise
-LEAST = 3.0  # degrees; smaller turns at an edge are not examined
+LEAST = 3.0  # degrees; smaller turns at an edge are ignored
 WIDEST = 0.06  # seconds, for an edge
 _AGREE = 0.4  # share of P's turn at an edge by which the azimuth and C's roll may differ from it
 _EFFORT = 0.2  # of the usual search for soft errors; more finds nothing in 345 restless clips
@@ -40,12 +41,13 @@ _OUTSTANDING = 4.0  # minimum ratio of an edge's turn to the usual turn beyond t
 class CarriedRolls:
     """The carried rolls of chains before a threshold is chosen.
 
-    A chain in which no edge looks like a carried roll is left out of both mappings.
+    Chains in which no edge looks like a carried roll are left out of both mappings.
 
     Attributes
     ----------
     known
-        The consistency detector's analyses of the chains without C's own roll.
+        The consistency detector's analyses of the chains, computed without the roll of C about its
+        own bone.
     signals
         The signals of the same chains.
     """
@@ -62,7 +64,10 @@ class CarriedRolls:
         return tuple(roll for roll in found if roll is not None)
 
     def _roll(self, found: Interval) -> Interval | None:
-        """Return a detected counter-twist as a carried roll if it is one; the result is cached."""
+        """Return a detected counter-twist as a carried roll, or None if it is not a carried roll.
+
+        The result is cached.
+        """
         if found not in self._rolls:
             carried = is_carried(self.signals[found.chain], found)
             roll = replace(found, kind=Kind.CARRIED_ROLL, carried=True) if carried else None
@@ -78,7 +83,7 @@ class RollsOfChains:
     _signals: dict[str, Witnesses] = field(default_factory=dict)
 
     def along(self, chain: Chain, twist: Interval) -> bool:
-        """True if C rolled with P in an interval of the given chain."""
+        """Return True if C of a chain rolled with P in a counter-twist of this chain."""
         if not may_carry(chain):
             return False
         if chain.name not in self._signals:
@@ -87,9 +92,9 @@ class RollsOfChains:
 
 
 def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRolls:
-    """Analyse carried rolls, up to the part that depends on τ.
+    """Analyse carried rolls, up to the point where τ is needed.
 
-    `motion` is the motion without its counter-twists, which would be found a second time here.
+    `motion` is the motion without its counter-twists, which would be found a second time.
     """
     signals = {}
     for chain in chains:
@@ -100,7 +105,7 @@ def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRol
     known: dict[str, ConsistencyAnalysis | NotatedAnalysis] = {}
     for group in _apart([chain for _, chain in signals.values()]):
         unrolled = without_roll(motion, {chain: signals[chain.name][0] for chain in group})
-        # Without its own roll, C's bone points along P's turned axis.
+        # Without the roll, C's rotation turns P's axis to C's bone.
         as_twists = [replace(chain, arm=chain.axis) for chain in group]
         analysis = analyse_chains(unrolled, as_twists, effort=_EFFORT)
         known |= dict.fromkeys((chain.name for chain in group), analysis)
@@ -108,14 +113,18 @@ def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRol
 
 
 def may_carry(chain: Chain) -> bool:
-    """True if C has a bone of its own, and the position of its child shows the azimuth."""
+    """Return True if a chain can have carried rolls.
+
+    For this, C needs a bone, and the position of C's child must show the azimuth.
+    """
     constant = chain.axis.ndim == chain.arm.ndim == 1
     return chain.grandchild >= 0 and chain.ends and constant and not isinstance(chain, Helper)
 
 
 def bent_frames(motion: Motion, chain: Chain) -> Mask:
-    """Return a mask of the frames, (frames,), in which the limb is bent enough for a carried
-    roll.
+    """Return a mask, (frames,), of the frames in which a limb is bent enough for a carried roll.
+
+    The mask is False everywhere if the chain cannot have carried rolls.
     """
     if not may_carry(chain):
         return np.zeros(motion.frames, dtype=bool)
@@ -123,7 +132,7 @@ def bent_frames(motion: Motion, chain: Chain) -> Mask:
 
 
 def without_roll(motion: Motion, signals: Mapping[Chain, Witnesses]) -> Motion:
-    """Return the motion with every C turned to its bone's direction, without roll about the bone.
+    """Return the motion without the roll of every C about its own bone.
 
     No joint may be C of one of these chains and P of another.
     """
@@ -149,7 +158,7 @@ def _share_no_joint(a: Chain, b: Chain) -> bool:
 
 
 def _some_edge(signals: Witnesses) -> bool:
-    """True if P turns at least once as in a carried roll, far more than usual in the clip."""
+    """Return True if P turns at least once as in a carried roll, and far more than usual."""
     for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
         x = np.abs(signals.beyond_pace("x", width))
         at = np.flatnonzero(x >= LEAST)
@@ -162,17 +171,17 @@ def _some_edge(signals: Witnesses) -> bool:
 
 
 def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
-    """Return a mask of the frames in `at` in which turns over `width` frames look like carried
-    rolls.
+    """Return a mask of the frames in `at` at which a turn over `width` frames looks like a carried
+    roll.
     """
     names = "x", "azimuth_turns", "roll_turns"
     return _alike(*(signals.beyond_pace(name, width)[at] for name in names))
 
 
 def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
-    """Return a mask: the azimuth turns back and C rolls with P, both by about P's angle.
+    """Return a mask of the turns in which the azimuth turns back and C rolls with P.
 
-    All angles are in degrees.
+    Both must turn by about P's angle `x`. All angles are in degrees.
     """
     x, azimuth, roll = np.asarray(x), np.asarray(azimuth), np.asarray(roll)
     limit = _AGREE * np.abs(x)
@@ -181,9 +190,10 @@ def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
 
 
 def is_carried(signals: Witnesses, found: Interval) -> bool:
-    """True if the limb is always bent, and C rolls with P where the interval begins and ends.
+    """Return True if a detected counter-twist is a carried roll.
 
-    `found` is a detected counter-twist.
+    The limb must be bent throughout the interval, and C must roll with P at the beginning and at
+    the end.
     """
     around = slice(max(found.start - 1, 0), found.stop + 1)
     if signals.bend[around].min() < LEAST_BEND:

@@ -1,12 +1,13 @@
 """Bones that are turned against their child in every frame, which are listed but never corrected.
 
-A constant counter-twist has no edge and changes no position, but a comparison reveals it: P's twist
-is off by δ and C's by −δ, which does not happen in a natural pose for a whole clip. A bone is
-compared with
+A constant counter-twist has no edge and changes no position, but a comparison reveals it: the twist
+of P is off by δ and the twist of C by −δ, which does not happen in a natural pose for a whole clip.
+A bone is compared with
 
-- the same bone on the other side of the body: a body is symmetric on average, and mirrored twists
-  about the outgoing bone have opposite signs
-- its rest pose, only in legs, because arms are far from it in many sound clips
+- the same bone on the other side of the body, because a body is symmetric on average, and mirrored
+  twists about the outgoing bone have opposite signs
+- its rest pose, but only in legs, because arms are far from their rest pose in many
+  sound clips
 - the same bone in another take of the same skeleton, if a person names one
 """
 
@@ -25,17 +26,17 @@ from twistcore.skeleton.rotation import Array, twist_angle, wrap
 from twistcore.work.frozen import dataclass
 
 LEAST = math.radians(30.0)
-_AGREE = 0.25  # of the offset: the difference allowed between the offsets of P and C …
-_POSE = math.radians(50.0)  # … or this angle, by which usual poses differ
+_AGREE = 0.25  # share of the offset by which the offsets of P and C may differ …
+_POSE = math.radians(50.0)  # … or this angle, because usual poses differ by as much
 _STEADY = 0.5  # length of the mean direction below which a twist has no usual angle
-_CLEARLY = math.radians(30.0)  # between the sides' distances from the rest pose
+_CLEARLY = math.radians(30.0)  # minimum difference of the sides' distances from the rest pose
 _LEGS = ("UpLeg", "Leg")
-_ALIKE = math.cos(math.radians(25.0))  # between the directions of a bone in two skeletons
+_ALIKE = math.cos(math.radians(25.0))  # maximum angle between a bone in two skeletons
 
 
 @dataclass(frozen=True)
 class ConstantOffset:
-    """A chain whose P is turned by `degrees` against C in every frame.
+    """A chain in which P is turned by `degrees` against C in every frame.
 
     - other: the same chain on the other side, if the sides were compared
     - reference: the name of the take with which the clip was compared, or '' for the other side or
@@ -76,7 +77,7 @@ class _Usual:
 
     @property
     def mirrored(self) -> _Usual:
-        """The same twist on the other side of the body."""
+        """The twist of the same joint on the other side of the body."""
         return _Usual(-self.angle, self.varies)
 
 
@@ -85,9 +86,7 @@ _REST: _Twists = (_Usual(0.0, 0.0), _Usual(0.0, 0.0))
 
 
 def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantOffset, ...]:
-    """Return the chains whose constant offset shows up in a comparison with the opposite limb or
-    with the rest pose.
-    """
+    """Return the chains with a constant offset, compared with the other side or the rest pose."""
     usual = {chain.name: _usual_twists(motion, chain) for chain in chains}
     by_side = _lowest(
         offset
@@ -103,9 +102,10 @@ def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantO
 def offsets_from(
     motion: Motion, chains: Sequence[Chain], reference: Motion, name: str
 ) -> tuple[ConstantOffset, ...]:
-    """Return the chains with a constant error that another take of the same skeleton shows.
+    """Return the chains with a constant offset, compared with another take of the same skeleton.
 
-    `name` is the name of that take. Raises ClipMismatchError if it has another skeleton.
+    `reference` is that take and `name` is its name. Raises ClipMismatchError if its skeleton is
+    different.
     """
     _check_skeleton(motion.skeleton, reference.skeleton, chains, name)
     usual = {chain.name: _usual_twists(motion, chain) for chain in chains}
@@ -114,10 +114,10 @@ def offsets_from(
 
 
 def _check_skeleton(own: Skeleton, other: Skeleton, chains: Sequence[Chain], name: str) -> None:
-    """Raise ClipMismatchError if a reference has other joints, or other bones of the chains.
+    """Raise ClipMismatchError if a reference has other joints, or other bones in these chains.
 
-    In other people with the same joints, the bones have other lengths and slightly other
-    directions.
+    Bones of other lengths and slightly other directions are accepted, because other people may have
+    the same joints.
     """
     wanted = f"{name}: expected a reference with the same skeleton as the clip"
     if len(own) != len(other):
@@ -143,9 +143,10 @@ def _offsets(
     *,
     exact: bool = False,
 ) -> tuple[ConstantOffset, ...]:
-    """Return the offsets of chains from the expected twists, which are keyed by chain name.
+    """Return the offsets of the chains in `among` from the expected twists.
 
-    `exact` is True if the offsets of P and C must agree closely.
+    `usual` and `expected` are keyed by chain name, and `chains` are all chains. `exact` is True if
+    the offsets of P and C must agree closely.
     """
     return _lowest(
         ConstantOffset(chain, math.degrees(offset), reference=reference)
@@ -174,9 +175,11 @@ def _between_sides(
 
 
 def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
-    """Return the angle of P against C in radians, or None if it is small or undefined.
+    """Return the angle by which P is turned against C, in radians, or None if it is small or
+    undefined.
 
-    `exact` is True if the offsets of P and C must agree closely.
+    `own` and `expected` are the usual twists of P and C. `exact` is True if their offsets must
+    agree closely.
     """
     of_p = float(wrap(own[0].angle - expected[0].angle))
     of_c = -float(wrap(own[1].angle - expected[1].angle))
@@ -184,7 +187,7 @@ def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
     pose = 0.0 if exact else min(_POSE, least)
     if least < LEAST or abs(apart) > max(_AGREE * least, pose):
         return None
-    # A joint that hardly turns shows the offset; the usual pose of a joint blurs it.
+    # The less a joint turns, the more exactly its twist shows the offset.
     blur = [own[k].varies + expected[k].varies for k in (0, 1)]
     share = blur[0] / sum(blur) if sum(blur) > 0.0 else 0.5
     return float(wrap(of_p - share * apart))
@@ -193,14 +196,14 @@ def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
 def _hides_below(
     chain: Chain, usual: Mapping[str, _Twists | None], chains: Sequence[Chain]
 ) -> bool:
-    """True if the next bone has no usual twist, so that its turn could be mistaken for C's."""
+    """Return True if the next bone has no usual twist, so that its turn may be mistaken for C's."""
     return any(usual[one.name] is None for one in chains if one.parent == chain.child)
 
 
 def _lowest(found: Iterable[ConstantOffset]) -> tuple[ConstantOffset, ...]:
-    """Return the offsets without those of bones above another bone with an offset.
+    """Return the offsets, but only the lowest one of adjacent bones.
 
-    An error of a bone also turns the C of the bone above, so the lower bone is the wrong one.
+    An error of a bone also turns C of the bone above, so the lower bone is the wrong one.
     """
     offsets = tuple(found)
     parents = {one.parent for o in offsets for one in (o.chain, o.other) if one is not None}
@@ -208,7 +211,7 @@ def _lowest(found: Iterable[ConstantOffset]) -> tuple[ConstantOffset, ...]:
 
 
 def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
-    """Yield each bone, or piece of a bone, that exists on both sides of a person."""
+    """Yield (left, right) for each bone, or piece of a bone, that a person has on both sides."""
     places: dict[tuple[str, str, int], dict[str, Chain]] = {}
     counts: dict[tuple[str, str, str], int] = {}
     for chain in chains:

@@ -16,16 +16,16 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion, once_each
 from twistcore.skeleton.notation import DistinctFrames, without_held
 
-# seconds between cuts: in a shorter piece, errors cannot be distinguished from motion
+# seconds between cuts: in a shorter segment, errors cannot be distinguished from motion
 SHORTEST_SEGMENT = 0.25
 JUMP = 5.0  # ratio to a joint's usual pace
-SMALLEST = float(np.radians(0.5))  # joints that bend less in the jump have no vote
-SHARE = 0.55  # share of the joints that bend at all; tremors in tracked captures reach 0.52
+SMALLEST = float(np.radians(0.5))  # joints that bend less do not vote
+SHARE = 0.55  # minimum share of the joints that bend; tremors in tracked captures reach 0.52
 # Minimum share of all joints that must bend: if nearly all are still, an error is not a cut.
 FEWEST = 1.0 / 3.0
-SHARE_BESIDE, HOLE = 0.3, 3  # within HOLE frames of a cut
+SHARE_BESIDE, HOLE = 0.3, 3  # minimum share within HOLE frames of a cut
 LEADING = 12  # transitions within which a T-pose at the start may be blended into the capture
-# seconds of a block whose median is the pace, which a cut's few frames do not change
+# length in seconds of a block, whose median is the pace; the few frames of a cut do not change it
 BLOCK_SECONDS = 0.13
 
 
@@ -53,7 +53,7 @@ def _cuts(motion: Motion) -> Mask:
 
 
 def _among_held(cut: Mask, held: DistinctFrames) -> Mask:
-    """Convert the cuts of a clip without held frames to the frames of the whole clip.
+    """Convert a mask of the cuts of a clip without held frames to a mask for the whole clip.
 
     A blend includes the frames that are held during it.
     """
@@ -67,8 +67,8 @@ def _jumps(motion: Motion) -> Mask:
     """Return a mask of the frames in which the bends of most joints jump at the same time.
 
     A joint votes for a cut if its bend changes by more than JUMP times its median pace in the
-    calmest nearby block, or if it hardly bends at all. A cut needs the share SHARE of the votes of
-    the joints that bend at any time.
+    calmest nearby block. The votes must reach the fraction SHARE of the joints that bend at any
+    time.
     """
     frames = motion.frames
     cut = np.zeros(frames, dtype=bool)
@@ -91,7 +91,7 @@ def _jumps(motion: Motion) -> Mask:
     for turn, most in zip(turns, least, strict=True):
         share[1:] += turn > most[at]
     share /= voters
-    # A blend from a T-pose fades out: weaker frames next to a cut, and the gaps, belong to it.
+    # A blend from a T-pose fades out, so weaker frames next to a cut belong to it, with the gaps.
     candidates = np.flatnonzero(share > SHARE_BESIDE)
     if len(candidates):
         groups = np.split(candidates, np.flatnonzero(np.diff(candidates) > HOLE) + 1)
@@ -102,7 +102,7 @@ def _jumps(motion: Motion) -> Mask:
 
 
 def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
-    """Return the frames [low, high) between cuts, except pieces that are too short to examine."""
+    """Return the segments [low, high) between cuts, except for segments too short to examine."""
     shortest = round(SHORTEST_SEGMENT * fps)
     borders = [0, *np.flatnonzero(cut).tolist(), len(cut)]
     return tuple(
@@ -113,9 +113,10 @@ def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
 def leading_frames(motion: Motion) -> int:
     """Return the number of frames at the start that are a rest pose or a blend from it.
 
-    These are the frames before the last cut (:func:`find_cuts`) among the 12 transitions after the
-    first pose, which may be held, and the frames before the end of a longer blend. In CMU clips
-    this is frame 0, in the Daz conversion the first 8 to 12 frames.
+    These are all frames before the last cut (:func:`find_cuts`) within the 12 transitions after the
+    first pose, which may be held. If that cut belongs to a longer blend, all frames of the blend
+    are included. In CMU clips, only frame 0 is such a pose. In the Daz conversion, the first 8 to
+    12 frames are.
     """
     cut = find_cuts(motion)
     near = np.flatnonzero(cut[: held_frames(motion.rotations) + LEADING + 1])
@@ -131,7 +132,10 @@ def trailing_frames(motion: Motion) -> int:
 
 
 def border_notes(motion: Motion) -> tuple[str, ...]:
-    """Return the notes about frames left out at the ends, but not about a single T-pose frame."""
+    """Return the notes about frames that are ignored at the ends of a clip.
+
+    A single T-pose frame at the start is not mentioned.
+    """
     first, last = leading_frames(motion), trailing_frames(motion)
     notes = []
     if first > 1:

@@ -1,4 +1,4 @@
-"""The search for kinds of error that no detector finds: input and result of a finder."""
+"""The search for errors of kinds that the detectors do not find: a finder's input and result."""
 
 from __future__ import annotations
 
@@ -28,23 +28,24 @@ class KindSearch:
     motion : Motion
         The clip as it was captured.
     chains : tuple of Chain
-        All chains of limbs; each detection belongs to one of them.
+        The chains of all limbs. Each detection belongs to one of them.
     chosen : tuple of Chain
-        The chains to list: all or some of `chains`.
+        The chains for which to list errors: all or some of `chains`.
     whole : bool
-        False if `chains` are not all chains of the clip; joints outside them are then left out.
+        False if the clip has more chains than `chains`. Joints outside `chains` are then left out.
     named : tuple of Chain
-        All chains, twist bones and limbs, to which the known errors belong.
+        All chains, twist bones and limbs that known errors may belong to.
     errors : callable
-        Function that returns the intervals of all correctable kinds, at the automatic τ.
+        Function that returns the intervals of all correctable kinds at the automatic τ.
     corrected : callable
-        Function without arguments. It returns a function that makes frames of the motion with all
-        automatic corrections, or None if there are no corrections.
+        Function without arguments. It returns None if there are no automatic corrections;
+        if there are, it returns a function that computes frames of the corrected motion.
     without : callable
-        Function of some errors. It returns a function that makes frames without these errors.
+        Function that takes a list of errors and returns a function that computes frames of the
+        motion without these errors.
     captured : KindSearch, optional
-        The same search in the clip as captured, without known errors; None if this search is
-        already in that clip.
+        The same search in the clip as captured, without information about known errors. None if
+        this search already uses that clip.
     """
 
     motion: Motion
@@ -64,14 +65,16 @@ class KindSearch:
         return self.motion if frames is None else frames(0, self.motion.frames)
 
     def joint_of(self, interval: Interval) -> int:
-        """Return the index of an interval's joint; raise KeyError if the clip lacks it."""
+        """Return the index of the joint that an interval names.
+
+        Raises KeyError if the clip has no such joint.
+        """
         return self.motion.skeleton.index(interval.joint)
 
     def once(self, work: Callable[[KindSearch], Known]) -> Known:
-        """Return the result of `work`, computed once per clip and shared by its kinds.
+        """Return `work(self)`, computed only once per clip and shared by the finders of all kinds.
 
-        Callers must not change the result. The result may depend on everything except the chosen
-        chains.
+        Callers must not change the result. The result must not depend on `chosen`.
         """
         if work not in self._kept:
             self._kept.setdefault(work, work(self))
@@ -83,7 +86,10 @@ Finder = Callable[[KindSearch], Found]
 
 
 def finder_of(kind: Kind) -> Finder:
-    """Return the finder of a kind. Raises TwistError if it cannot be loaded."""
+    """Return the function that finds errors of the given kind.
+
+    Raises TwistError if the function cannot be loaded.
+    """
     module, _, name = kind.info.find.partition(":")
     with one_sentence(f"the finder of the kind {kind.value!r} cannot be loaded"):
         finder: Finder = getattr(import_module(module), name)
@@ -91,7 +97,7 @@ def finder_of(kind: Kind) -> Finder:
 
 
 def found_by(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
-    """Return the intervals of a kind in the chosen chains, keyed by chain name, sorted by start.
+    """Return the intervals of a kind, keyed by the names of the chosen chains, sorted by start.
 
     Raises TwistError if the kind's finder fails or returns impossible intervals.
     """

@@ -1,4 +1,4 @@
-"""Find limbs that stop moving within a clip, because markers were lost or a pose was held."""
+"""Find limbs that do not move for a while, because markers were lost or a pose was held."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_held
 
 _LEAST, _FEWEST = 0.25, 6  # seconds, and a minimum number of frames
-_ALIVE = 0.7  # share of the other frames in which the same limb must move
+_ALIVE = 0.7  # minimum share of the other frames in which the limb moves
 
 
 def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, int, int], ...]:
-    """Return the limbs that do not move at all, with the frames [start, stop), sorted by start.
+    """Return (limb, start, stop) for all frames [start, stop) in which a limb does not move at all.
 
-    Frames at either end of the clip, where a pose may be held on purpose, are left out, and so are
-    clips in a notation with held frames.
+    The result is sorted by start. Spans at either end of the clip are left out, because a pose may
+    be held there on purpose. The result is empty for clips with held frames.
     """
     if motion.frames < 3 or without_held(motion) is not None:
         return ()
@@ -45,7 +45,7 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
 
 
 def limb_of(chain: Chain) -> str:
-    """Return the name of a chain's limb, or '' for a chain of the trunk."""
+    """Return the name of a chain's limb, such as 'left arm', or '' for a chain of the trunk."""
     if not chain.side:
         return ""
     kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"

@@ -1,4 +1,7 @@
-"""Guards for other authors' detectors, which report a failure in one sentence with the name."""
+"""Guards for detectors by other authors.
+
+A guard reports a failure as one sentence that contains the name of the detector.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +24,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def one_sentence(what: str) -> Iterator[None]:
-    """Convert any error of foreign code to a TwistError whose message begins with `what`."""
+    """Convert any error of external code to a TwistError with a message that begins with `what`."""
     try:
         yield
     except MemoryError:
@@ -51,10 +54,10 @@ class GuardedDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> GuardedAnalysis:
-        """Analyse a motion up to the part that depends on τ.
+        """Analyse a motion up to the point where τ is needed.
 
-        Raises TwistError if the detector fails. The strength, the automatic τ and its intervals are
-        computed immediately for each chain, so most failures occur here.
+        Raises TwistError if the detector fails. The strength, the automatic τ and the intervals at
+        this τ are computed immediately for each chain, so most failures occur in this method.
         """
         name = self.info.name
         with one_sentence(f"the detector {name!r} failed"):
@@ -72,12 +75,12 @@ class GuardedDetector:
 
 
 class GuardedAnalysis:
-    """The analysis of a guarded detector, which raises TwistError for a wrong result."""
+    """The analysis of a guarded detector. Its methods raise TwistError if a result is wrong."""
 
     def __init__(self, name: str, analysis: Analysis, frames: int) -> None:
         self._name, self.analysis, self._frames = name, analysis, frames
         self._strengths: dict[str, Array] = {}
-        # Return the same interval each time, because other code keeps results by interval.
+        # Return the same object each time, because other code caches results by interval.
         self._known: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
 
     def automatic_tau(self, chain: str) -> float:
@@ -146,7 +149,7 @@ class GuardedAnalysis:
 
 
 class _Reasons:
-    """The evidence for an interval, or the error that occurred while computing it."""
+    """Function that returns the evidence for an interval, or the error that occurred instead."""
 
     def __init__(self, name: str, explain: Callable[[], dict[str, Any]]) -> None:
         self._name, self._explain = name, explain

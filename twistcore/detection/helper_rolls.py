@@ -1,7 +1,8 @@
-"""Twist bones that turn alone about their bone, after a jump or by a driver that flips at ±180°.
+"""Twist bones (helpers) that turn alone about their bone, after a jump or by a driver that flips at
+±180°.
 
 A helper takes part in the roll of the joint C at the end of its bone. If it jumps about the bone
-while C does not jump and its parent does not turn the other way, then only the helper is wrong.
+while C does not jump and its parent does not turn the other way, only the helper is wrong.
 """
 
 from __future__ import annotations
@@ -35,24 +36,25 @@ _AXIS = np.array([1.0, 0.0, 0.0])
 class HelperAnalysis:
     """The analysis of helpers and their jumps about the bone, before a threshold is chosen.
 
-    `own` is the angle by which each helper turns by itself in each frame, in radians, shape
-    (frames,), keyed by name.
+    `own` is the angle by which each helper turns alone in each frame, in radians, shape (frames,),
+    keyed by name.
     """
 
     helpers: Mapping[str, ChainAnalysis]
     own: Mapping[str, Array]
 
     def automatic_tau(self, helper: str) -> float:
-        """Return the automatic τ for the helper's own roll, but at least 20°, in radians."""
+        """Return the automatic τ for the roll of a helper, at least 20°, in radians."""
         return max(SMALLEST_ROLL, self.helpers[helper].automatic_tau())
 
     def strength(self, helper: str) -> Array:
-        """Return the sizes of the helper's jumps about its bone, in radians ≥ 0, (frames,)."""
+        """Return the sizes of the jumps of a helper about its bone, in radians ≥ 0, (frames,)."""
         return self.helpers[helper].strength()
 
     def intervals(self, helper: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals in which only the helper is turned, at τ radians, sorted by
-        start.
+        """Return the intervals in which only the helper is turned, sorted by start.
+
+        `tau` is the threshold in radians.
         """
         found = self.helpers[helper].intervals(max(tau, SMALLEST_ROLL))
         return tuple(
@@ -68,14 +70,14 @@ class HelperAnalysis:
         )
 
     def _alone(self, helper: str, interval: Interval) -> bool:
-        """True if only the helper turned at the beginning or at the end of the interval."""
+        """Return True if only the helper turned at the beginning or at the end of the interval."""
         own = self.own[helper]
         edges = [t for t in (interval.start, interval.stop) if 0 < t < len(own)]
         return any(abs(own[t]) > (1.0 - _EXPLAINED) * abs(interval.shown) for t in edges)
 
 
 def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis:
-    """Analyse helpers up to the part that depends on τ."""
+    """Analyse helpers up to the point where τ is needed."""
     if not helpers or motion.frames < 2:
         return HelperAnalysis({}, {})
     cut = find_cuts(motion)
@@ -89,7 +91,7 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
         _, driver = twist_increments(q, c, helper.axis)
         own[helper.name] = _own_turn(roll, driver, over)
         rolls.append(np.cumsum(roll))
-    # Pair the helper with its own mirror image, so that its whole roll appears as x and as −y.
+    # Pair the helper with its inverse, so that its whole roll appears as x and as −y.
     turned = np.array([quaternion_from_axis_angle(_AXIS, r) for r in rolls])
     limbs = Limbs(
         np.array([turned, turned * (1.0, -1.0, -1.0, -1.0)]), _axes(len(rolls)), motion.angle_step
@@ -110,7 +112,7 @@ def roll_curve(motion: Motion, helper: Helper) -> Array:
 
 
 def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
-    """Return the evidence for an interval: the helper's jumps at both ends, in degrees."""
+    """Return the evidence for an interval: the jumps of the helper at both ends, in degrees."""
     opens, closes = (
         math.degrees(own[t]) if 0 < t < len(own) else None for t in (interval.start, interval.stop)
     )
@@ -122,7 +124,11 @@ def _axes(count: int) -> Array:
 
 
 def _own_turn(roll: Array, driver: Array, over: Array) -> Array:
-    """Return the helper's increments that neither C nor an opposite turn of its parent explains."""
+    """Return the turns of a helper, without turns that C or an opposite turn of the parent
+    explains.
+
+    `roll` contains the increments of the helper, `driver` of C and `over` of the parent.
+    """
     size = _EXPLAINED * np.abs(roll)
     driven = (np.abs(driver) > size) & (driver * roll > 0.0)
     kept = np.abs(over + roll) < size

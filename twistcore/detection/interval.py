@@ -20,36 +20,38 @@ __all__ = ["Interval", "Kind", "circular_median"]
 
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """Frames [start, stop) in which P of a chain or limb has an error, which is given per frame.
+    """Frames [start, stop) in which the parent P of a chain or limb has an error.
 
     Parameters
     ----------
     chain : str
         Name of the chain or limb.
     start, stop : int
-        Frames from 0; `stop` is exclusive.
+        The first frame, counted from 0, and the frame after the last one.
     offset : ndarray, shape (stop − start,)
-        The angle to remove from P's twist, or from its turn about the limb's line, radians.
+        The angle in each frame to remove from the twist of P, or from the turn of P about the line
+        through the ends of the limb, radians.
     confidence : float, optional
-        The probability that the interval is right, 0…1; None if the detector has none.
+        The probability that the interval is right, 0…1; None if the detector does not compute it.
     open : bool
         True if the frames outside the interval may be the wrong ones, or if only one joint is
         wrong. Such an interval is not corrected automatically.
     residual : float
-        The offset that remains after the closing edge, the turn of a lone jump or of a single
-        joint, or σ of a noise burst, radians.
+        The offset that remains after the closing edge, radians. For errors without an offset, this
+        is the turn of the joint, or σ of a noise burst.
     explain : callable, optional
-        Function that returns the evidence; called only when a person asks for it.
+        Function that returns the evidence. It is called only when the evidence is needed.
     kind : Kind
         The kind of error.
     carried : bool
-        True for a limb flip in which E turned with P, for every carried roll, in which C rolled
-        with P, and for an error of a single joint in which the joints below turned with it.
+        True if the joints below turned with the error: for a limb flip in which the end joint E
+        turned with P, for every carried roll, and for some errors of a single joint.
     joint : str
-        The name of the joint that is wrong alone, is the noisiest, or begins a frozen limb.
+        The name of the joint if a single joint is wrong, of the noisiest joint of a noise burst,
+        or of the first joint of a frozen limb.
     followed : float
-        The fraction of the offset that C turned back; less than 1 only if it clearly turned back
-        only a part.
+        The fraction of the offset that the child C turned back. This is 1 unless C clearly turned
+        back only a part.
 
     Examples
     --------
@@ -83,11 +85,11 @@ class Interval:
 
     @property
     def evidence(self) -> dict[str, Any] | None:
-        """The evidence, keyed by name, as numbers, texts and lists for JSON; angles in degrees."""
+        """The evidence, keyed by name, as values for JSON with angles in degrees, or None."""
         return self.explain() if self.explain else None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for another process, with the evidence instead of the analysis."""
+        """Return the state for pickling, in which `explain` no longer refers to the analysis."""
         computed = "as_written", "for_review"
         own = {name: value for name, value in vars(self).items() if name not in computed}
         evidence = self.evidence
@@ -97,14 +99,14 @@ class Interval:
     def as_written(self) -> Interval:
         """The interval with its offset rounded as in files: nine decimals of a degree, no −0.0.
 
-        The result is cached on the interval, because dragging τ mostly returns the same objects. A
-        separate table would keep them alive after their clip is closed, since `explain` refers to
-        the clip.
+        The result is cached on the interval, because while a person drags τ, mostly the same
+        objects are returned. A separate cache would keep intervals alive after their clip is
+        closed, since `explain` refers to the clip.
         """
         offset = self.offset
         one = (
             offset[:1] if offset.strides == (0,) else offset
-        )  # only one value of a constant offset, as in files
+        )  # one value is enough for a constant offset
         degrees = np.round(np.degrees(wrap(one)), 9) + 0.0
         return replace(self, offset=np.broadcast_to(np.radians(degrees), offset.shape))
 
@@ -112,8 +114,9 @@ class Interval:
     def for_review(self) -> Interval:
         """The interval as a review stores it, with the offset to remove if a person accepts it.
 
-        For a kind that only a person can correct, the detection has no offset, so that nothing
-        corrects it automatically. Its offset is `correction_deg` of the evidence, or the residual.
+        For kinds that only a person can correct, a detection has the offset 0, so that it is not
+        corrected automatically. In a review, its offset is `correction_deg` of the evidence, or
+        `residual` if the evidence has no such value.
         """
         if not self.kind.info.repairer:
             return self.as_written
@@ -133,17 +136,21 @@ class Interval:
 
     @property
     def size(self) -> float:
-        """The angle for tables in radians: the median offset, a lone jump's turn, or σ of noise."""
+        """The angle to list in tables, in radians: the median offset, or `residual` if not
+        correctable.
+        """
         return self.delta if self.correctable or not self.kind.known else self.residual
 
     @property
     def largest(self) -> float:
-        """The offset with the largest size, with its sign, in radians, or 0 without frames."""
+        """The offset with the largest absolute value, in radians, or 0 if there are no frames."""
         return float(self.offset[np.abs(self.offset).argmax()]) if len(self.offset) else 0.0
 
     @property
     def soft_ended(self) -> bool:
-        """True if a counter-twist's offset is below a quarter of its maximum at either end."""
+        """True for a counter-twist with an offset below a quarter of its maximum at the first or
+        last frame.
+        """
         if self.kind != Kind.COUNTER_TWIST or not len(self.offset):
             return False
         return bool(np.abs(self.offset[[0, -1]]).min() < 0.25 * abs(self.largest))
@@ -174,36 +181,40 @@ class Interval:
 
     @property
     def repairable(self) -> bool:
-        """True for a twist error that can be corrected."""
+        """True if the interval is a twist error of a kind that can be corrected."""
         return self.kind.repairable
 
     @property
     def correctable(self) -> bool:
-        """True if accepting the interval changes the motion.
+        """True if the motion changes when a person accepts the interval.
 
-        In reviews of earlier versions, errors of a single joint have no offset: a person who
-        accepted one has only seen it.
+        In reviews of earlier versions, errors of a single joint have no offset, and accepting them
+        did not change the motion.
         """
         return self.repairable or (self.kind.correctable and bool(self.offset.any()))
 
     @property
     def automatic(self) -> bool:
-        """True if the kind of error may be corrected without a person's decision."""
+        """True if intervals of this kind may be corrected without the decision of a person."""
         return self.repairable and self.kind.info.automatic
 
     def may_be_same(self, other: Interval) -> bool:
-        """True if both have the same chain and kind, and the same joint if a single joint is
-        wrong.
+        """Return True if another interval may describe the same error.
+
+        Both must have the same chain and kind, and the same joint if the error is of a single
+        joint.
         """
         same = (self.chain, self.kind) == (other.chain, other.kind)
         return same and (self.joint == other.joint or not self.kind.info.repairer)
 
     def with_offset(self, start: int, offset: Array) -> Interval:
-        """Return the interval with another start and offset."""
+        """Return the interval with another start and offset. `stop` follows from the offset."""
         return replace(self, start=start, stop=start + len(offset), offset=offset)
 
     def within(self, low: int, high: int) -> Interval:
-        """Return the part in frames [low, high), with frame numbers relative to `low`."""
+        """Return the part of the interval in frames [low, high), with frame numbers relative to
+        `low`.
+        """
         start, stop = max(self.start, low), min(self.stop, high)
         return self.with_offset(start - low, self.offset[start - self.start : stop - self.start])
 

@@ -27,17 +27,18 @@ class KindInfo:
     short : str
         The singular for a narrow column: "jump".
     place : int
-        The rank of the kind in lists, which are sorted from common to rare.
+        The position of the kind in lists, which are sorted from common to rare kinds.
     repair : str
-        What a correction turns back; "" for a kind that no detector corrects.
+        The rotation that a correction removes, such as "twist"; "" for a kind that no detector
+        corrects.
     automatic : bool
-        True if it may be corrected without a person's decision.
+        True if errors of the kind may be corrected without the decision of a person.
     sure : float
-        The confidence below which a person decides even if the kind may be automatic.
+        The confidence below which a person must decide even if `automatic` is True.
     doubt : str
-        The reason for that, as a clause.
+        The reason for the limit `sure`, as a clause.
     of_capture : bool
-        True for a fault of the capture, not a twist error; gates count it only on request.
+        True for a fault of the capture, which is not a twist error. Gates count it only on request.
     sign : str
         How an angle is written: "+" with a sign, "±" without one, "" for a kind without an angle.
     size : str
@@ -45,39 +46,40 @@ class KindInfo:
     weight : float or None
         The weight of the kind in the severity; None for the weight of the segment.
     lasting : bool
-        True if an interval that cannot be corrected contributes to the severity with its whole
-        length.
+        True if all frames of an interval contribute to the severity, even though the interval
+        cannot be corrected.
     repairer : str
-        The correction of a single joint that only a person can accept, 'package.module:NAME': a
-        `twistcore.analysis.correction.joint_repairs.JointRepair`, loaded when it is first needed.
+        The correction of a single joint that only a person can accept, as 'package.module:NAME' of
+        a `twistcore.analysis.correction.joint_repairs.JointRepair`, which is loaded on first use.
         "" for all other kinds.
     turns : bool
         True if `repairer` turns the joint by the interval's offset, so that a person can change it.
     below : bool
         True if a person can choose whether the joints below turned with the error.
     find : str
-        The finder of a kind that no detector finds, 'package.module:function'. It takes a
+        The function that finds errors of the kind, as 'package.module:function'. It takes a
         `twistcore.detection.finding.KindSearch`, returns intervals keyed by chain name, and is
         loaded when the kind is first searched for. "" for a kind that the detectors find.
     corrected : bool
-        True if the search comes after all automatic corrections.
+        True if errors of the kind are searched for after all automatic corrections.
     quantity : str
-        The curve that shows why an interval is listed, 'package.module:function'. The function
+        The function that computes the curve that shows why an interval is listed, as
+        'package.module:function'. The function
         takes a `KindSearch` and an interval, and returns a `twistcore.detection.quantity.Quantity`,
-        or None if there is no curve for this interval. "" for a kind whose angles of a chain or
-        limb show it.
+        or None if there is no curve for this interval. "" for a kind that the angles of the chain
+        or limb show.
     colour : str
         The theme colour of the kind's word in the list of intervals; "" for the text colour.
     counted : str
         The singular for counts; the name if not given.
     here, named, legend, tip, why, offer : str
         Texts about one interval: for a frame inside it, for a frame next to it, for the 3D view,
-        for the list, a sentence about the error, and one about what accepting it does. {frames},
-        {span}, {size}, {joint} and {angle} are replaced in them; in `why` and `offer` only {joint}
-        and {size}.
+        for the list, a sentence about the error, and a sentence about the effect of accepting it.
+        {frames}, {span}, {size}, {joint} and {angle} are replaced in them, except that `why` and
+        `offer` may contain only {joint} and {size}.
     happens : str
-        What happens to a part of the body, for the name of a group of errors: "{part} jumps";
-        the part and the kind's name if not given.
+        What happens to a part of the body, for the name of a group of errors: "{part} jumps". If
+        not given, the part and the name of the kind are used.
     """
 
     name: str
@@ -118,8 +120,9 @@ def plural_name(word: str) -> str:
 
 
 class _Kinds(type):
-    """The metaclass of kinds: `Kind.LONE_JUMP` is a kind, and `for kind in Kind` yields all
-    kinds.
+    """The metaclass of kinds.
+
+    It allows `Kind.LONE_JUMP` for a kind and `for kind in Kind` for all kinds.
     """
 
     def __iter__(cls) -> Iterator[Kind]:
@@ -130,19 +133,20 @@ class _Kinds(type):
 
     def __getattr__(cls, name: str) -> Any:
         if name.isupper() and name in _known():
-            setattr(cls, name, kind := _known()[name])  # these fields are read all the time
+            setattr(cls, name, kind := _known()[name])  # an attribute, because it is read often
             return kind
         raise AttributeError(f"type object 'Kind' has no attribute {name!r}")
 
 
 class Kind(str, metaclass=_Kinds):
-    """The kind of error in an interval: the word in files, in tables and for `--kinds`.
+    """The kind of error in an interval. As a string, it is the word in files, tables and `--kinds`.
 
     Parameters
     ----------
     value : str
-        The word, in any case, with ``-``, ``_`` or a space inside. An unknown word, as in a
-        session of a later version, makes a kind that is reported but never corrected.
+        The word, in upper or lower case, with ``-``, ``_`` or spaces between its parts. An unknown
+        word, as in a session of a later version, creates a kind that is reported but never
+        corrected.
 
     Examples
     --------
@@ -173,7 +177,7 @@ class Kind(str, metaclass=_Kinds):
     info: KindInfo
 
     def __new__(cls, value: object) -> Kind:
-        """Return the kind that a word names, always the same object for the same word."""
+        """Return the kind with the given name; the same name always returns the same object."""
         if (kind := _by_word().get(_word(value))) is not None:
             return kind
         if not (isinstance(value, str) and value.strip()):
@@ -193,12 +197,12 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def known(self) -> bool:
-        """True if this version knows the kind."""
+        """True if this version of the program knows the kind."""
         return bool(self.name)
 
     @property
     def repairable(self) -> bool:
-        """True for a twist error that can be corrected. Summaries count these kinds."""
+        """True for a twist error that can be corrected. Summaries count only these kinds."""
         return bool(self.info.repair)
 
     @property
@@ -208,7 +212,9 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def by_angle(self) -> bool:
-        """True if a correction turns a joint by the offset, which a person can change."""
+        """True if a correction turns a joint by the offset of the interval, which a person can
+        edit.
+        """
         return bool(self.info.repair) or self.info.turns
 
     @property
@@ -218,8 +224,9 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def of_capture(self) -> bool:
-        """True for a fault of the capture, which is no twist error; gates count it only on
-        request.
+        """True for a fault of the capture, which is not a twist error.
+
+        Gates count it only on request.
         """
         return self.info.of_capture
 
@@ -247,9 +254,10 @@ def _known() -> Mapping[str, Kind]:
 
 
 def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
-    """Return the kinds from installed packages, keyed by their entry point's name in capitals.
+    """Return the kinds of installed packages, keyed by the names of their entry points in capitals.
 
-    A kind that cannot be loaded, or whose word is already in use, is left out with a warning.
+    `taken` contains the names in use. A kind that cannot be loaded, or that has a name in use, is
+    left out with a warning.
     """
     if not _announced():
         return {}
@@ -276,7 +284,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
 
 
 def _announced() -> bool:
-    """True if a package on the path announces a kind; ten times as fast as `entry_points`."""
+    """Return True if an installed package provides a kind, ten times as fast as `entry_points`."""
     for folder in dict.fromkeys(sys.path):
         try:
             inside = [e.path for e in os.scandir(folder or ".") if e.name.endswith("-info")]

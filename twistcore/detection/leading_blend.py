@@ -2,10 +2,10 @@
 
 A release often begins in a T-pose that is blended into the capture: each joint moves from its first
 rotation towards the capture, and at time t it has covered the fraction s(t) of the way. The
-fraction is the same for all joints, whether it grows evenly or eased, and whether rotations or
-channels are interpolated. So where the blend begins and ends, the acceleration of each joint points
-along its own path and is proportional to s″(t). Natural motion has no such course: no s explains
-more than a small part of its accelerations.
+fraction is the same for all joints. This is true for linear and for eased blends, and whether
+rotations or channels are interpolated. At the beginning and the end of the blend, the acceleration
+of each joint therefore points along its own path and is proportional to s″(t). Natural motion has
+no such common course, so no s explains more than a small part of its accelerations.
 """
 
 from __future__ import annotations
@@ -15,28 +15,29 @@ from numpy.typing import NDArray
 
 from twistcore.skeleton.rotation import Array
 
-SECONDS, FRAMES = 0.27, 8  # the longest blend searched for: 32 frames at 120 Hz, 8 at 30 Hz
-# Blends of other lengths are found by the nearest of these.
+SECONDS, FRAMES = 0.27, 8  # the longest blend: 32 frames at 120 Hz, 8 frames at 30 Hz
+# Lengths that are tried. A blend of another length is found with the nearest of these.
 LENGTHS = (2, 3, 5, 8, 12, 18, 25, 32, 45, 64)
-TURNING = float(np.sin(0.5 * np.radians(1.0)))  # joints that turn less have no vote
+TURNING = float(np.sin(0.5 * np.radians(1.0)))  # joints that turn less are ignored
 FAR = float(np.sin(0.5 * np.radians(2.0)))  # a shorter path has no direction
 # Minimum share of all joints that must turn: if nearly all are still, an error is not a blend.
 LIVELY = 1.0 / 3.0
 AT_REST, RESTING = 1e-9, 0.4  # largest turn at rest, in radians; share of the joints that turn
 # The share of a joint's acceleration that the course may leave unexplained, and the share of joints
-# that must follow it: for a rest pose, in which hardly any capture begins, and for other poses.
+# that must follow the course: for a blend from a rest pose, in which hardly any capture begins, and
+# from other poses.
 FROM_REST, FROM_ANY = (0.6, 0.45), (0.2, 0.7)
 EXPLAINED = 0.5  # share of a joint's acceleration that is explained if it follows the course
 UNDER, OVER = -0.1, 1.3  # limits of s, since a spline overshoots
-# Values of s with more frames between than before; if not, an error ends here.
+# Values of s. If there are not more frames between the two than before them, an error ends there.
 BEGUN, NEARLY = 0.1, 0.9
-KEEPING = 0.4  # share of the joints that follow in a frame that is still part of the blend
+KEEPING = 0.4  # minimum share of the joints that follow the course in a frame of the blend
 LONGER_LAG = 8  # frames of blend for each additional frame of lag in second differences
-BEHIND = 6  # frames of capture that must follow the blend
+BEHIND = 6  # minimum number of captured frames after the blend
 
 
 def held_frames(rotations: Array) -> int:
-    """Return how many frames after frame 0 repeat its pose.
+    """Return the number of frames after frame 0 that repeat its pose.
 
     `rotations` has the shape (frames, joints, 4).
     """
@@ -47,7 +48,7 @@ def held_frames(rotations: Array) -> int:
 
 
 def rest_frames(rotations: Array, fps: float) -> int:
-    """Return how many frames at the end repeat a rest pose or are a blend into it."""
+    """Return the number of frames at the end that repeat a rest pose or are a blend into it."""
     held = held_frames(rotations[::-1])
     blended = blend_end(rotations[::-1][held:], fps, from_rest=True)
     return held + blended if blended else 0
@@ -87,8 +88,8 @@ def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
 def _left(way: Array, length: int) -> Array | None:
     """Return the fraction of the accelerations that s″ does not explain, weighted by s″².
 
-    The result has one number for each joint that moves far. The result is None if most joints do
-    not move far, or if s does not look like a blend.
+    The result has one number for each joint that moves far. It is None if most joints do not move
+    far, or if s does not look like a blend.
     """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : length + 1 + 2 * lag], length)
@@ -100,7 +101,7 @@ def _left(way: Array, length: int) -> Array | None:
 
 
 def _like_a_blend(s: Array) -> bool:
-    """True if s, (frames,), rises from 0 to 1 over several frames and begins immediately."""
+    """Return True if s, (frames,), begins immediately and rises from 0 to 1 over several frames."""
     begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
     return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
 
@@ -108,7 +109,7 @@ def _like_a_blend(s: Array) -> bool:
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
     """Return the paths of joints that move far, their directions to frame `length`, and s(t).
 
-    `way` holds the chords from the first rotation, shape (joints, frames, 4). The returned paths
+    `way` contains the chords from the first rotation, shape (joints, frames, 4). The returned paths
     are in units of the chord to frame `length`.
     """
     to = way[:, length]
@@ -121,9 +122,10 @@ def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
 
 
 def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array, Array, Array]:
-    """Return squared accelerations from frame 1 on, their part that s″ does not explain, and s″.
+    """Return squared accelerations from frame 1 on, the part of them that s″ does not explain, and
+    s″.
 
-    The first two are (joints, frames).
+    The first two arrays have the shape (joints, frames).
     """
     bends, bend = _second(shares[:, 1:], lag), _second(s[None, 1:], lag)[0]
     rest = bends - bend[:, None] * to[:, None]
@@ -137,7 +139,7 @@ def _second(values: Array, lag: int) -> Array:
 
 
 def _end(way: Array, length: int) -> int:
-    """Return the last frame in which the course explains most joints' accelerations."""
+    """Return the last frame in which the course explains the accelerations of most joints."""
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : 2 * length + BEHIND], length)
     given, left, _ = _accelerations(shares, to, s, lag)

@@ -1,8 +1,8 @@
 """Lines of chains that share joints, and the effect of an error on its neighbours [Method, step 4].
 
-An error of chain k turns the parent of chain k+1 and the child of chain k−1, so it shows as an
+An error of chain k turns the parent of chain k+1 and the child of chain k−1, so it appears as an
 *image* in x of k+1 and in y of k−1. The image depends on the pose but not on the level of the
-error, so an increment φ can be undone exactly at its frame:
+error, so an increment φ can be undone exactly in its frame:
 
     x of k+1:  q(t−1)⁻¹ R_a(φ) q(t)  = cos(φ/2) q(t−1)⁻¹ q(t) + sin(φ/2) q(t−1)⁻¹ a q(t)
     y of k−1:  q(t) R_a(−φ) q(t−1)⁻¹ = cos(φ/2) q(t) q(t−1)⁻¹ − sin(φ/2) q(t) a q(t−1)⁻¹
@@ -28,21 +28,27 @@ from twistcore.skeleton.rotation import (
 
 
 class Image:
-    """The twist angle of cos(φ/2)·plain + sin(φ/2)·turned as a function of φ; 0 where not set."""
+    """The twist angle of cos(φ/2)·plain + sin(φ/2)·turned as a function of φ.
+
+    The result is 0 for elements that have not been set.
+    """
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self._parts = np.zeros((4, *shape))
         self._parts[0] = 1.0
 
     def set(self, at: Index, plain: Array, turned: Array, axis: Array) -> None:
-        """Set the quaternions, (n, 4), and the axes, (n, 3), at flat indices."""
+        """Set `plain` and `turned`, quaternions (n, 4), and the axes, (n, 3), at flat indices."""
         parts = self._parts.reshape(4, -1)
         for row, q in ((0, plain), (2, turned)):
             parts[row, at] = q[:, 0]
             parts[row + 1, at] = np.einsum("ti,ti->t", q[:, 1:], axis)
 
     def __call__(self, angle: Array, row: int | slice = slice(None)) -> Array:
-        """Return the twist angles of a row, or of all rows, for φ of the same shape, in radians."""
+        """Return the twist angles of one row or all rows, in radians.
+
+        `angle` contains φ and has the same shape as the result.
+        """
         w, v, tw, tv = self._parts[:, row]
         c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
         return wrap(2.0 * np.arctan2(c * v + s * tv, c * w + s * tw))
@@ -58,11 +64,11 @@ class Limbs:
     joints
         Local rotations, shape (n + 1, limbs, frames, 4).
     axes
-        (n, limbs, 3) or (n, limbs, frames, 3).
+        The bone axis of each chain, (n, limbs, 3) or (n, limbs, frames, 3).
     step
-        The rounding step of the angles in the file, radians, 0 if it is fine.
+        The rounding step of the angles in the file, radians; 0 if it is negligible.
     keys
-        The linear keys, between which natural motion keeps its pace, or None.
+        The linear keys, between which the pace of natural motion is constant, or None.
     """
 
     def __init__(
@@ -88,9 +94,10 @@ class Limbs:
         return out.reshape(2, -1, self.frames)
 
     def turned(self, turns: Sequence[tuple[int, int, Array]]) -> Limbs:
-        """Return the limbs with some children turned about their chain's axis, in P's frame.
+        """Return the limbs with some children turned about the axis of their chain, in the frame of
+        P.
 
-        Each of `turns` is (row of the chain, first frame, angles in radians).
+        Each item of `turns` is (row of the chain, first frame, angles in radians).
         """
         joints = self.joints.copy()
         for row, start, angle in turns:
@@ -102,7 +109,7 @@ class Limbs:
         return self.with_joints(joints)
 
     def only(self, limb: int) -> Limbs:
-        """Return only one of the limbs."""
+        """Return one of the limbs, given by its index."""
         at = slice(limb, limb + 1)
         return Limbs(self.joints[:, at], self.axes[:, at], self.step, self.keys)
 
@@ -111,12 +118,13 @@ class Limbs:
         return Limbs(joints, self.axes, self.step, self.keys)
 
     def images(self, first: Index, length: int, t: Index) -> tuple[Image, Image]:
-        """Return how errors in runs of `length` chains appear in the neighbouring chains.
+        """Return the effects of errors in runs of `length` chains on the neighbouring chains.
 
-        Row s of the first image is for the error of chain first + s in x of the next chain. Row s
-        of the second image is for the same error in y of the previous chain. Beyond the ends of a
-        line the images are 0. `first` is the first chain of each run, shape (runs,). `t` holds
-        indices into (limbs · frames), shape (runs,), never the first frame of a limb.
+        Row s of the first image is the effect of the error of chain first + s on x of the next
+        chain. Row s of the second image is the effect of the same error on y of the previous chain.
+        Beyond the ends of a line, the images are 0. `first` is the first chain of each run, shape
+        (runs,). `t` contains indices into (limbs · frames), shape (runs,), which must not be the
+        first frame of a limb.
         """
         down, up = Image((length, len(t))), Image((length, len(t)))
         chain = (first + np.arange(length)[:, None]).ravel()
@@ -132,8 +140,8 @@ class Limbs:
     def _shared_joint(self, chain: Index, side: int, t: Index) -> tuple[Array, Array, Array, Array]:
         """Return q(t−1)⁻¹ and q(t) of a shared joint, and the axes of both chains.
 
-        `side` is 1 if the joint is shared with the next chain, −1 if with the previous one. The
-        axis of the chain itself is returned as a quaternion.
+        `side` is 1 if the joint is shared with the next chain, −1 if it is shared with the previous
+        one. The axis of `chain` is returned as a quaternion, and the other axis as a vector.
         """
         joints = self.joints.reshape(len(self.joints), -1, 4)
         joint = chain + (side > 0)

@@ -1,4 +1,4 @@
-"""Joints that turn about their own axis faster than any body does, with no other explanation.
+"""Joints that turn about their own axis faster than any body can, with no other explanation.
 
 No segment of a body turns about itself faster than about 7,500°/s (a pitcher's shoulder reaches
 7,000). Any faster turn is an error and is reported, whether or not it can be corrected.
@@ -23,17 +23,17 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.notation import DistinctFrames, without_held
 from twistcore.skeleton.rotation import Array, conjugate, multiply, twist_angle
 
-FASTEST = math.radians(7500.0)  # a second
-LEAST = math.radians(60.0)  # a frame: smaller turns may be noise of a fast camera
+FASTEST = math.radians(7500.0)  # per second
+LEAST = math.radians(60.0)  # per frame; smaller turns may be noise at a high frame rate
 # frames a second below which a single frame is weak evidence
 SLOW, LEAST_SLOW = 50.0, math.radians(120.0)
 _BLOCK = 4_096  # frames
 _Frames = Callable[[int, int], Motion]
-_OWN_SHARE = 0.5  # share of the limit; a joint that turns less itself only follows a joint above
+_OWN_SHARE = 0.5  # share of the limit; a joint that turns less only follows a joint above it
 
 
 def limit(fps: float) -> float:
-    """Return the largest possible turn about a joint's axis from frame to frame, in radians."""
+    """Return the largest natural turn about a joint's axis from frame to frame, in radians."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
@@ -50,14 +50,16 @@ def _in_all_chains(search: KindSearch) -> Found:
 def lone_jumps(
     motion: Motion, chains: Sequence[Chain], refined: _Frames | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the lone jumps with the joints' names, keyed by chain name and sorted by start.
+    """Return the lone jumps, keyed by chain name and sorted by start.
 
-    `refined` returns the frames [start, stop) of the motion without the known errors, so that a
-    jump that belongs to one of them is not listed a second time. A joint must jump both in world
-    space and in its parent's frame: a child that only follows its parent does not jump, and neither
-    does a child that keeps its orientation while its parent turns. Jumps at a cut are left out.
-    `residual` is the turn in the jump's fastest frame; the offset is 0, because no correction is
-    known.
+    `refined` is a function that returns the frames [start, stop) of the motion without the known
+    errors, so that a jump that belongs to one of them is not listed a second time. A joint must
+    jump both in world space and relative to its parent: a child that only follows its parent does
+    not jump, and neither does a child that keeps its orientation while its parent turns. Jumps at a
+    cut are left out.
+
+    `residual` is the turn in the fastest frame of the jump. The offset is 0, because no correction
+    is known.
     """
     if motion.frames < 2 or not chains:
         return {chain.name: () for chain in chains}
@@ -94,10 +96,10 @@ def lone_jumps(
 def _turns_too_fast(
     motion: Motion, joints: Sequence[int], among: NDArray[np.bool_], refined: _Frames
 ) -> dict[int, Array]:
-    """Return the turns of joints, 0 where they are possible, in radians, (frames,), keyed by joint.
+    """Return the impossibly fast turns of joints, in radians, (frames,), keyed by joint.
 
-    `among` is the mask of the frames to examine, shape (frames,). The clip is processed in blocks
-    so that no copy of all its rotations is needed.
+    The value is 0 in all other frames. `among` is the mask of the frames to examine, shape
+    (frames,). The clip is processed in blocks, so that no copy of all its rotations is needed.
     """
     axes = {joint: own_axis(motion.skeleton, joint) for joint in joints}
     found: dict[int, Array] = {}
@@ -105,7 +107,7 @@ def _turns_too_fast(
         first, stop = max(low - 1, 0), min(low + _BLOCK, motion.frames)
         block = refined(first, stop)
         counted = among[first:stop].copy()
-        counted[0] = False  # the step into it belongs to the block before
+        counted[0] = False  # the step into this frame belongs to the previous block
         for joint, axis in axes.items():
             if axis is None:
                 continue
@@ -122,7 +124,7 @@ def _turns_too_fast(
 
 
 def _as_written(jump: Interval, held: DistinctFrames) -> Interval:
-    """Return a jump with the frame numbers of the whole clip, including held frames."""
+    """Return a jump with the frame numbers of the whole clip, which includes held frames."""
     start, stop = held.end(jump.start), held.end(jump.stop - 1) + 1
     return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))
 
@@ -130,8 +132,8 @@ def _as_written(jump: Interval, held: DistinctFrames) -> Interval:
 def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
     """Return the unit direction from a joint to its farthest child or End Site, (3,), or None.
 
-    If all children coincide with the joint, as in the hands of some rigs, the first child's bone is
-    used that exists.
+    If all children are at the joint's position, as in the hands of some rigs, the axis of the first
+    child that has one is returned.
     """
     ends = [skeleton.offsets[child] for child in skeleton.children[joint]]
     if joint in skeleton.end_offsets:
@@ -145,22 +147,28 @@ def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
 
 
 def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain of each joint: the one with the joint as its parent or else as its child."""
+    """Return the chain of each joint, keyed by joint.
+
+    If a joint is the parent of one chain and the child of another, the former is returned.
+    """
     owner = {chain.child: chain for chain in reversed(chains)}
     return owner | {chain.parent: chain for chain in chains}
 
 
 def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return a mask of the frames in which a joint turns faster about its axis than any body does.
+    """Return a mask of the frames in which a joint turns about its axis faster than any body can.
 
-    `in_room` and `own` are the turns from :func:`turns_about` in world space and in the parent's
-    frame, both (frames,).
+    `in_room` and `own` are the turns from :func:`turns_about` in world space and relative to the
+    parent, both (frames,).
     """
     return np.asarray((np.abs(in_room) > limit(fps)) & may_be_too_fast(own, fps))
 
 
 def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return a mask, (frames,): the turn in the parent's frame is fast enough to be impossible."""
+    """Return a mask, (frames,), of the frames in which the turn relative to the parent is large.
+
+    Only in these frames can a turn in world space be an impossibly fast turn of the joint itself.
+    """
     return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
 
 
@@ -188,7 +196,7 @@ def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
 
 
 def turns_about(rotations: Array, axis: Array) -> Array:
-    """Return the turn about a joint's own axis since the previous frame, without swing, in radians.
+    """Return the turn about an axis since the previous frame, without swing, in radians.
 
     `rotations` has the shape (frames, …, 4), `axis` is a unit vector, (…, 3), and the result has
     the shape (frames, …).

@@ -1,18 +1,19 @@
-"""Events that a clip contains from the start, which are left out when detectors are scored.
+"""Events that a clip contains without injected errors, which are left out when detectors are
+scored.
 
-The rule: in a clip without injected errors an event is
+In a clip without injected errors, an event is
 
 * an *interval* that a detector finds at its automatic τ, even an *open* one: P and C turn
   against each other;
-* a *flip*: in one frame P or C alone turns about the bone by FLIP_DEGREES and FLIP_SIGMA local
+* a *flip*: in one frame, P or C alone turns about the bone by FLIP_DEGREES and FLIP_SIGMA local
   scales more than the consistency detector expects from the neighbouring frames. No limb can do
-  this, but the capture's solver can, or Euler angles at a gimbal lock. The other joint does not
+  this, but the solver of a capture can, or Euler angles at a gimbal lock. The other joint does not
   compensate for the turn, so it is not a twist error in the sense of [Choi26], and never an
   interval;
 * a *limb flip* found at the automatic τ: P turns about the line to the limb's end E.
 
-A chain or limb is *audited* in a clip if it has no event there. A limb's flip is also an event of
-the chains that share P or E with it, and vice versa, since the same joints are affected.
+A chain or limb is *audited* in a clip if it has no event there. A flip of a limb is also an event
+of the chains that share P or E with it, and vice versa, since the same joints are affected.
 """
 
 from __future__ import annotations
@@ -95,7 +96,7 @@ def with_events(
     limbs: Sequence[Limb],
     events: Iterable[NaturalEvent],
 ) -> frozenset[str]:
-    """Return the names of the chains and limbs that are not audited because they have events."""
+    """Return the names of the chains and limbs that have events, and so are not audited."""
     own = {e.chain for e in events}
     out = set(own)
     for limb in limbs:
@@ -109,7 +110,7 @@ def with_events(
 
 
 def flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[NaturalEvent]:
-    """Yield the flips of P, then the flips of C, as this module defines them."""
+    """Yield the flips of P, then the flips of C, as defined at the top of this module."""
     c, row = analysis.limb, analysis.row
     alone = np.zeros(c.x.shape[1], dtype=bool)
     for table in analysis.tables:  # a cut is not a flip

@@ -1,9 +1,9 @@
 """Bursts of noise, in which a joint jitters more than any body can.
 
-White noise of σ in each frame gives the turns from frame to frame a variance of 2σ², and the
-changes of these turns a variance of 6σ², three times as much. Natural motion is smooth, so its
-turns change little. A window in which the changes are larger than the turns themselves is therefore
-noise, and σ follows from them.
+If each frame has white noise of σ, the turns from frame to frame have a variance of 2σ², and the
+changes of these turns have a variance of 6σ², three times as much. Natural motion is smooth, so its
+turns change little. Therefore, frames in which the changes are larger than the turns themselves
+contain noise, and its σ follows from the changes.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from twistcore.work.frozen import dataclass
 Mask = NDArray[np.bool_]
 
 _WINDOW, _FEWEST = 0.6, 21  # seconds, and a minimum number of frames
-_ROUGH = 2.5  # variance of changes over variance of turns: 3 of white noise, below 1 of motion
+_ROUGH = 2.5  # variance of changes over variance of turns: 3 for white noise, below 1 for motion
 _LEAST = 4.5  # degrees of σ; weaker noise may be fast motion
 _BEYOND = 2.0  # ratio to the joint's σ in the whole clip
 _MIDDLE = 6.0 * 2.366  # σ²: the median of |change|² of white noise about three axes
 _SWINGS = 0.8  # share of the frames in which a change is reversed; 5/6 for white noise
-# Largest share of the squared changes that may remain when another joint compensates for them.
+# If another joint compensates for the noise, at most this share of the squared changes remains.
 _TAKEN_BACK = 0.25
-_GAP = 5  # frames within a burst that may be smooth by chance
+_GAP = 5  # maximum number of successive frames in a burst that are smooth by chance
 _MOST = 5  # spans, and joints of a span, listed by name
-_EDGE = 1.2  # σ: distance of a frame from the mean of its neighbours at the border of a burst
+_EDGE = 1.2  # σ: minimum distance of the outermost frames from the mean of their neighbours
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
 
 
 def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
-    """Return the largest σ of the noise in joints or their ancestors, in degrees, (frames,).
+    """Return the largest σ of the noise in joints and their ancestors, in degrees, (frames,).
 
     The result is 0 in frames without a burst.
     """
@@ -68,7 +68,9 @@ def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
 
 
 def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
-    """Return σ of each joint's noise, in degrees, (frames,); held frames repeat the last value."""
+    """Return σ of the noise of each joint, in degrees, (frames,). Held frames repeat the last
+    value.
+    """
     if (held := without_held(motion)) is None:
         return [_of_joint(motion, joint) for joint in joints]
     shown = np.maximum(np.searchsorted(held.first, np.arange(motion.frames), side="right") - 1, 0)
@@ -78,7 +80,8 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 def _of_joint(motion: Motion, joint: int) -> Array:
     """Return σ of a joint's noise in degrees, (frames,), or 0 if a neighbour compensates for it.
 
-    The array is read-only, because it is kept with the motion; for quiet joints it takes no memory.
+    The array is read-only, because it is cached with the motion. For joints without noise, it takes
+    no memory.
     """
     known = _by_joint(motion)
     if joint not in known:
@@ -89,7 +92,7 @@ def _of_joint(motion: Motion, joint: int) -> Array:
 
 @once_each
 def _by_joint(motion: Motion) -> dict[int, Array]:
-    """Return the known results of :func:`_of_joint`, keyed by joint."""
+    """Return the cached results of :func:`_of_joint` for a motion, keyed by joint."""
     del motion
     return {}
 
@@ -112,7 +115,7 @@ def _noise_of(motion: Motion, joint: int) -> Array:
 
 
 def _changes(turns: Array) -> Array:
-    """Return the squared changes of the turns from frame to frame, (frames,)."""
+    """Return the squared change of the turn vectors from frame to frame, (frames,)."""
     out = np.zeros(len(turns))
     out[1:-1] = ((turns[2:] - turns[1:-1]) ** 2).sum(axis=1)
     return out
@@ -126,10 +129,10 @@ def burst_sentences(
     Parameters
     ----------
     count
-        The number of intervals in chains, including intervals that are not listed.
+        The number of noise bursts in chains, including bursts that are not listed.
     outside
-        The bursts in joints of no chain, sorted by start. Their frames are given in the notes, and
-        overlapping bursts share a note.
+        The bursts in joints that belong to no chain, sorted by start. The notes contain their
+        frames, and overlapping bursts share a note.
     names
         The joints' names.
     """
@@ -159,7 +162,7 @@ def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
 
 
 def turns_of(q: Array) -> Array:
-    """Return rotations since the previous frame as rotation vectors, in degrees, (frames, 3)."""
+    """Return the rotation since the previous frame as a rotation vector, degrees, (frames, 3)."""
     turns = logarithm(multiply(conjugate(q[:-1]), q[1:]))
     return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
 
@@ -209,7 +212,7 @@ def _least_noise(sigma: Array) -> float:
 
 
 def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
-    """Return σ of a joint's turns in every frame, (frames,), and the smallest σ of a burst.
+    """Return σ of a joint's noise near every frame, (frames,), and the smallest σ of a burst.
 
     Both are in degrees. `motion` is the motion without held frames.
     """
@@ -220,13 +223,17 @@ def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
 
 
 def _often(mask: Mask, width: int) -> bool:
-    """True if some window of the given width may contain mostly frames with True in the mask."""
+    """Return True if a window of the given width may contain mostly frames that are True in the
+    mask.
+    """
     half = width // 2
     return bool(_running_sums(mask, 2 * half + 1).max() >= width - half)
 
 
 def _running_sums(values: Array | Mask, width: int) -> Array:
-    """Return the sum of the `width` numbers around each number, as in :func:`running_medians`."""
+    """Return the sum of `width` values around each value, with the ends as in
+    :func:`running_medians`.
+    """
     before = width // 2
     padded = np.pad(values, (before, width - 1 - before), mode="edge")
     sums = np.concatenate([[0.0], np.cumsum(padded)])

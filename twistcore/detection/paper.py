@@ -1,4 +1,4 @@
-"""The computations of the detector of [Choi26] §3.3, which `detectors/paper.py` declares."""
+"""The computations of the detector of [Choi26] §3.3 in `detectors/paper.py`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DEFAULT_TAU = float(np.radians(5.0))  # not in the paper; reproduces its success
 
 @dataclass(frozen=True, eq=False)
 class PaperAnalysis:
-    """The signals of every chain, to which any τ can be applied."""
+    """The signals of every chain, from which intervals are computed for any τ."""
 
     signals: Mapping[str, TwistSignals]
 
@@ -31,19 +31,19 @@ class PaperAnalysis:
         return self.signals[chain].strength
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at threshold τ, in radians."""
+        """Return the intervals of a chain at threshold τ in radians, sorted by start."""
         return intervals_of_offset(chain, running_offset(self.signals[chain], tau), tau)
 
     def removed(self, chain: str, tau: float) -> Array:
-        """Return the running sum that the paper's correction removes at τ radians, (frames,)."""
+        """Return the running sum that the paper's correction removes at τ, radians, (frames,)."""
         return running_offset(self.signals[chain], tau)
 
 
 def running_offset(signals: TwistSignals, tau: float) -> Array:
     """Return offset(t) = offset(t−1) + err(t), with err = sign(Δθp)·m where m ≥ τ [Choi26 §3.3.1].
 
-    The offset is (frames,) and is not wrapped. The offset need not return to 0, because the errors
-    of the estimate add up.
+    The offset is in radians, (frames,), and is not wrapped. The offset may not return to 0, because
+    the errors of the estimate add up.
     """
     return np.cumsum(error_of(signals.dtheta_p, signals.strength, tau))
 
@@ -60,9 +60,9 @@ def error_of(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
 def intervals_of_offset(chain: str, offset: Array, tau: float) -> tuple[Interval, ...]:
     """Divide the running sum into intervals that a person can judge.
 
-    An event opens an interval, which closes where |wrap(offset)| < τ. The remaining offset is the
-    interval's residual and is not added to the next interval. An interval that does not close
-    extends to the last frame, and its residual is the offset there.
+    An interval begins where the offset changes, and it ends where |wrap(offset)| < τ. The remaining
+    offset is the interval's residual and is not added to the next interval. An interval that does
+    not close extends to the last frame, and its residual is the offset there.
     """
     found = []
     events = np.flatnonzero(np.diff(offset, prepend=0.0) != 0.0)

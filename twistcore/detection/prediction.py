@@ -1,10 +1,10 @@
-"""Predict natural motion from good neighbours, and estimate its scale [Method, step 2].
+"""Predict natural motion from good neighbouring frames, and estimate its scale [Method, step 2].
 
-Signals are stacked as (2, chains, frames): x and y. A frame is *good* for a chain if nothing jumps
-in it. Only good frames are used for predictions, and never the frame that is predicted. Most frames
-have two good neighbours on either side; their predictions never change and are computed once. The
-other frames, called *irregular*, are predicted in every round, as flat indices into (chains,
-frames).
+The signals x and y are stacked as (2, chains, frames). A frame is *good* for a chain if nothing
+jumps in it. Only good frames are used for predictions, and never the frame that is predicted. Most
+frames have two good neighbours on either side. Their predictions never change and are computed
+once. The other frames, called *irregular*, are predicted in every round. They are given by flat
+indices into (chains, frames).
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]
 
 FLOOR = float(np.radians(0.005))  # rounding of BVH text; keeps σ > 0 where a joint does not twist
-ROUNDED = 0.76  # steps of written angles: σ of an increment's residual that rounding alone causes
-# half window of σ: the pace of motion changes within ~0.3 s
+ROUNDED = 0.76  # σ of an increment's residual that rounding causes, in steps of the written angles
+# half of the window for σ, because the pace of motion changes within about 0.3 s
 WINDOW_SECONDS, WINDOW_FRAMES = 0.15, 12
 _DISTANCES = (1, 2, 3, 5)  # frames to the nearer neighbour for which the growth of σ is measured
 _GAPS = np.log(np.array([2.0 * k - 1.0 for k in _DISTANCES]))
 
 
 def half_window(fps: float) -> int:
-    """Return half the length of the window for the local scale, in frames."""
+    """Return half the length of the window in which the local scale is measured, in frames."""
     return max(WINDOW_FRAMES, round(WINDOW_SECONDS * fps))
 
 
 def coarse_residual(signals: Array, step: int) -> Array:
     """Return the signals minus the median of 5 samples, `step` frames apart, in radians.
 
-    This is the first estimate, made while jumps are unknown. The median ignores a short interval or
-    a ramp.
+    This is the first estimate of the residual, before the jumps are known. A short interval or a
+    ramp does not affect the median.
     """
     n = signals.shape[-1]
     padded = np.pad(signals, ((0, 0), (0, 0), (2 * step, 2 * step)), mode="edge")
@@ -54,8 +54,9 @@ def coarse_residual(signals: Array, step: int) -> Array:
 
 
 def _box_sum(values: Array | Mask, half: int) -> Array:
-    """Return the sums over t − half … t + half along the last axis, with fewer frames at the
-    ends.
+    """Return the sums over t − half … t + half along the last axis.
+
+    At the ends, the sums include fewer frames.
     """
     n = values.shape[-1]
     kind = np.int32 if values.dtype == bool else values.dtype  # whole numbers are added faster
@@ -68,21 +69,23 @@ def _box_sum(values: Array | Mask, half: int) -> Array:
 
 
 def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Array:
-    """Return σ = 1.48·(mean √|r|)² over the good frames near t, in radians.
+    """Return σ = 1.48·(mean √|r|)² over the good frames near each frame, in radians.
 
-    The mean of square roots is a measure of spread on which a few jumps have little effect (the
-    factor 1.48 makes it the standard deviation of a normal distribution). Where few good frames are
-    near, a window four times as wide is used as well. If even that contains too few, the whole clip
-    is used.
+    The mean of square roots is a measure of spread on which a few jumps have little effect. The
+    factor 1.48 makes it the standard deviation of a normal distribution. If there are few good
+    frames nearby, a window four times as wide is used as well. If even that window contains too
+    few, the whole clip is used.
 
     Parameters
     ----------
     root
         √|r|, shape (2, chains, frames).
     good
-        Mask of the good frames.
+        Mask of the good frames, shape (chains, frames).
+    half
+        Half the length of the window, in frames.
     least
-        The smallest σ.
+        The smallest σ, in radians.
     """
     root = root * good.astype(np.float64)
     many, mean = _box_sum(good, half), _box_sum(root, half)
@@ -107,13 +110,14 @@ def least_scale(step: float) -> float:
 
 
 def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
-    """Return the increments between linear keys as the median of each piece between two keys.
+    """Return the increments between linear keys, as the median of each piece between two keys.
 
-    `signals` is in radians and has the shape (2, chains, frames), as does the result. `good` is the
-    mask of the frames to use, shape (chains, frames), if a piece has any.
+    `signals` and the result are in radians and have the shape (2, chains, frames). `good` is the
+    mask of the frames to use, shape (chains, frames). In a piece without good frames, all frames
+    are used.
     """
     frames, n = signals.shape[-1], keys.spacing
-    before = (-keys.first - 1) % n  # the clip's first piece began the same time before the clip
+    before = (-keys.first - 1) % n  # the first piece began before the clip did
     behind = -(before + frames) % n
     pad = (*[(0, 0)] * (signals.ndim - 1), (before, behind))
     told = np.where(good, signals, np.nan)
@@ -139,7 +143,7 @@ class Irregular:
     at
         Flat indices of the frames, shape (n,).
     near
-        The signals at two good neighbours before and two after, shape (2, 4, n).
+        The signals at the two good neighbours before and the two after each frame, shape (2, 4, n).
     cubic, linear
         The weights of these neighbours, shape (4, n).
     gap
@@ -188,11 +192,13 @@ class Predictor:
         return np.sqrt(np.abs(wrap(self.signals - self.linear)))
 
     def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:
-        """Return the frames that must be predicted separately, with the weights for this.
+        """Return the frames that must be predicted separately, with the weights for their
+        prediction.
 
-        These are the frames with a neighbour that is not good or has changed. `signals` include the
-        changes. The cubic weights are those of the Lagrange polynomial through the two good
-        neighbours on either side. At an end, the mean of the nearest two is used.
+        These are the frames that are not good, and the frames with a neighbour that is not good or
+        has changed. `signals` includes the changes. The cubic weights are the weights of the
+        Lagrange polynomial through the two good neighbours on either side. At an end, the mean of
+        the nearest two good frames is used.
         """
         frames = good.shape[1]
         seed = ~good | changed
@@ -245,10 +251,10 @@ def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
 
 
 class GapGrowth:
-    """The σ of predictions over gaps of 1, 3, 5 and 9 frames relative to a gap of 1.
+    """The σ of predictions over gaps of 1, 3, 5 and 9 frames, relative to a gap of 1.
 
-    The growth is measured on the clip itself, as the error in the middle frame of the same
-    interpolation across wider gaps.
+    The growth is measured in the clip itself, as the error of the same interpolation across wider
+    gaps, in the middle frame of the gap.
     """
 
     def __init__(self, signals: Array, cubic: Mask) -> None:
@@ -273,7 +279,7 @@ class GapGrowth:
             self._roots.append(np.sqrt(near, out=near))
 
     def measured(self, good: Mask) -> Array:
-        """Return the growth of σ, at least 1, at the four gaps, from good frames, (2, chains,
+        """Return the growth of σ at the four gaps, at least 1, measured in good frames, (2, chains,
         4).
         """
         frames = good.shape[1]

@@ -17,31 +17,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DetectorInfo:
-    """The information about a detector that the program shows, declared in the detector's file.
+    """The description of a detector that the program shows, declared in the detector's file.
 
     Parameters
     ----------
     name : str
         The word for ``--method``, files and profiles: lower-case letters, digits, ``-`` and ``_``.
     label : str
-        The detector's name within a sentence: "the paper's detector".
+        The detector's name for use within a sentence: "the paper's detector".
     measures : str
         One sentence about what the detector measures.
     short : str
-        The label above a column of a table; the name if not given.
+        The heading of a table column; `name` if not given.
     strength : str
-        The word or symbol for its strength, the curve that is compared with τ. "m" is the paper's
-        m(t).
+        The word or symbol for the strength, the curve that is compared with τ. "m" is m(t) of
+        [Choi26].
     has_confidence : bool
-        True if its intervals have a confidence.
+        True if the detector returns a confidence for its intervals.
     tau : str
-        The description of its automatic τ: "noise floor", or "automatic τ" if it is fixed.
+        How the automatic τ is described: "noise floor", or "automatic τ" if it is fixed.
     limb_flips : bool
-        True if the benchmark also searches for limb flips with it.
+        True if the benchmark also runs the search for limb flips with this detector.
     note : str
         The description in the benchmark; `measures` if not given.
     action : str
-        The text of the menu item; "Detect with" and the label if not given.
+        The text of the menu item; "Detect with" followed by `label` if not given.
     """
 
     name: str
@@ -57,17 +57,17 @@ class DetectorInfo:
 
     @property
     def is_m(self) -> bool:
-        """True if its strength is the paper's m(t), which is also drawn with other detectors."""
+        """True if the strength is m(t) of [Choi26], which other detectors can show as well."""
         return self.strength == "m"
 
     @property
     def column(self) -> str:
-        """The label above a column of a table."""
+        """The heading of a table column: `short`, or `name` if `short` is empty."""
         return self.short or self.name
 
     @property
     def menu_text(self) -> str:
-        """The text of the detector's menu item."""
+        """The text of the menu item that runs the detector."""
         return self.action or f"Detect with {self.label}"
 
 
@@ -98,5 +98,8 @@ class Detector(Protocol):
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> Analysis:
-        """Analyse a motion up to the part that depends on τ. `tell` is called with the progress."""
+        """Analyse chains of a motion, up to the point where τ is needed.
+
+        `tell` is called with the progress.
+        """
         ...

@@ -1,6 +1,6 @@
 """The quantity that shows why an interval is listed, as a curve over the clip with its limit.
 
-A kind of error names the function that computes it in :attr:`KindInfo.quantity`.
+:attr:`KindInfo.quantity` names the function that computes the curve for a kind of error.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from twistcore.skeleton.notation import DistinctFrames, without_held
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-ENDS = 4  # frames at both ends of a clip in which no step is looked for
+ENDS = 4  # frames at both ends of a clip in which steps are not searched for
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,15 +31,15 @@ class Quantity:
     Attributes
     ----------
     label
-        The name of the quantity, with the joint.
+        The name of the quantity and the joint.
     values
-        Shape (frames,), NaN where the quantity is undefined.
+        The quantity in each frame, shape (frames,), NaN where it is undefined.
     limit
         The value beyond which an interval is listed, shape (frames,); None if there is no limit.
     size
-        The number of the interval that is listed, in the same unit.
+        The size of the interval as listed in tables, in the same unit.
     unit
-        The unit after a number, with a space if one belongs there.
+        The unit to append to a number, with a leading space if needed.
     """
 
     label: str
@@ -53,9 +53,9 @@ CurveOf = Callable[[KindSearch, Interval], Quantity | None]
 
 
 def quantity_of(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the curve of an interval; None if its kind declares none, or if it has none here.
+    """Return the curve of an interval, or None if there is none for its kind or for this interval.
 
-    Raises TwistError if the kind's function cannot be loaded, fails, or returns a curve of the
+    Raises TwistError if the function of the kind cannot be loaded, fails, or returns a curve of the
     wrong length.
     """
     module, _, name = interval.kind.info.quantity.partition(":")
@@ -73,7 +73,7 @@ def quantity_of(search: KindSearch, interval: Interval) -> Quantity | None:
 
 @dataclass(frozen=True, eq=False)
 class OwnFrames:
-    """A motion without held frames, and the way from its frames to the frames of the clip.
+    """A motion without held frames, and the mapping of the frames of the clip to its frames.
 
     Attributes
     ----------
@@ -88,29 +88,34 @@ class OwnFrames:
 
     @classmethod
     def of(cls, motion: Motion, held: DistinctFrames | None = None) -> OwnFrames:
-        """Return the distinct frames of a motion; `held`: other frames that determine it."""
+        """Return the distinct frames of a motion.
+
+        `held` contains the frames that determine the motion, by default all frames that are not
+        held.
+        """
         held = held or without_held(motion)
         frames = np.arange(motion.frames)
         if held is None:
             return cls(motion, frames)
-        if held.even:  # a frame between two keys belongs to the change into the second one
+        if held.even:  # a frame between two keys belongs to the change to the second key
             at = np.searchsorted(held.first, frames, side="left")
         else:
             at = np.searchsorted(held.first, frames, side="right") - 1
         return cls(held.motion, np.clip(at, 0, len(held.first) - 1))
 
     def span(self, interval: Interval) -> tuple[int, int]:
-        """Return the frames [start, stop) of `motion` that an interval of the clip contains."""
+        """Return the frames [start, stop) of `motion` for an interval of the clip."""
         inside = self.at[interval.start : interval.stop]
         return int(inside[0]), int(inside[-1]) + 1
 
     def examined(
         self, values: Array, interval: Interval, *, around: int = 0, ends: int = 0
     ) -> Array:
-        """Return values of `motion` in the clip's frames, NaN where no search looks for errors.
+        """Return values of `motion` for the frames of the clip, with NaN in frames that are not
+        searched.
 
-        These are the frames at most `around` frames from a cut, and the given number of frames at
-        both ends of the clip, except for frames of the interval.
+        The latter are frames at most `around` frames from a cut, and `ends` frames at both ends of
+        the clip. Frames of the interval never become NaN.
         """
         cut, frames = find_cuts(self.motion), self.motion.frames
         left_out = cut.copy()
@@ -122,5 +127,5 @@ class OwnFrames:
         return np.where(left_out, np.nan, values)[self.at]
 
     def level(self, value: float) -> Array:
-        """Return a constant curve over the clip."""
+        """Return a curve with a constant value over the clip."""
         return np.full(len(self.at), value)

@@ -1,8 +1,8 @@
 """All detectors: from the files in `detectors/`, from packages, and registered by programs.
 
 Their names come from lists of files and of entry points, so the command line can show them without
-loading any detector or numpy. Everything that a table, a menu or a plot must show about a detector
-is in its :class:`DetectorInfo`.
+loading any detector or numpy. Everything that a table, a menu or a plot shows about a detector is
+in its :class:`DetectorInfo`.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ DEFAULT_METHOD = "consistency"
 GROUP = "twistcore.detectors"  # the group of entry points for packages that add a detector
 # The file given to a command with --detector. The processes that the command starts load it, too.
 FILE_VARIABLE = "TWISTCORE_DETECTOR_FILE"
-_FOLDER = "twistcore.detection.detectors"  # one file each
+_FOLDER = "twistcore.detection.detectors"  # one file per detector
 _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 
 
 class Detectors(Mapping[str, Detector]):
-    """All detectors, keyed by name: the default, other built-in ones, then other authors' ones.
+    """All detectors, keyed by name: the default, other built-in detectors, then external ones.
 
     A detector is loaded on first use. Access by name raises TwistError if the detector exists but
     cannot be loaded.
@@ -66,7 +66,10 @@ class Detectors(Mapping[str, Detector]):
         return sum(1 for _ in self)
 
     def named(self, name: str) -> Detector:
-        """Return the detector with a name. Raises TwistError with all names if there is none."""
+        """Return the detector with the given name.
+
+        Raises TwistError with a list of all names if there is none.
+        """
         try:
             return self[name]
         except KeyError:
@@ -74,11 +77,11 @@ class Detectors(Mapping[str, Detector]):
             raise TwistError(f"no detector {name!r}; expected one of {known}") from None
 
     def register(self, detector: Detector, place: str = "") -> Detector:
-        """Add a detector, replacing an earlier one with the same name.
+        """Add a detector, or replace an earlier one with the same name.
 
-        Returns the guarded detector, which reports an error as a TwistError with its name.
-        `place` is the file and class from which the detector was loaded. Raises TwistError if it is
-        not a detector.
+        Returns the guarded detector, which reports an error as a TwistError that contains its name.
+        `place` is the file and class from which the detector was loaded. Raises TwistError if
+        `detector` is not a detector.
         """
         if isinstance(detector, GuardedDetector):
             return detector
@@ -94,16 +97,24 @@ class Detectors(Mapping[str, Detector]):
         return kept
 
     def load(self, place: str) -> Detector:
-        """Register the detector of a Python file, 'FILE.py:Class'. Raises TwistError on failure."""
+        """Register the detector of a Python file, given as 'FILE.py:Class'.
+
+        Raises TwistError if it cannot be loaded.
+        """
         path, _, name = place.rpartition(":")
         return self.register(_of_file(place, path, name), f"{Path(path).resolve()}:{name}")
 
     def place(self, name: str) -> str:
-        """Return the file and class from which a detector was loaded, 'FILE.py:Class', or ''."""
+        """Return the file and class from which a detector was loaded, as 'FILE.py:Class'.
+
+        The result is '' if the detector was not loaded from a file.
+        """
         return self._given[name].place if name in self._of_file() else ""
 
     def info(self, name: str) -> DetectorInfo:
-        """Return the info of a detector, even if the detector is missing or cannot be loaded."""
+        """Return the info of a detector. A missing or unusable detector gets an info with its name
+        only.
+        """
         try:
             return self[name].info
         except (KeyError, TwistError):
@@ -118,15 +129,18 @@ class Detectors(Mapping[str, Detector]):
         return tuple(name for name in self if self.usable(name) == name)
 
     def usable(self, name: str) -> str:
-        """Return the name, or the default detector's if this one is missing or cannot be loaded."""
+        """Return the name if the detector can be loaded, or the name of the default detector if
+        not.
+        """
         try:
             return self[name].info.name
         except (KeyError, TwistError):
             return DEFAULT_METHOD
 
     def version(self, name: str) -> str:
-        """Return a text that changes when another author's detector changes; '' for built-in
-        ones.
+        """Return a string that changes when an external detector changes.
+
+        The result is '' for built-in detectors.
         """
         if name in built_in():
             return ""
@@ -153,18 +167,18 @@ DETECTORS = Detectors()
 
 
 def register(detector: Detector) -> Detector:
-    """Register a detector under its name, in this process.
+    """Register a detector under its name, for this process.
 
     Parameters
     ----------
     detector : Detector
-        An object with an `info` and an `analyse`. An earlier detector of the
-        same name is replaced; built-in detectors cannot be replaced.
+        An object with an attribute `info` and a method `analyse`. An earlier detector with the
+        same name is replaced, unless it is built in.
 
     Returns
     -------
     Detector
-        The guarded detector, which is used from then on.
+        The guarded detector, which is used in place of the given object.
 
     Raises
     ------
@@ -176,9 +190,10 @@ def register(detector: Detector) -> Detector:
 
 @contextmanager
 def detector_of_file(place: str) -> Iterator[str]:
-    """Register the detector of a Python file, also for new processes, and yield its name.
+    """Register the detector of a Python file and yield its name, for use in a `with` statement.
 
-    `place` has the form 'FILE.py:Class'. Raises TwistError if it cannot be loaded.
+    Processes that are started in the meantime load the detector as well. `place` has the form
+    'FILE.py:Class'. Raises TwistError if it cannot be loaded.
     """
     name = DETECTORS.load(place).info.name
     os.environ[FILE_VARIABLE] = DETECTORS.place(name)
@@ -190,7 +205,7 @@ def detector_of_file(place: str) -> Iterator[str]:
 
 @cache
 def built_in() -> tuple[str, ...]:
-    """Return the file names of the built-in detectors, the default first."""
+    """Return the names of the built-in detectors, which are their file names, the default first."""
     from pkgutil import iter_modules
 
     folder = [
@@ -213,8 +228,9 @@ def _entry_points() -> Mapping[str, EntryPoint]:
 
 @lru_cache(4)
 def _entry_points_on(_path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
-    """Return the detectors that installed packages announce, keyed by name, without loading
-    them.
+    """Return the entry points of detectors in installed packages, keyed by name.
+
+    No detector is loaded.
     """
     from importlib.metadata import entry_points  # 20 ms that few commands need
 
@@ -254,7 +270,7 @@ def _module(path: Path) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
+    sys.modules[spec.name] = module  # dataclasses need to find their module
     spec.loader.exec_module(module)
     return module
 
@@ -266,9 +282,10 @@ def _mark_of_file(path: Path) -> str:
 
 
 def _checked(found: Any, where: str) -> Detector:
-    """Return the detector, as an instance if a class is given.
+    """Return the detector, or an instance of it if a class is given.
 
-    Raises TwistError with the missing part if it is not a detector.
+    Raises TwistError with the missing part if it is not a detector. `where` describes the detector
+    in error messages.
     """
     if isinstance(found, type):
         with one_sentence(f"{where} cannot be created"):

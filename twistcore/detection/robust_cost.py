@@ -1,4 +1,4 @@
-"""The robust cost that the consistency detector uses in every decision."""
+"""The robust cost on which all decisions of the consistency detector are based."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 class Span(Protocol):
-    """A span of frames [start, stop)."""
+    """Anything with a span of frames [start, stop)."""
 
     @property
     def start(self) -> int:
@@ -31,9 +31,9 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def overlapping(spans: Iterable[SomeSpan], apart: int = 0) -> list[list[SomeSpan]]:
-    """Group overlapping spans, sorted by start.
+    """Group overlapping spans. The spans must be sorted by start.
 
-    `apart` is the smallest gap between groups, frames.
+    Spans with a gap of less than `apart` frames are put into the same group as well.
     """
     groups: list[list[SomeSpan]] = []
     end = 0

@@ -1,11 +1,11 @@
-"""Spans in which a joint lost its fine movement because it was filled in or strongly smoothed.
+"""Spans in which a joint has lost its fine movement, because gaps were filled or it was smoothed.
 
 A captured motion trembles a little in every frame, and no body moves as evenly as a filtered
-motion. The difference from an even curve over five frames, the fourth difference, is ten to ten
-thousand times smaller where a joint was smoothed. The difference is also smaller at a lower pace.
-Therefore, a joint is compared with its own frames of the same or a lower pace. If there
-are none, it is compared with its slowest frames, and less fine movement is expected at a lower
-pace. Thus a joint at rest is never mistaken for a smoothed one.
+motion. Fine movement is measured by the fourth difference, the deviation from an even curve over
+five frames. It is ten to ten thousand times smaller where a joint was smoothed, but it is also
+smaller at a lower pace. Therefore, a joint is compared with frames of its own motion at the same or
+a lower pace. If there are none, it is compared with its slowest frames, and less fine movement is
+expected at a lower pace. This ensures that a joint at rest is never mistaken for a smoothed one.
 """
 
 from __future__ import annotations
@@ -23,26 +23,27 @@ from twistcore.work.frozen import dataclass
 Mask = NDArray[np.bool_]
 
 _WINDOW, _FEWEST = 0.4, 9  # seconds, and a minimum number of frames, to average over
-_A_WINDOW = 8  # number of values computed per window, since they change slowly
+_A_WINDOW = 8  # number of values per window; more are not needed, since they change slowly
 _LEAST = 0.5  # seconds; a shorter span may be a calm moment
-_REST = 1e-5  # degrees a frame: the rounding of files
-_MOVES = 3e-3  # degrees a frame at its fastest; a slower joint does not move
+_REST = 1e-5  # degrees per frame: the rounding of files
+_MOVES = 3e-3  # degrees per frame; a joint with a lower maximum pace does not move
 _SUSPECT = 0.5  # orders of magnitude below the usual frame of the same pace
-_USUAL, _SLOWER, _STEPS = 0.7, 0.7, 4  # quantile, of at least this share of the slowest frames
+_USUAL, _SLOWER, _STEPS = 0.7, 0.7, 4  # quantile; minimum share of the slowest frames for it
 _FINER = 0.6  # orders of magnitude below nearly all other frames of the same pace, to be reported
 _NEARLY_ALL = 0.05  # quantile
 _OTHERS = 1.5  # seconds of other frames to compare with
-_PACE = 2.0  # orders of magnitude of fine movement for one order of the pace
-_BORDER, _EVEN = 1.5, 5  # maximum in orders above a span at its borders; frames to average there
+_PACE = 2.0  # orders of magnitude of fine movement per order of magnitude of pace
+_BORDER, _EVEN = 1.5, 5  # orders of magnitude above a span at its borders; frames to average
 _MOST = 5  # spans, and joints of a span, listed by name
 _NUMBERS = 1 << 17  # frames times joints in a block
 
 
 @dataclass(frozen=True)
 class SmoothedSpan:
-    """Frames [start, stop) in which a joint was filled in or smoothed.
+    """Frames [start, stop) in which gaps of a joint were filled or a joint was smoothed.
 
-    `times` is the minimum factor by which fine movement is smaller than in the rest of the clip.
+    `times` is the factor by which its fine movement is smaller than in nearly all the rest of the
+    clip.
     """
 
     joint: int
@@ -54,7 +55,7 @@ class SmoothedSpan:
 def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
     """Return the smoothed spans of all joints, sorted by start.
 
-    Clips with coarse angles have none, because their fine movement is only rounding.
+    The result is empty for clips with coarse angles, because their fine movement is only rounding.
     """
     width = max(_FEWEST, round(_WINDOW * motion.fps))
     if motion.frames < 2 * width or motion.angle_step:
@@ -90,10 +91,10 @@ def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSp
 
 
 def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
-    """Return the notes about spans sorted by start; overlapping spans share a note.
+    """Return the notes about spans, which must be sorted by start; overlapping spans share a note.
 
-    Only the first few notes are returned in full, and the others are counted. `names` are the
-    joints' names.
+    Only the first few notes are returned, followed by the number of other spans. `names` are the
+    names of the joints.
     """
     groups = overlapping(spans)
     said = [_said(group, names) for group in groups[:_MOST]]
@@ -118,9 +119,10 @@ def _said(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
 
 
 def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
-    """Return log10 of pace and of fine movement in a window, and of fine movement in every frame.
+    """Return log10 of the pace and of the fine movement.
 
-    All arrays have the shape (frames, joints). The values are in degrees per frame.
+    The three arrays are the pace in a window, the fine movement in a window, and the fine movement
+    in every frame. They have the shape (frames, joints), and the values are in degrees per frame.
     """
     changes = np.diff(continuous(rotations), axis=0)  # half of a turn, in radians
     moved = _mean_around(_squared(changes), width)
@@ -139,8 +141,8 @@ def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
 def _mean_around(values: Array, width: int) -> Array:
     """Return the mean of `width` rows around each row, repeating the outermost row at the ends.
 
-    Sums of rows are built by doubling, so that small sums contain no rounding errors of large ones.
-    This needs no scipy, which takes longer to load than the rest of a command.
+    Sums of rows are computed by doubling, so that small sums contain no rounding errors of large
+    ones. This does not need scipy, which takes longer to load than the rest of a command.
     """
     before = width // 2
     ends = (before, width - 1 - before), *[(0, 0)] * (values.ndim - 1)
@@ -157,13 +159,16 @@ def _mean_around(values: Array, width: int) -> Array:
 
 
 def _squared(changes: Array) -> Array:
-    """Return the squared turns of quaternions, degrees², (frames, joints)."""
+    """Return the squared turns per frame, in degrees², (frames, joints).
+
+    `changes` are the differences of successive quaternions.
+    """
     sums: Array = np.einsum("...i,...i->...", changes, changes)
     return sums * float(np.degrees(2.0)) ** 2
 
 
 def _usual(pace: Array, fine: Array) -> Array:
-    """Return the usual fine movement at each frame's pace or below it, (frames, joints)."""
+    """Return the usual fine movement at the pace of each frame or below it, (frames, joints)."""
     frames = len(pace)
     order = np.argsort(pace, axis=0)
     by_pace = np.take_along_axis(fine, order, axis=0)
@@ -178,7 +183,11 @@ def _usual(pace: Array, fine: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Joint:
-    """The pace and fine movement of a joint in windows `step` frames apart, and in every frame."""
+    """The pace and fine movement of a joint.
+
+    `pace` and `fine` are measured in windows that are `step` frames apart, and `every` is the fine
+    movement in every frame.
+    """
 
     pace: Array
     fine: Array
@@ -189,7 +198,10 @@ class _Joint:
     least: int  # minimum number of frames in a span
 
     def confirmed(self, start: int, stop: int) -> tuple[int, int, float] | None:
-        """Return the borders of a suspected span and the factor of its smoothing, or None."""
+        """Return the frames [start, stop) of a suspected span and the factor of its smoothing.
+
+        The result is None if the suspicion is not confirmed. The arguments are indices of windows.
+        """
         reach = -(-self.half // self.step)
         far = np.ones(len(self.pace), dtype=bool)
         far[max(0, start - reach) : stop + reach] = False
@@ -217,7 +229,7 @@ class _Joint:
 
 
 def _quantile(values: Array, share: float) -> Array:
-    """Return the value below which a share of the rows lies, faster than np.quantile."""
+    """Return the quantile `share` of the rows, without interpolation, faster than np.quantile."""
     at = round(share * (len(values) - 1))
     row: Array = np.partition(values, at, axis=0)[at]
     return row

@@ -1,14 +1,13 @@
 """Stretches: a joint turns suddenly about its own bone and is wrong until it turns back.
 
-For example, a foot may be upside down from a jump to the end of the clip. The jump alone is a lone
-jump. The rest of the clip shows which side of the jump is wrong: the roll about the joint's own
-bone in most frames is right. A joint that is turned by more than 120° from its rest pose in most
-frames is compared with a level near the rest pose, if the joint on the other side has that level as
-well.
+For example, a foot may jump to an upside-down position and stay there until the end of the clip.
+The jump itself is listed as a lone jump. The roll about the bone in most frames of the clip is
+assumed to be right, which shows which side of the jump is wrong. If a joint is turned by more than
+120° from its rest pose in most frames, the roll near the rest pose is used instead, provided that
+the same joint on the other side of the body has that roll as well.
 
-A stretch is never corrected automatically. For a person who accepts it, the angle to turn back is
-measured at the jumps, and the joints below turn back with it if they jumped together with the
-joint.
+A stretch is never corrected automatically. For a person who accepts it, the correction angle is
+measured at the jumps. The joints below turn back with the joint if they jumped together with it.
 """
 
 from __future__ import annotations
@@ -39,13 +38,13 @@ from twistcore.work.frozen import dataclass
 
 JUMP = math.radians(60.0)  # per frame, in a fast capture: a possible edge of a stretch
 OFF = math.radians(75.0)  # from the usual roll; a smaller difference may be motion
-ALIKE = math.radians(45.0)  # difference up to which rolls are the same
+ALIKE = math.radians(45.0)  # maximum difference between rolls that count as equal
 TURNED = math.radians(120.0)  # from the rest pose; no joint rolls so far about its bone
 MOST = 0.6  # of the frames: the share in which the usual roll occurs
 _ENOUGH = 0.1  # of the frames: the share of a level that may be the right one
 SHORTEST, FEWEST = 0.1, 3  # seconds and frames; a shorter level is a spike
-MOST_JUMPS = 8  # maximum for a joint; with more it is restless, and only its jumps are listed
-_DEFINED = 0.5  # of :func:`twist_reliability`; less, near a swing of 180°, is undefined
+MOST_JUMPS = 8  # of a joint; a joint with more is too restless, and only its jumps are listed
+_DEFINED = 0.5  # minimum of :func:`twist_reliability`, which is low near a swing of 180°
 
 
 @dataclass(frozen=True)
@@ -118,7 +117,9 @@ def usual_roll(motion: Motion, chains: Sequence[Chain], joint: int) -> float | N
 def _expected(
     motion: Motion, owner: Mapping[int, Chain], joint: int, levels: Sequence[_Level]
 ) -> tuple[float | None, bool]:
-    """Return the roll that a joint should have, radians, and whether the rest pose shows it."""
+    """Return the roll that a joint should have, in radians, and True if it follows from the rest
+    pose.
+    """
     usual = _usual(levels)
     if usual is None or abs(usual) > TURNED:
         rest = _near_rest(levels)
@@ -130,8 +131,8 @@ def _expected(
 def defined_roll(motion: Motion, joint: int) -> Array:
     """Return the roll of a joint about its own bone, in radians, (frames,).
 
-    The roll is NaN where a swing near 180° leaves it undefined, and in all frames of a joint
-    without a bone.
+    The roll is NaN in frames with a swing near 180°, where it is undefined, and in all frames if
+    the joint has no bone.
     """
     axis = own_axis(motion.skeleton, joint)
     if axis is None:
@@ -142,7 +143,7 @@ def defined_roll(motion: Motion, joint: int) -> Array:
 
 
 def _levels(motion: Motion, joint: int) -> list[_Level]:
-    """Return the levels of a joint's roll between its jumps, sorted by start.
+    """Return the levels (frames of nearly constant roll) between a joint's jumps, sorted by start.
 
     The result is empty if the joint has no bone.
     """
@@ -168,7 +169,7 @@ def _mean(angles: Array) -> float:
 
 
 def _usual(levels: Sequence[_Level]) -> float | None:
-    """Return the roll of most frames in radians, or None if no roll prevails."""
+    """Return the roll, in radians, that most frames have, or None if no roll is that frequent."""
     total = sum(level.frames for level in levels)
     for level in sorted(levels, key=lambda one: -one.frames):
         alike = [one for one in levels if abs(wrap(one.roll - level.roll)) <= ALIKE]
@@ -178,8 +179,9 @@ def _usual(levels: Sequence[_Level]) -> float | None:
 
 
 def _near_rest(levels: Sequence[_Level]) -> float | None:
-    """Return the roll of the longest level near the rest pose in radians, or None if it is
-    short.
+    """Return the roll of the longest level near the rest pose, in radians.
+
+    The result is None if that level covers less than 10 % of the clip.
     """
     near = [level for level in levels if abs(level.roll) <= OFF]
     longest = max(near, key=lambda level: level.frames, default=None)
@@ -188,7 +190,7 @@ def _near_rest(levels: Sequence[_Level]) -> float | None:
 
 
 def _has_mirrored(motion: Motion, owner: Mapping[int, Chain], joint: int, roll: float) -> bool:
-    """True if the same joint on the other side has the mirrored roll in part of the clip."""
+    """Return True if the same joint on the other side has the mirrored roll in part of the clip."""
     own = owner[joint]
     is_parent = own.parent == joint
     for other, chain in owner.items():
@@ -220,10 +222,11 @@ def _alike(a: _Level, b: _Level) -> bool:
 
 
 def turn_at_jumps(motion: Motion, joint: int, edges: tuple[int, int], turn: float) -> float:
-    """Return the angle by which a joint jumps at the first edge and back at the second, radians.
+    """Return the angle of a stretch, in radians, measured at the jumps at its two edges.
 
-    The natural turn, which is the smaller turn next to each jump, is subtracted. Jumps that differ
-    from `turn` by more than 45° are ignored. If none remains, the result is `turn`.
+    `edges` are the first frame of the stretch and the frame after it. At each edge, the smaller of
+    the adjacent turns is subtracted as natural motion. Jumps that differ from `turn` by more than
+    45° are ignored; if none remains, `turn` is returned.
     """
     axis = own_axis(motion.skeleton, joint)
     assert axis is not None
@@ -242,11 +245,11 @@ def turn_at_jumps(motion: Motion, joint: int, edges: tuple[int, int], turn: floa
 
 
 def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
-    """True if the joints below a joint jump with it at the edges of a stretch.
+    """Return True if the joints below a joint jump with it at the edges of a stretch.
 
-    In this case their own rotations jump less than their orientation relative to the joint's
-    parent. The result is also True if a joint below cannot turn back because it lacks rotation
-    channels.
+    In this case, their local rotations jump less than their orientation relative to the joint's
+    parent. The result is also True if a joint below has no rotation channels and so cannot be
+    turned back.
     """
     children, rotatable = motion.skeleton.children[joint], motion.skeleton.rotatable
     if rotatable is not None and not all(rotatable[child] for child in children):
@@ -263,7 +266,7 @@ def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
 
 
 def _explained(joint: str, turn: float, jump: float, *, by_rest: bool) -> dict[str, float | str]:
-    """Return the evidence: the angle of a stretch, its reference, and the angle to turn back."""
+    """Return the evidence: the angle of a stretch, its reference, and the correction angle."""
     compared = "the rest pose and the other side" if by_rest else "the rest of the clip"
     return {
         "joint": joint,

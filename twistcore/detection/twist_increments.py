@@ -1,7 +1,7 @@
-"""Twist increments of a chain from relative rotations, without azimuth or singularity.
+"""Twist increments of a chain, computed from relative rotations, without azimuth or singularity.
 
 This is step 1 of [Method]. Unlike differences of θp and θc, the increments are exact for a straight
-limb and across a swing of 180°. Their sum is not θp (holonomy), so the two are never compared.
+limb and across a swing of 180°. Their sum is not θp (holonomy), so the two must not be compared.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from twistcore.skeleton.rotation import Array, wrap
 def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Array, Array]:
     """Return x and y, the twist increments of P and C, in radians, (frames,).
 
-    x(t) = twist_a(q_P(t−1)⁻¹ q_P(t)), y(t) = twist_a(q_C(t) q_C(t−1)⁻¹). A twist error δ of P (q_P
-    ⊗ R_a(δ), R_a(−δ) ⊗ q_C) changes x and y by exactly +dδ and −dδ. x(0) = y(0) = 0. `q_parent` and
-    `q_child` are local rotations, (frames, 4). `axis` is the unit vector along P's bone in P's
-    frame, (3,) or (frames, 3).
+    x(t) = twist_a(q_P(t−1)⁻¹ q_P(t)), y(t) = twist_a(q_C(t) q_C(t−1)⁻¹), and x(0) = y(0) = 0. A
+    twist error δ of P (q_P ⊗ R_a(δ), R_a(−δ) ⊗ q_C) changes x and y by exactly +dδ and −dδ.
+    `q_parent` and `q_child` are local rotations, (frames, 4). `axis` is the unit vector along P's
+    bone in the frame of P, (3,) or (frames, 3).
     """
     x, y = np.zeros(len(q_parent)), np.zeros(len(q_parent))
     a = axis if axis.ndim == 1 else axis[1:]

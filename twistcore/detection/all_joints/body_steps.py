@@ -20,11 +20,11 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-SHARE, FEWEST = 0.3, 5  # share of the moving joints, and number of joints, that must step at once
+SHARE, FEWEST = 0.3, 5  # share of the moving joints, and number of joints, that must step together
 # Ratio to the motion around a step; degrees off the motion's pace.
 _TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1
 _SLOW, _LEAST_SLOW = 45.0, 5.0  # frames a second below which larger steps are expected, degrees
-_AROUND = 0.08  # seconds of a block whose median is the usual value
+_AROUND = 0.08  # length in seconds of a block; its median is the usual value
 _MOVES = 0.02  # degrees a frame
 _SHOWS = 2.0  # degrees: steps with a smaller median are hardly visible
 _NEARBY = 10  # frames on either side of a step
@@ -69,7 +69,7 @@ class PlaceStep:
 
 @once_each
 def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
-    """Return the steps of the whole body, sorted by start, with the clip's own frame numbers.
+    """Return the steps of the whole body, sorted by start, with the frame numbers of the clip.
 
     A joint steps if its turn differs from the mean of the turns before and after by more than is
     usual nearby. Steps at the ends of a clip are left out, because a clip may begin in another pose
@@ -134,7 +134,7 @@ def _of_person(
 def _pace(step: Array) -> Array:
     """Return the mean of the turns before and after each frame, in degrees, (frames, joints).
 
-    At the ends it is the turn itself.
+    In the first and the last frame, the frame's own turn is returned.
     """
     pace = step.copy()
     pace[1:-1] = 0.5 * (step[:-2] + step[2:])
@@ -142,23 +142,27 @@ def _pace(step: Array) -> Array:
 
 
 def _least_step(motion: Motion) -> float:
-    """Return how far a joint must be off its pace in any clip like this one, in degrees."""
+    """Return the minimum deviation from the pace, in degrees, that counts as a step in a motion."""
     least = _LEAST_SLOW if motion.fps < _SLOW else _LEAST
     return max(least, 2.0 * float(np.degrees(motion.angle_step)))
 
 
 def _most_off_pace(off: Array, frames: NDArray[np.intp], fps: float, least: float) -> Array:
-    """Return how far each joint may be off its pace in some frames, in degrees, (n, joints)."""
+    """Return the largest natural deviation of each joint from its pace, in degrees, (n, joints).
+
+    `off` contains the deviations, shape (frames, joints). `frames` are the n frames to examine.
+    """
     usual = _usual_around(off, frames, max(8, 2 * round(_AROUND * fps)))
     return np.maximum(_TIMES * np.maximum(usual, _FLOOR), least)
 
 
 def _steps_at(step: Array, off: Array, frames: NDArray[np.intp], most: Array) -> Mask:
-    """Return a mask of the joints that step in some frames, (n, joints).
+    """Return a mask of the joints that step in the given frames, (n, joints).
 
-    `most` is the result of :func:`_most_off_pace`.
+    `step` contains the turns and `off` their deviations from the pace. `most` is the result of
+    :func:`_most_off_pace`.
     """
-    # The frames next to a step are off the mean as well: the step is the largest.
+    # The frames next to a step also deviate from the mean, so the turn must be the largest.
     return np.asarray(
         (off[frames] > most) & (step[frames] >= np.maximum(step[frames - 1], step[frames + 1]))
     )
@@ -169,8 +173,8 @@ def body_curve(
 ) -> tuple[Array, Array] | None:
     """Return the median turn of the joints that step in frames [start, stop), and its limit.
 
-    Both are in degrees, (frames,). The limit is how far the joints may turn into each frame, given
-    the frames before and after it. `joints` are the joints of a person, and `motion` is the motion
+    Both are in degrees, (frames,). The limit is the largest natural turn in each frame, given the
+    frames before and after it. `joints` are the joints of a person, and `motion` is the motion
     without held frames. The result is None if no joint steps.
     """
     frames = np.arange(max(start, 1), min(stop, motion.frames - 1))
@@ -192,9 +196,10 @@ def body_curve(
 
 
 def _bends(motion: Motion, frame: int, least: float) -> int:
-    """Count the joints that bend by far more than nearby, and by `least` degrees, at a frame.
+    """Count the joints whose bend changes by far more than nearby, and by at least `least` degrees.
 
-    Twist errors in many chains turn many joints in the same frame, but bend none.
+    Only the change at the given frame is examined. Twist errors in many chains turn many joints in
+    the same frame, but bend none.
     """
     first = max(frame - _NEARBY, 0)
     bends = np.degrees(bend_steps(motion.sliced(first, min(frame + _NEARBY, motion.frames))))
@@ -205,7 +210,7 @@ def _bends(motion: Motion, frame: int, least: float) -> int:
 
 
 def _steps(rotations: Array) -> Array:
-    """Return how far each joint turns since the previous frame, in degrees, (frames, joints)."""
+    """Return the angle by which each joint turns per frame, in degrees, (frames, joints)."""
     step = np.zeros(rotations.shape[:2])
     cosine = np.abs(np.einsum("tji,tji->tj", rotations[1:], rotations[:-1]))
     step[1:] = np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0)))
@@ -226,9 +231,9 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
 def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
     """Return the jumps in position of roots and of joints with position channels, sorted by start.
 
-    `motion` is the motion without held frames. `counted` is the mask of the frames that may have a
-    jump, shape (frames,). If a position leaves its path for a frame or two and comes back, this is
-    one jump.
+    `motion` is the motion without held frames. `counted` is the mask of the frames in which jumps
+    are searched for, shape (frames,). A position that leaves its path for a frame or two and
+    returns is reported as one jump.
     """
     frames = motion.frames
     if frames < 4 * _REACH or not motion.positioned:
@@ -254,7 +259,7 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
 
 
 def place_curve(motion: Motion, joint: int, frame: int) -> tuple[Array, float] | None:
-    """Return how far a joint's position is off its path, (frames,), and the least jump at a frame.
+    """Return a joint's distance from its path, (frames,), and the smallest jump at a frame.
 
     Both are fractions of the skeleton's height. `motion` is the motion without held frames. The
     result is None for a joint without position channels.
@@ -267,9 +272,9 @@ def place_curve(motion: Motion, joint: int, frame: int) -> tuple[Array, float] |
 
 
 def _off_path(motion: Motion) -> Array:
-    """Return how far the positions are off their paths, in the file's unit, (frames, joints).
+    """Return the distances of the positions from their paths, in the file's unit, (frames, joints).
 
-    The change into a frame is compared with the nearer of the changes before and after it.
+    The change into a frame is compared with the more similar of the changes before and after it.
     """
     off = np.zeros((motion.frames, len(motion.positioned)))
     turned = np.linalg.norm(np.diff(motion.positions, n=2, axis=0), axis=2)
@@ -278,12 +283,12 @@ def _off_path(motion: Motion) -> Array:
 
 
 def _least_way(motion: Motion) -> float:
-    """Return the smallest jump in position that counts, in the file's unit."""
+    """Return the minimum distance, in the unit of the file, that counts as a jump in position."""
     return (PLACE_SLOW if motion.fps < _SLOW else PLACE) * motion.skeleton.height
 
 
 def _usual_way(motion: Motion, off: Array, t: int) -> float:
-    """Return how far a position usually is off its path around a frame, in the file's unit."""
+    """Return the usual distance of a position from its path near frame `t`, in the file's unit."""
     around = np.concatenate([off[max(t - _REACH, 2) : max(t - 2, 0)], off[t + 3 : t + 1 + _REACH]])
     floor = _PLACE_FLOOR * motion.skeleton.height
     return max(median(around), floor) if len(around) else floor

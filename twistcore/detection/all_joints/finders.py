@@ -38,8 +38,8 @@ from twistcore.skeleton.rotation import Array
 Mask = NDArray[np.bool_]
 
 _NUMBERS = 1 << 17  # frames times joints in a block
-_BESIDE = 3  # frames next to the edge of a known error
-_LEFT = 0.5  # share of a step; if less remains, another error explains the step
+_BESIDE = 3  # frames on either side of the edge of a known error
+_LEFT = 0.5  # share of a step; if a correction leaves less of it, the other error explains it
 _MORE = 4.0  # ratio to the step of the whole body above which a joint's step is listed separately
 _LAST_BONES = ("ForeArm", "Leg")
 
@@ -50,8 +50,9 @@ def find_spikes(search: KindSearch) -> Found:
 
 
 def find_joint_jumps(search: KindSearch) -> Found:
-    """Return the jumps of all joints, keyed by chain name, without lone jumps about their own
-    axes.
+    """Return the jumps of all joints, keyed by chain name.
+
+    Lone jumps, in which a joint turns about its own axis, are left out.
     """
     return _by_chain(search, Kind.JOINT_JUMP, search.once(_joint_steps).jumps)
 
@@ -74,7 +75,10 @@ def find_place_jumps(search: KindSearch) -> Found:
 
 
 def find_body_steps(search: KindSearch) -> Found:
-    """Return the steps of the whole body, each listed with the first chosen chain of its person."""
+    """Return the steps of the whole body, keyed by chain name.
+
+    The steps of each person are listed under the first chosen chain of this person.
+    """
     skeleton = search.motion.skeleton
     first = {chain.person: chain for chain in reversed(search.chosen)}
     found: dict[str, list[Interval]] = {}
@@ -93,7 +97,7 @@ def find_body_steps(search: KindSearch) -> Found:
 
 @dataclass(frozen=True)
 class _JointSteps:
-    """The spikes and jumps of all joints, with the clip's own frame numbers."""
+    """The spikes and jumps of all joints, with the frame numbers of the clip."""
 
     spikes: tuple[JointStep, ...]
     jumps: tuple[JointStep, ...]
@@ -124,9 +128,9 @@ def _joint_steps(search: KindSearch) -> _JointSteps:
 
 
 def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
-    """Return the smallest spike and jump to report for each joint.
+    """Return the smallest spike and the smallest jump to report for each joint.
 
-    Joints without three rotation channels get limits that nothing reaches.
+    Joints without three rotation channels get limits that are never reached.
     """
     small = toes_and_fingers(motion.skeleton, chains)
     step = math.degrees(motion.angle_step)
@@ -137,7 +141,7 @@ def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
 
 
 def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], list[JointStep]]:
-    """Return spikes and jumps, processing the clip in blocks of frames to save memory."""
+    """Return the spikes and the jumps, processing the clip in blocks to save memory."""
     cut, parents = find_cuts(motion), motion.skeleton.parents
     calm = ~cut
     for k in range(1, limits.longest + 1):  # no cut within a spike
@@ -163,12 +167,12 @@ class _Others:
     Attributes
     ----------
     errors
-        The errors that can be corrected, keyed by each joint that they turn.
+        The errors that can be corrected, listed under each joint that they turn.
     of_joints
         Masks of the frames with lone jumps or noise, keyed by joint.
     of_body
-        The size of a person's body steps in degrees, 0 in all other frames, shape (frames,), keyed
-        by each joint of that person.
+        For each joint, the size of the body steps of its person in degrees, 0 in all other frames,
+        shape (frames,).
     """
 
     search: KindSearch
@@ -178,7 +182,7 @@ class _Others:
 
     @staticmethod
     def of(search: KindSearch) -> _Others:
-        """Return the other errors of a clip."""
+        """Collect the other errors of the clip of a search."""
         motion = search.motion
         frames, index = motion.frames, {name: j for j, name in enumerate(motion.skeleton.names)}
         errors: dict[int, list[Interval]] = {}
@@ -203,9 +207,10 @@ class _Others:
         return _Others(search, errors, of_joints, of_body)
 
     def explain(self, step: JointStep, *, jump: bool) -> bool:
-        """True if another error explains a step.
+        """Return True if another error explains a step.
 
-        The other error is in the same joint and frames, or its correction removes the step.
+        An error explains a step if it is in the same joint and frames, or if its correction removes
+        the step. `jump` is True for a jump and False for a spike.
         """
         at, own = slice(step.start, step.stop + 1), self.of_joints.get(step.joint)
         body = self.of_body.get(step.joint)
@@ -223,7 +228,7 @@ class _Others:
         return any(self._take_away(group, step, jump=jump) for group in groups)
 
     def _near(self, joint: int, step: JointStep) -> list[Interval]:
-        """Return the errors that turn a joint and begin or end at a step."""
+        """Return the errors that turn a joint and begin or end near a step."""
         return [
             error
             for error in self.errors.get(joint, ())
@@ -234,15 +239,17 @@ class _Others:
         ]
 
     def _turned(self, error: Interval) -> tuple[int, ...]:
-        """Return the joints that an error turns; of the children of a bone, only C."""
+        """Return the joints that an error turns; of the children of P, only C is included."""
         chain = next(c for c in self.search.named if c.name == error.chain)
         joints = chain.changed_joints(self.search.motion.skeleton, carried=error.carried)
-        # Other children need not have turned back.
+        # The other children may not have turned back.
         return (chain.parent, chain.child) if chain.child in joints else joints
 
     def _take_away(self, errors: Sequence[Interval], step: JointStep, *, jump: bool) -> bool:
-        """True if correcting the errors removes most of a step without moving it to another
-        joint.
+        """Return True if correcting the errors removes most of a step.
+
+        The step must not only move to another joint that the errors turn. `jump` is True for a jump
+        and False for a spike.
         """
         if self.search.without is None:
             return False
@@ -299,7 +306,10 @@ def _interval(
 
 
 def _as_written(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> JointStep:
-    """Return a step with the clip's frame numbers. A jump lasts one frame, like a lone jump."""
+    """Return a step with the frame numbers of the clip, which may contain held frames.
+
+    If `jump` is True, the result covers one frame, like a lone jump.
+    """
     start, stop = _written(step.start, step.stop, held)
     if jump and held is not None:
         stop = held.end(step.stop - 1) + 1
@@ -318,10 +328,10 @@ def _owners(search: KindSearch) -> dict[int, Chain]:
 
 
 def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain with which each joint is listed.
+    """Return the chain under which each joint is listed, keyed by joint.
 
-    This is its own chain, or the nearest chain of the same person. A joint that is not connected to
-    any chain is left out.
+    This is the joint's own chain, or the nearest chain of the same person. Joints that are not
+    connected to any chain are left out.
     """
     people = find_people(skeleton)
     owner: dict[int, Chain] = {}
@@ -353,7 +363,7 @@ def _nearest(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
 
 
 def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
-    """Return the joints below the hands and feet, in which limbs end."""
+    """Return the joints below the hands and feet."""
     last = {c.child for c in chains if c.ends and c.segment in _LAST_BONES}
     last = last or {c.child for c in chains} - {c.parent for c in chains}
     small: set[int] = set()

@@ -1,9 +1,10 @@
 """Spikes and jumps of single joints, in any direction.
 
-In a *spike*, the joint leaves its path for one or a few frames and comes back: each of these frames
-departs from the path between the frame before and the frame after. A *jump* is a single step
-between calm frames. Spikes and jumps are compared with the motion of the same joint over the same
-number of frames nearby, so that a fast movement is not mistaken for either.
+In a *spike*, the joint leaves its path for one or a few frames and comes back: in each of these
+frames, its rotation differs from the path between the frame before and the frame after the spike. A
+*jump* is a single step between calm frames. Spikes and jumps are compared with the motion of the
+same joint over the same number of frames nearby, so that a fast movement is not mistaken for
+either.
 """
 
 from __future__ import annotations
@@ -22,17 +23,18 @@ Index = NDArray[np.intp]
 
 LONGEST, MOST = 0.03, 3  # seconds and frames of a spike; at least two frames
 _SLOW = 45.0  # frames a second below which a single frame is weak evidence
-# degrees: usually, at 30 Hz, and for toes and fingers
+# degrees: in general, at low frame rates, and for toes and fingers
 SPIKE, SPIKE_SLOW, SPIKE_SMALL = 10.0, 20.0, 35.0
 JUMP, JUMP_SLOW, JUMP_SMALL = 30.0, 45.0, 60.0
-# Share of the spike within which the frames before and after it must agree. 2 for a jump.
+# Share of the spike within which the frames before and after it must agree; for a larger
+# difference, up to the second value, the spike must be clearer.
 _BACK, _NEARLY = 0.4, 1.0
-# Ratio to the usual departure nearby; the latter if the joint hardly comes back.
+# Ratio to the usual departure nearby; the second value applies if the joint hardly comes back.
 _TIMES, _CLEARLY = 8.0, 20.0
-_FLOOR = 0.3  # degrees by which every joint moves
+_FLOOR = 0.3  # degrees; the usual motion of a joint is assumed to be at least this large
 _CALM = 3.0  # ratio to the largest step around a jump
 _REACH, _NEAR = 10, 3  # frames around a spike, and around a jump
-# share of a step that remains relative to the joints above, none of which it compensates
+# minimum share of a step that remains relative to each of the joints above; number of joints
 _ALONE, _ABOVE = 0.5, 3
 _EDGE = 3  # frames at each end of a clip that are not compared
 _TOGETHER = 2048  # candidates in a block
@@ -45,9 +47,9 @@ class JointStep:
     Attributes
     ----------
     degrees
-        The distance of the joint from its path, or the size of its step.
+        The angle between the joint and its path for a spike, or the size of the step for a jump.
     usual
-        The usual value in its motion nearby, in degrees.
+        The usual value of the same angle in the nearby motion, in degrees.
     """
 
     joint: int
@@ -64,11 +66,11 @@ class StepLimits:
     Attributes
     ----------
     spike, jump
-        In degrees, shape (joints,).
+        The smallest spike and the smallest jump of each joint, degrees, shape (joints,).
     longest
-        The longest spike, in frames.
+        The maximum length of a spike, in frames.
     floor
-        The noise of the written angles, in degrees.
+        The smallest value that counts as the usual motion of a joint, in degrees.
     """
 
     spike: Array
@@ -85,7 +87,7 @@ class StepLimits:
         joints
             The number of joints.
         small
-            The toes and fingers.
+            The indices of the joints of toes and fingers, which have larger limits.
         angle_step
             The rounding step of the angles in the file, degrees.
         """
@@ -99,8 +101,9 @@ class StepLimits:
 
 
 def margin(limits: StepLimits) -> int:
-    """Return the number of frames around a block that its first and last steps are compared
-    with.
+    """Return the number of frames that are needed on either side of a block.
+
+    The first and the last steps of the block are compared with these frames.
     """
     return _REACH + limits.longest + 2
 
@@ -128,14 +131,14 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
 
 
 def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
-    """Return the size of a spike or jump if the joint had other rotations, in degrees.
+    """Return the size that a spike or jump would have with the given rotations, in degrees.
 
     Parameters
     ----------
     rotations
         Shape (frames, joints, 4).
     step
-        The spike or jump, in frames of these rotations.
+        The spike or jump, with frame numbers relative to these rotations.
     jump
         True if it is a jump.
     """
@@ -149,9 +152,9 @@ def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> flo
 def _spikes_at(
     q: Array, parents: Index, start: Index, joint: Index, n: int, limits: StepLimits
 ) -> list[JointStep]:
-    """Return the candidates that are spikes over n frames.
+    """Return the candidates that are spikes of n frames.
 
-    `start` and `joint` have one value for each candidate.
+    `start` and `joint` contain one value for each candidate.
     """
 
     def own(t: Index) -> Array:
@@ -176,7 +179,7 @@ def _spikes_at(
 
 
 def jumps(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
-    """Return the jumps of all joints, sorted by start. Each is one step between calm frames."""
+    """Return the jumps of all joints, sorted by start. A jump is one step between calm frames."""
     moves = _steps_over(rotations, limits.jump)
     moves &= counted[:, None]
     moves[: _EDGE + 1] = False
@@ -205,32 +208,39 @@ def _jumps_at(
 
 
 def _least_spike(off: Array, back: Array, usual: Array) -> Array:
-    """Return the smallest departure that is a spike, in degrees, without the joint's own limit.
+    """Return the smallest departure from the path that counts as a spike, in degrees.
 
-    `back` is the angle between the frames before and after the spike.
+    The joint's limit in :class:`StepLimits` applies in addition. `off` is the departure, `usual` is
+    the usual departure nearby, and `back` is the angle between the frames before and after the
+    spike.
     """
     return np.asarray(np.where(back <= _BACK * off, _TIMES, _CLEARLY) * usual)
 
 
 def _turns_near(q: Array, start: Index, joint: Index) -> Array:
-    """Return the turns of joints per frame next to a jump, in degrees, (frames, n)."""
+    """Return the turns of joints per frame near a jump, in degrees, (frames, n)."""
     around = [k for k in range(-_NEAR, _NEAR + 1) if k]
     at = np.clip(start + np.array(around)[:, None], 1, len(q) - 1)
     return _angle(q[at - 1, joint], q[at, joint])
 
 
 def _least_jump(near: Array, usual: Array) -> Array:
-    """Return the smallest step that is a jump, in degrees, without the joint's own limit."""
+    """Return the smallest step that counts as a jump, in degrees.
+
+    The joint's limit in :class:`StepLimits` applies in addition. `near` contains the turns in the
+    frames around the jump, and `usual` is their median.
+    """
     return np.asarray(np.maximum(_TIMES * usual, _CALM * near.max(axis=0)))
 
 
 def path_curve(
     rotations: Array, joint: int, start: int, stop: int, limits: StepLimits
 ) -> tuple[Array, float]:
-    """Return how far a joint is off its path in each frame, (frames,), and the least spike.
+    """Return a joint's angle from its path, (frames,), and the smallest angle of a spike, in
+    degrees.
 
-    In frames [start, stop) of a spike, the path leads from the frame before to the frame after
-    them; in other frames it leads over as many frames around each of them. Both are in degrees.
+    In frames [start, stop) of the spike, the path connects the frame before the spike to the frame
+    after it. In every other frame, the path spans the same number of frames around that frame.
     """
     own, frames = rotations[:, joint], len(rotations)
     n = min(stop - start, limits.longest)  # a person may have made an interval of any length
@@ -247,8 +257,10 @@ def path_curve(
 
 
 def turn_curve(rotations: Array, joint: int, start: int, limits: StepLimits) -> tuple[Array, float]:
-    """Return the turn of a joint since the previous frame, (frames,), and the least jump into the
-    frame `start`, both in degrees.
+    """Return the turn of a joint since the previous frame, (frames,), and the smallest jump.
+
+    Both are in degrees. The smallest jump is the smallest turn that would count as a jump into the
+    frame `start`.
     """
     own, one = rotations[:, joint], np.array([joint])
     turns = np.concatenate([[0.0], _angle(own[:-1], own[1:])])
@@ -280,9 +292,9 @@ def _steps_over(rotations: Array, least: Array) -> Mask:
 
 
 def _departure(of: Callable[[Index], Array], start: Index, n: int) -> Array:
-    """Return the smallest departure of n frames from the path between their neighbours, degrees.
+    """Return the smallest departure of n frames from the path between their neighbours, in degrees.
 
-    `of` returns the rotations at given frames.
+    `of` is a function that returns the rotations at given frames.
     """
     before, behind = of(start - 1), of(start + n)
     every = [_angle(of(start + k), _between(before, behind, (k + 1) / (n + 1))) for k in range(n)]
@@ -305,7 +317,7 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
 
 
 def _between(a: Array, b: Array, share: float | Array) -> Array:
-    """Return a rotation between a and b, (…, 4), which must be close together.
+    """Interpolate between the rotations a and b, (…, 4), which must be close together.
 
     `share` is the fraction of the way from a to b, 0…1.
     """

@@ -1,4 +1,4 @@
-"""The consistency detector's analysis of chains, before a threshold is chosen."""
+"""The analysis of chains by the consistency detector, before a threshold is chosen."""
 
 from __future__ import annotations
 
@@ -38,21 +38,21 @@ from twistcore.work.frozen import dataclass
 # If no edge of an interval reaches this ratio, one joint jumps alone, which is listed but not
 # corrected.
 SHOWN_IN_BOTH = 0.35
-# Nats below which an interval is listed but not corrected if angles are rounded. With a wide σ, two
-# small jumps of natural motion may close, and the confidence, fitted on fine captures, takes this
-# for evidence.
+# In a clip with rounded angles, an interval with a smaller gain (in nats) is listed but not
+# corrected. If σ is wide, two small jumps of natural motion may add up to 0. The confidence was
+# fitted on fine captures and mistakes this for evidence.
 ROUNDED_GAIN = 5.0
 _FOLLOWS = ("its edges", "its events", "every frame")
 SMALLEST_TAU = float(np.radians(1.5))
-_BACKGROUNDS = 2  # in the cache, with arrays as long as the clip
+_BACKGROUNDS = 2  # maximum in the cache, because their arrays are as long as the clip
 TAU_IN_SIGMA = 6.0  # of an automatic τ: higher if σ of natural motion would fill the table
 
 
 @dataclass(frozen=True, eq=False)
 class FixedInterval:
-    """An interval that does not depend on τ, and is listed if its strength is at least τ.
+    """An interval that does not depend on τ and is listed if its strength is at least τ.
 
-    `peak` is the frame at which its strength appears in the curve.
+    `peak` is the frame at which the strength curve shows the strength of the interval.
     """
 
     interval: Interval
@@ -67,15 +67,15 @@ class ChainAnalysis:
     Attributes
     ----------
     standing
-        Intervals that do not depend on τ: errors of straight limbs, whose jumps are in no table,
-        and soft errors.
+        Intervals that do not depend on τ: errors of straight limbs, which are not stored in
+        `tables`, and soft errors.
     instead
         Frames [low, high) in which soft errors replace the intervals between jumps.
     left
-        Frames [low, high) of the chain's limb that the search for soft errors did not reach within
-        its budget.
+        Frames [low, high) of the chain's limb in which soft errors were not searched for, because
+        the budget was used up.
     rounded
-        True if the clip's angles are written in coarse steps.
+        True if the angles in the file are rounded to coarse steps.
     """
 
     name: str
@@ -89,7 +89,7 @@ class ChainAnalysis:
     instead: tuple[tuple[int, int], ...] = ()
     left: tuple[tuple[int, int], ...] = ()
     rounded: bool = False
-    # most intervals stay the same while τ changes
+    # caches, since most intervals stay the same while τ changes
     _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)
     _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
 
@@ -102,7 +102,10 @@ class ChainAnalysis:
         return automatic_tau(self.limb, self.row)
 
     def strength(self) -> Array:
-        """Return |d| at events, |jump| at an edge's peak, and 0 elsewhere, radians, (frames,)."""
+        """Return the strength of the chain, which is compared with τ, in radians, (frames,).
+
+        The strength is |d| at events, at least |jump| at the peak of an edge, and 0 elsewhere.
+        """
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
         for s in self.standing:
@@ -116,7 +119,7 @@ class ChainAnalysis:
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
 
     def gives_way(self, interval: Interval) -> bool:
-        """True if soft errors replace the given interval between jumps."""
+        """Return True if soft errors replace the given interval between jumps."""
         return any(_meet(interval, frames) for frames in self.instead)
 
     def with_soft(
@@ -124,7 +127,8 @@ class ChainAnalysis:
     ) -> ChainAnalysis:
         """Return the analysis with soft errors added.
 
-        `instead` are the frames [low, high) in which the soft errors replace all other intervals.
+        `instead` contains the frames [low, high) in which the soft errors replace all other
+        intervals.
         """
         kept = (
             s for s in self.standing if not any(_meet(s.interval, frames) for frames in instead)
@@ -135,8 +139,7 @@ class ChainAnalysis:
         """Return the intervals between jumps at threshold τ in radians, sorted by start."""
         found: list[Interval] = []
         for table in self.tables:
-            # Only the edges at or above τ matter. Since jumps are sorted, their number identifies
-            # them.
+            # Only edges of at least τ count, so their number identifies which edges these are.
             passing = int((np.abs(table.edges.jump) >= tau).sum())
             if not passing:
                 continue
@@ -194,12 +197,13 @@ class ConsistencyAnalysis:
     Attributes
     ----------
     cut
-        Mask of the steps that are not motion, including the step into frame 0, shape (frames,).
+        Mask of the frames whose step from the previous frame is not motion, including frame 0,
+        shape (frames,).
     own_twist
-        The increments from `pieces.own_twist` for the first of two pieces of one bone, keyed by
-        chain name.
+        The increments from `pieces.own_twist`, keyed by chain name, for the first of two pieces of
+        a bone.
     witnesses
-        The signals that are used to judge the intervals of a chain.
+        The signals that are used to judge the intervals of a chain, keyed by chain name.
     """
 
     chains: Mapping[str, ChainAnalysis]
@@ -220,11 +224,14 @@ class ConsistencyAnalysis:
         return self.chains[chain].strength()
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, sorted by start, without natural motion."""
+        """Return the intervals of a chain at threshold τ in radians, sorted by start.
+
+        Intervals that are judged to be natural motion are left out.
+        """
         return tuple(i for i, motion in self._found(chain, tau) if not motion)
 
     def taken_for_motion(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals at τ radians that are left out as natural motion."""
+        """Return the intervals of a chain at τ radians that are left out as natural motion."""
         return tuple(i for i, motion in self._found(chain, tau) if motion)
 
     def _found(self, chain: str, tau: float) -> Iterator[tuple[Interval, bool]]:
@@ -237,8 +244,8 @@ class ConsistencyAnalysis:
         """Return the interval with its confidence limited by the evidence, and True if it is
         motion.
 
-        The only evidence for a straight limb is usually the course of the error over time. The
-        course is enough if both bones turn at its ends and there is no noise.
+        For a straight limb, the course of the error over time is usually the only evidence. The
+        course is enough if both bones turn at the ends of the error and there is no noise.
         """
         if interval.chain not in self.witnesses:
             return interval, False
@@ -257,9 +264,7 @@ class ConsistencyAnalysis:
 
     @property
     def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
-        """The frames [low, high) that the search for soft errors did not reach, keyed by chain
-        name.
-        """
+        """The frames [low, high) that were not searched for soft errors, keyed by chain name."""
         return {name: chain.left for name, chain in self.chains.items() if chain.left}
 
     def _background(self, chain: str) -> Background:
@@ -276,7 +281,11 @@ class ConsistencyAnalysis:
 def judged(
     interval: Interval, terms: Terms, segment: str, *, straight: bool = False
 ) -> tuple[Interval, bool]:
-    """Return the interval with its confidence limited by the evidence, and True if it is motion."""
+    """Return the interval with its confidence limited by the evidence, and True if it is motion.
+
+    `segment` is the segment of the chain. `straight` is True if the interval was found as an error
+    of a straight limb.
+    """
     found = judgement_of(terms, segment, straight=straight)
     least = tempered(min(interval.confidence or 0.0, found.probability))
     explain = partial(_with_judgement, interval.explain, found)
@@ -285,10 +294,10 @@ def judged(
 
 
 def tempered(probability: float) -> float:
-    """Return a probability, with its log odds halved if it is below 0.5 because doubts overlap.
+    """Return a probability with its log odds halved if it is below 0.5, because doubts overlap.
 
-    Of the intervals of real captures with a probability of 0.07, two blind judges took a third for
-    errors (docs/atlas.md).
+    Two blind judges regarded a third of the intervals in real captures that had a probability of
+    0.07 as errors (docs/atlas.md).
     """
     if not 0.0 < probability < 0.5:
         return probability
@@ -299,7 +308,7 @@ def tempered(probability: float) -> float:
 def _with_judgement(
     explain: Callable[[], dict[str, Any]] | None, found: Judgement
 ) -> dict[str, Any]:
-    """Return the evidence for an interval, including the result of the judgement, keyed by name."""
+    """Return the evidence for an interval with the result of the judgement, keyed by name."""
     return {
         **(explain() if explain else {}),
         "evidence": found.score,
@@ -319,9 +328,9 @@ def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
 
 
 def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
-    """True if both joints turn at an edge.
+    """Return True if both joints turn by a similar amount at edge `k`.
 
-    Directions are ignored, because signs mean nothing near ±180°.
+    Directions are ignored, because the sign of a turn is meaningless near ±180°.
     """
     at = row, slice(edges.start[k], edges.stop[k])
     x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))

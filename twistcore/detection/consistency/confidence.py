@@ -1,9 +1,9 @@
 """The calibrated confidence of an interval [Method, step 8].
 
-The confidence is a logistic function. It was fitted on CMU subject 05, with candidates down to 0.3
-τ from eleven protocols, plain and rich. On the other subjects, it has an AUC of 0.978 and an ECE of
-0.007 at a prevalence of 0.950. An interval is right if its IoU with a true interval is ≥ 0.5 and ≥
-80 % of that interval's frames are corrected by ≥ 80 %.
+The confidence is a logistic function. It was fitted on CMU subject 05, on candidates with a
+strength of at least 0.3 τ from eleven plain and rich protocols. On the other subjects, it has an
+AUC of 0.978 and an ECE of 0.007 at a prevalence of 0.950. An interval is right if its IoU with a
+true interval is ≥ 0.5 and ≥ 80 % of that interval's frames are corrected by ≥ 80 %.
 """
 
 from __future__ import annotations
@@ -19,7 +19,21 @@ LENGTH_FRAMES = 30.0
 def confidence(
     gain: float, closing: float, margin: float, frames: int, *, beyond_tau: bool
 ) -> float:
-    """Return the probability that an interval is right, 0…1."""
+    """Return the probability that an interval is right, 0…1.
+
+    Parameters
+    ----------
+    gain
+        The log-likelihood ratio of the error over natural motion, in nats.
+    closing
+        The angle that remains after the closing edge, in σ.
+    margin
+        The logarithm of the smaller jump in σ.
+    frames
+        The length of the interval.
+    beyond_tau
+        True if both jumps reach the automatic τ.
+    """
     score = (
         INTERCEPT
         + PER_LOG_GAIN * math.log(max(gain, 0.5))

@@ -1,4 +1,4 @@
-"""The computations of the detector in `detectors/consistency.py` [Method]."""
+"""The computations of the consistency detector of `detectors/consistency.py` [Method]."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, quaternion_f
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody, part
 
-LONG = 20_000  # frames
+LONG = 20_000  # frames; in longer clips, limbs are processed one at a time
 
 
 def analyse_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None, effort: float = 1.0
 ) -> ConsistencyAnalysis | NotatedAnalysis:
-    """Analyse chains up to the part that depends on τ.
+    """Analyse chains up to the point where τ is needed.
 
     `tell` is called with the progress. `effort` is the work allowed for the search for soft errors,
-    as a share of the usual work.
+    as a fraction of the usual work.
     """
     tell = tell or nobody
     if (held := without_held(motion)) is not None:
@@ -65,7 +65,11 @@ def analyse_chains(
 def _by_keys(
     motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell, effort: float
 ) -> NotatedAnalysis:
-    """Analyse the jumps in all frames, then the linear keys without the clear jumps."""
+    """Analyse a clip with linear keys.
+
+    First all frames are searched for jumps. Then only the keys are analysed, without the errors
+    that are clear in the first analysis.
+    """
     fine = _analysed(motion, chains, part(tell, 0.0, 0.5), effort, keys)
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -85,9 +89,10 @@ def _by_keys(
 def _analysed(
     motion: Motion, chains: Sequence[Chain], tell: Tell, effort: float, keys: Keys | None = None
 ) -> ConsistencyAnalysis:
-    """Analyse all chains of a motion. `effort` has the same meaning as in :func:`analyse_chains`.
+    """Analyse all chains of a motion.
 
-    `keys` are the linear keys; if given, only jumps between them are searched for.
+    `effort` has the same meaning as in :func:`analyse_chains`. `keys` are the linear keys. If they
+    are given, only jumps between keys are searched for.
     """
     cut = find_cuts(motion)
     segments = segments_between(cut, motion.fps)
@@ -96,7 +101,7 @@ def _analysed(
     searched: list[_Softened] = []
     people = by_person(chains)
     joints = _joints_by_person(motion.skeleton, people)
-    # one person at a time, so that a choice of people does not change the result
+    # one person at a time, so that the result does not depend on which people are chosen
     for person, own in people.items():
         for lines in _alike(_lines(own)):
             count = sum(map(len, lines))
@@ -119,7 +124,10 @@ def _analysed(
 
 
 def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]]) -> dict[str, int]:
-    """Return the number of joints of each person, or under '' for joints of no person."""
+    """Return the number of joints of each person, keyed by the person's name.
+
+    The key is '' for the joints that belong to no person.
+    """
     if not any(people):
         return dict.fromkeys(people, len(skeleton))
     joints = {
@@ -131,16 +139,16 @@ def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]])
 
 @dataclass(frozen=True, eq=False)
 class _Softened:
-    """Chains of lines of equal length, and their soft errors.
+    """The analyses of the chains of several lines of equal length, with their soft errors.
 
     Attributes
     ----------
     plain
-        The chains without soft errors, one for each row.
+        The analyses without soft errors, one for each row.
     count
         The number of limbs.
     errors
-        Each soft error with its interval.
+        The soft errors, each with its interval.
     replaced
         The intervals between jumps that soft errors explain.
     """
@@ -151,10 +159,10 @@ class _Softened:
     replaced: Sequence[Known] = ()
 
     def chains(self, given_up: Mapping[int, bool] = MappingProxyType({})) -> list[ChainAnalysis]:
-        """Return the chains with soft errors.
+        """Return the analyses of the chains with soft errors.
 
-        `given_up` contains the errors that replace no interval, keyed by index. The value is True
-        if the error itself is left out, too.
+        `given_up` contains the soft errors that replace no interval, keyed by index. The value is
+        True if the soft error itself is left out as well.
         """
         if not self.errors and not self.replaced:
             return list(self.plain)
@@ -177,9 +185,9 @@ class _Softened:
     def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
         """Return the soft errors that replace no interval, keyed by index, for :meth:`chains`.
 
-        The value is True for an error that is left out because it is less certain than the
-        intervals between jumps that it overlaps. The value is False for an error that the evidence
-        shows to be motion, which :meth:`ConsistencyAnalysis.taken_for_motion` returns.
+        The value is True for a soft error that is left out because an overlapping interval between
+        jumps is more certain. The value is False for a soft error that the evidence shows to be
+        motion, which :meth:`ConsistencyAnalysis.taken_for_motion` returns.
         """
         out = {}
         for k, (error, own) in enumerate(self.errors):
@@ -191,7 +199,10 @@ class _Softened:
         return out
 
     def _surer(self, analysis: ConsistencyAnalysis, chain: ChainAnalysis, error: SoftError) -> bool:
-        """True if an interval between jumps that overlaps a soft error is clear."""
+        """Return True if a chain has a clear interval between jumps that overlaps a soft error.
+
+        Only the chain of the soft error and its neighbours are considered.
+        """
         if abs(chain.row - error.row) not in (0, self.count):
             return False
         found = chain.intervals(chain.automatic_tau())
@@ -200,7 +211,8 @@ class _Softened:
 
 
 def _meets(count: int, known: Known, error: SoftError) -> bool:
-    """True if an interval and a soft error overlap in one chain or in neighbouring chains.
+    """Return True if an interval and a soft error overlap in the same chain or in neighbouring
+    chains.
 
     `count` is the number of limbs.
     """
@@ -217,8 +229,7 @@ def _line_analyses(
     budget: float,
     tell: Tell,
 ) -> _Softened:
-    """Analyse lines of equal length, first for jumps, then for straight limbs, then for soft
-    errors.
+    """Analyse lines of equal length for jumps, then for straight limbs, then for soft errors.
 
     `budget` is the work allowed for the search for soft errors.
     """
@@ -230,7 +241,7 @@ def _line_analyses(
         by_itself = partial(_by_itself, limbs, jumps, row)
         if found := straight_limb(motion, chain, jumps[row], by_itself):
             straight[row] = found
-    if straight:  # an error of one chain shows in its neighbours
+    if straight:  # an error of one chain also appears in its neighbours
         jumps = find_jumps(
             without_errors(limbs, {r: s.offset for r, s in straight.items()}),
             fps,
@@ -264,7 +275,7 @@ def _line_analyses(
 
 
 def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
-    """Return the increments x and y of a chain without the effects of its neighbours' jumps."""
+    """Return the increments x and y of a chain without the effects of jumps in its neighbours."""
     beside = (r for r in (row - limbs.count, row + limbs.count) if 0 <= r < len(jumps))
     images = {r: offset for r in beside if (offset := jumps[r].offset()).any()}
     if not images:
@@ -278,10 +289,10 @@ def _with_soft(
 ) -> _Softened:
     """Return the chains with soft errors in addition to the intervals at the automatic τ.
 
-    The search assumes that every child turned back the whole error. If a child turned back only a
-    part, the rest is removed first, so that it is not found as a separate error. If a soft error
-    then replaces the interval, nothing is known about that child, and the search is repeated
-    without this step.
+    The search assumes that every child turned back the whole error. If a child clearly turned back
+    only a part of an error, the remaining part is removed first, so that it is not found as a
+    separate error. If a soft error replaces the interval of this error, nothing is known about the
+    child any more, and the search is repeated without removing that part.
     """
     jumps = [
         (c.row, i, any(i is s.interval for s in c.standing))
@@ -312,7 +323,7 @@ def _with_soft(
 
 
 def _fixed_straight(chain: str, error: StraightError) -> FixedInterval:
-    # Its transition may extend beyond it, where the curve has no interval.
+    # The middle of the transition may lie outside the interval.
     peak = min(max(error.peak, error.start), error.stop - 1)
     return FixedInterval(interval_of(chain, error), error.strength, peak)
 
@@ -328,7 +339,7 @@ def find_jumps(
 ) -> list[Jumps]:
     """Return the jumps of all chains of limbs, one item for each row.
 
-    `segments` come from :func:`segments_between`.
+    `segments` is the result of :func:`segments_between`.
     """
     counter = _counter_rotation(limbs, fps, cut, tell)
     out = []
@@ -342,8 +353,9 @@ def find_jumps(
 
 
 def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> CounterRotation:
-    """Return the counter-rotation of all limbs; in long clips, one limb at a time to save
-    memory.
+    """Return the counter-rotation of all limbs.
+
+    In long clips, one limb is processed at a time to save memory.
     """
     if limbs.count == 1 or limbs.frames < LONG:
         return counter_rotation(limbs, fps, cut, tell)
@@ -363,7 +375,7 @@ def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> Counte
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
-    """Return lines of chains in which the child of each chain is the parent of the next."""
+    """Return lines of chains, in which the child of each chain is the parent of the next."""
     left = list(chains)
     lines: list[list[Chain]] = []
     while left:

@@ -1,8 +1,8 @@
-"""Errors in clips with held frames or linear keys, with the clip's own frame numbers.
+"""Errors in clips with held frames or linear keys, with the frame numbers of the clip.
 
 Held frames are left out, so that an error begins in the frame in which it appears. In a clip with
 linear keys, only the keys are examined, because the frames in between were not captured. Before
-this, all frames are searched for errors that jump from one frame to the next.
+that, all frames are searched for errors that jump from one frame to the next.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from twistcore.skeleton.notation import DistinctFrames
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-CLEAR = 0.5  # confidence
+CLEAR = 0.5  # minimum confidence of a clear interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,22 +40,29 @@ class NotatedAnalysis:
     kept: DistinctFrames
     coarse: ConsistencyAnalysis
     fine: ConsistencyAnalysis | None = None
-    _known: dict[Interval, Interval] = field(default_factory=dict)  # most stay as τ changes
+    _known: dict[Interval, Interval] = field(default_factory=dict)  # a cache
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ in radians: the largest of both analyses' and the keys' values."""
+        """Return the automatic τ of a chain, in radians.
+
+        This is the larger τ of the two analyses, but at least `kept.smallest`.
+        """
         both = (a.automatic_tau(chain) for a in (self.coarse, self.fine) if a is not None)
         return max(self.kept.smallest, *both)
 
     def strength(self, chain: str) -> Array:
-        """Return the strength m_c(t), the larger of both analyses, in radians, (frames,)."""
+        """Return the strength m_c(t) of a chain, in radians, (frames,).
+
+        If there are two analyses, this is the larger value of both.
+        """
         curve = np.zeros(self.kept.frames)
         curve[self.kept.first] = self.coarse.strength(chain)
         return curve if self.fine is None else np.maximum(curve, self.fine.strength(chain))
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, sorted by start; clear jumps precede
-        keys.
+        """Return the intervals of a chain at threshold τ in radians, sorted by start.
+
+        Clear jumps take priority over the intervals between keys.
         """
         found = [self._in_clip(i) for i in self.coarse.intervals(chain, tau)]
         if self.fine is not None:
@@ -67,9 +74,7 @@ class NotatedAnalysis:
 
     @property
     def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
-        """The frames [low, high) that the search for soft errors did not reach, keyed by chain
-        name.
-        """
+        """The frames [low, high) that were not searched for soft errors, keyed by chain name."""
         begin, end = self.kept.begin, self.kept.end
         return {
             name: tuple((begin(low), end(high)) for low, high in spans)
@@ -92,9 +97,10 @@ class NotatedAnalysis:
         return self._known[interval]
 
     def _only_shown(self, interval: Interval) -> bool:
-        """True if the interval has too few linear keys to be corrected automatically.
+        """Return True if the interval must not be corrected automatically.
 
-        The result is also True if the evidence is a single transition of a straight limb.
+        This is the case if there are too few linear keys, or if the evidence is a single transition
+        of a straight limb.
         """
         if not self.kept.even:
             return False
@@ -102,7 +108,7 @@ class NotatedAnalysis:
 
 
 def is_clear(interval: Interval) -> bool:
-    """True if an interval is certain enough to precede others in the same frames."""
+    """Return True if an interval is certain enough to take priority over overlapping ones."""
     return not interval.open and (interval.confidence or 0.0) >= CLEAR
 
 

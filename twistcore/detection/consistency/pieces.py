@@ -1,7 +1,8 @@
-"""Errors between the pieces of one bone, which must appear in P's own twist, not only in its swing.
+"""Errors between two pieces of one bone, which must appear in the twist of P, not only in its
+swing.
 
-In some rigs the last piece of a bone has all the roll, and the first piece only swings. If the path
-of the swing is curved, the first piece still turns about its bone from frame to frame, and the next
+In some rigs, only the last piece of a bone rolls, and the first piece only swings. If the path of
+the swing is curved, the first piece still turns about its bone from frame to frame, and the next
 piece turns back by the same angle. This is natural motion: θp of the first piece does not change,
 whereas an error δ changes it by exactly δ.
 """
@@ -16,8 +17,8 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, twist_angle, wrap
 
-_SHOWN = 0.5  # share of an interval's steps that P's own twist must show
-_NEAR = 3  # frames on either side: their median is the twist's natural pace
+_SHOWN = 0.5  # minimum share of an interval's steps that the twist of P must contain
+_NEAR = 3  # frames on either side, whose median is the natural pace of the twist
 
 
 def own_twist(motion: Motion, chain: Chain) -> Array:
@@ -30,9 +31,9 @@ def own_twist(motion: Motion, chain: Chain) -> Array:
 
 
 def shows(twist: Array, interval: Interval) -> bool:
-    """True if P's own twist contains at least half of an interval's steps.
+    """Return True if the twist of P contains at least half of an interval's steps.
 
-    `twist` are the increments from :func:`own_twist`.
+    `twist` contains the increments from :func:`own_twist`.
     """
     level = np.zeros(len(twist) + 1)
     level[interval.start : interval.stop] = interval.offset

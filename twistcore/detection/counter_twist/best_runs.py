@@ -1,4 +1,4 @@
-"""Choose the runs (neighbouring chains that all have an error) that best explain a frame."""
+"""Choose the runs (neighbouring chains that all have an error) that best explain each frame."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import numpy as np
 from twistcore.detection.prediction import Index
 from twistcore.skeleton.rotation import Array
 
-SAME = 1e-9  # nats; smaller differences decide nothing
+SAME = 1e-9  # nats; smaller differences are ignored
 
 
 def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float) -> Index:
     """Return the indices of the runs with the highest total gain in each frame.
 
     A run changes the joints first…last, and no joint may belong to two chosen runs. If no run of a
-    frame gains more than 0, its best run is chosen if the gain is more than −lone. Of several runs
-    with equal gain, the shortest is chosen, or the one nearer to the tip. All arrays are (runs,);
-    gain is in nats.
+    frame has a gain above 0, its best run is chosen if the gain is more than −lone. Of several runs
+    with equal gain, the shortest is chosen, and of equally short runs the one nearer to the tip.
+    All arrays have the shape (runs,), and `gain` is in nats.
     """
     worth = np.flatnonzero(gain > SAME)
     together = worth[_disjoint(frame[worth], first[worth], last[worth], gain[worth])]

@@ -23,25 +23,25 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 SIGNIFICANT = 4.0  # |d| in σ: natural motion exceeds it in ~1 % of the frames before pairing
-AGREE_SHARE, AGREE_SIGMA = 0.4, 3.0  # |wrap(rx + ry)| up to which both are the same turn
-LONE_JUMP, LONE_JUMP_COARSE = 6.0, 8.0  # a jump in one signal, in σ: not used for predictions
+AGREE_SHARE, AGREE_SIGMA = 0.4, 3.0  # |wrap(rx + ry)| up to which both show the same turn
+LONE_JUMP, LONE_JUMP_COARSE = 6.0, 8.0  # in σ; a frame with such a jump is not good
 # In the first round it is better to leave out too many frames: a clean frame returns in the next
 # round, but a ramp that is mistaken for motion widens σ until nothing next to it is conspicuous. 4
 # → 3, measured on half of CMU: ramp 4 at 30 Hz 90.1 → 97.5 %, rich at 60 Hz 82.2 → 88.3 %.
 SIGNIFICANT_COARSE = 3.0
-COARSE_STEPS = (4, 4, 7, 7)  # frames; 7 sees ramps of 5 frames and edges close together, 4 the rest
+COARSE_STEPS = (4, 4, 7, 7)  # frames; 7 for ramps of 5 frames and close edges, 4 for the rest
 ROUNDS = 6
-RESOLVE = 4.0  # a jump in any signal, in σ: the limb's chains are solved together
-SAME = 1e-9  # σ; smaller differences decide nothing
-# The minimum σ between linear keys, as a share of the pace there: channels that change evenly turn
-# a joint unevenly, and the more so the farther they go.
+RESOLVE = 4.0  # in σ: for such a jump in any signal, the chains of a limb are solved together
+SAME = 1e-9  # σ; smaller differences are ignored
+# The minimum σ between linear keys, as a share of the pace there: if channels change evenly, a
+# joint turns unevenly, especially if it turns far.
 UNEVEN = 0.15
 STEADY_GAP = 4.0  # frames; residuals across wider gaps do not show the local σ
 
 
 @dataclass(frozen=True, eq=False)
 class CounterRotation:
-    """The part of limbs' increments that natural motion does not explain.
+    """The part of the increments of limbs that natural motion does not explain.
 
     All arrays have the shape (chains, frames) and are in radians.
 
@@ -54,7 +54,7 @@ class CounterRotation:
     sigma_x, sigma_y
         The scales of the residuals.
     d
-        The counter-rotation that both residuals show (inverse-variance weighted, circular).
+        The counter-rotation: the circular mean of rx and −ry, weighted by inverse variance.
     sigma
         The scale of d.
     event
@@ -80,7 +80,7 @@ def counter_rotation(
 ) -> CounterRotation:
     """Return the counter-rotation of all chains of limbs.
 
-    `cut` is the mask of increments that cross a cut, shape (frames,); these are never used. `tell`
+    `cut` is the mask of increments that cross a cut, shape (frames,), which are never used. `tell`
     is called before every round.
     """
     tell = tell or nobody
@@ -115,8 +115,9 @@ def counter_rotation(
 
 
 class _Rounds:
-    """Rounds of prediction, scaling and joint solution, each from the good frames of the last
-    one.
+    """The rounds of an iteration: predict, measure the scale, and solve the chains together.
+
+    Each round uses the good frames of the previous round.
     """
 
     def __init__(self, captured: Array, limbs: Limbs, cut: Mask, half: int) -> None:
@@ -126,14 +127,17 @@ class _Rounds:
         self._predictor = Predictor(captured)
         self._signals = captured
         self._changed = np.zeros(captured.shape[1:], dtype=bool)
-        self._t = np.zeros(0, dtype=np.int64)  # frames solved in the round before: their
-        self._then: list[Array] = []  # predictions and scales,
-        self._clean = captured  # and solutions
+        self._t = np.zeros(0, dtype=np.int64)  # frames solved in the previous round
+        self._then: list[Array] = []  # their predictions and scales
+        self._clean = captured  # their solutions
         self._gaps: GapGrowth | None = None
         self._cubic_fits = np.zeros((*captured.shape[:2], 1), dtype=bool)
 
     def next(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Return the residuals and their scales, (2, chains, frames), of the next round."""
+        """Return the residuals and their scales for the next round, both (2, chains, frames).
+
+        `good` is the mask of the good frames and `turn` is the number of the round.
+        """
         if self._limbs.keys is not None:
             return self._between_keys(good, turn)
         captured, flat = self._captured, (2, -1)
@@ -160,7 +164,7 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _between_keys(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Return residuals and scales between linear keys, where the pace changes only at a key."""
+        """Return residuals and scales between linear keys, where the pace changes only at keys."""
         assert self._limbs.keys is not None
         keys = self._limbs.keys
         predicted = between_keys(self._signals, good, keys)
@@ -170,16 +174,17 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
-        """Return residuals and scales; from round two on, without effects of neighbours' errors."""
+        """Return residuals and scales.
+
+        From the second round on, the effects of errors in neighbouring chains are removed.
+        """
         residual = wrap(self._captured - predicted)
         if turn >= 1 and len(self._limbs) > 1:
             self._undo_images(residual, predicted, sigma)
         return residual, sigma
 
     def _choose(self, good: Mask, at: Index, root_cubic: Array, root_linear: Array) -> None:
-        """Choose cubic or linear prediction for each signal by its fit in the signal's good
-        frames.
-        """
+        """Choose cubic or linear prediction for each signal, by the fit in its good frames."""
         weight = good.astype(np.float64)
         fits = []
         for root, at_root in (
@@ -199,10 +204,11 @@ class _Rounds:
         self._growth = self._gaps.measured(good)
 
     def _undo_images(self, residual: Array, predicted: Array, sigma: Array) -> None:
-        """Remove the effects of neighbours' errors in frames with a jump, and change `residual` in
-        place.
+        """Remove the effects of neighbours' errors from `residual`, in place, in frames with a
+        jump.
 
-        A frame with the same prediction and scale as in the previous round keeps its solution.
+        The solution of a frame is reused if its prediction and scale have not changed since the
+        previous round.
         """
         flat = 2, len(self._limbs), -1
         jumps = (np.abs(residual) > RESOLVE * sigma).reshape(2 * len(self._limbs), -1)
@@ -233,7 +239,8 @@ def _jumps(
 ) -> tuple[Mask, Mask, Mask]:
     """Return masks of events, lone jumps, and frames with disagreeing signals, (chains, frames).
 
-    All of these occur only where |(rx/σx, ry/σy)| ≥ |d|/σ (Cauchy-Schwarz) is large.
+    Only frames with a large |(rx/σx, ry/σy)|, which is ≥ |d|/σ (Cauchy-Schwarz), can be any of
+    these.
     """
     z = residual / sigma
     z *= z
@@ -253,9 +260,9 @@ def _jumps(
 
 
 def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
-    """Return d and the disagreement wrap(rx + ry), with their scales, for residuals (2, …).
+    """Return d, the disagreement wrap(rx + ry), and the scales of both, for residuals (2, …).
 
-    d is the inverse-variance weighted mean of rx and −ry on the circle. Near ±180° both residuals
+    d is the inverse-variance weighted mean of rx and −ry on the circle. Near ±180°, both residuals
     may have the same sign, and their mean must not become 0.
     """
     variance = sigma * sigma
@@ -266,7 +273,7 @@ def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _coarsely_good(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
-    """Return a first mask of the frames without signs of a jump; doubtful frames are left out."""
+    """Return a first mask of the frames without signs of a jump, leaving out doubtful frames."""
     good = live.copy()
     residual = root = signals
     known = 0

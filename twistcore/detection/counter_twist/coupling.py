@@ -1,14 +1,14 @@
 """Solve chains that share a joint together, frame by frame [Method, step 4].
 
-In every frame with a jump, the set of chains whose errors explain it at the lowest cost is found.
+In every frame with a jump, the errors of chains are found that explain the jump at the lowest cost.
 
 Costs are assigned to joints: the motion of joint j appears in x of chain j and in y of chain j−1. A
-*run* of neighbouring chains with errors, i…j, changes the costs of joints i…j+1 only
+*run* of neighbouring chains with errors, i…j, changes only the costs of joints i…j+1
 (:mod:`twistcore.detection.limbs`), and two runs with an error-free chain between them have no joint
 in common. So each run is solved separately, and then the cheapest set of runs along the line is
 chosen. A run saves at most the costs that its joints have without it, and no joint costs as much as
-another chain with an error. So only short runs in few positions need to be tried, and their number
-is proportional to the length of the line.
+another chain with an error. Therefore only short runs in few positions need to be tried, and their
+number is proportional to the length of the line.
 """
 
 from __future__ import annotations
@@ -23,23 +23,25 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
 # Costs are negative log likelihoods. x of chain k and y of chain k−1 belong to the motion of one
-# joint: if both jump and no error explains it, that joint jumped by itself, once.
+# joint: if both jump and no error explains it, this joint jumped alone, which is counted once.
 JOINT_JUMP = 16.0
 CHAIN_ACTIVE = 6.0
-# Two errors that begin in the same frame are rare, and two opposite ones in a straight limb do not
+# Two errors seldom begin in the same frame, and two opposite ones in a straight limb do not
 # turn the joint between them: they look like two natural jumps. Tuned on false alarms of rich
 # protocols.
 ANOTHER_ACTIVE = 18.0
-# A joint that jumps by itself may turn to any angle, and the caps express how rare that is compared
-# with the usual residual. If that is small, as at a hinge, a jump is even rarer: log(HINGE / σ)
-# more. Measured on CMU: elbows of σ 0.005° were left 0.4° and 1.9° off for 14 nats.
+# A joint that jumps alone may turn to any angle, and the caps express how rare that is compared
+# with the usual residual. If the usual residual is small, as at a hinge, a jump is even rarer and
+# costs log(HINGE / σ) more. Measured on CMU: elbows with σ 0.005° remained wrong by 0.4° and 1.9°
+# at a cost of 14 nats.
 HINGE = float(np.radians(0.3))
 _SWEEPS = 4  # sweeps of Gauss-Seidel; three chains converge to < 0.01° in three sweeps
 _BLOCK = 1 << 16  # chains times frames in a block, so that memory does not grow with the clip
 
 
 def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> Array:
-    """Return the increments x and y at frames t without the effects of neighbours' errors.
+    """Return the increments x and y at frames `t` without the effects of errors in neighbouring
+    chains.
 
     `signals`, `predicted`, `sigma` and the result are in radians and have the shape (2, n, len(t)).
     `sigma` must not be below `prediction.FLOOR`.
@@ -55,9 +57,11 @@ def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sig
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """Frames t of limbs, joint by joint: x of the chain below each joint, y of the chain above.
+    """The signals of limbs at frames `t`, sorted by joint instead of by chain.
 
-    A joint at an end has only one chain, and the residual of the missing chain is 0.
+    For each joint, these are x of the chain below and y of the chain above.
+
+    A joint at an end belongs to only one chain. The residual of the missing chain is 0.
 
     Attributes
     ----------
@@ -95,7 +99,10 @@ def _by_joint(values: Array, beyond: float) -> Array:
 
 
 def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
-    """Return the cost of the residuals at each joint, (2, joints, …) → (joints, …)."""
+    """Return the cost of the residuals at each joint, (2, joints, …) → (joints, …).
+
+    `rarer` is the additional cost of a lone jump.
+    """
     cost_x, cost_y = residual_cost(wrap(residual) / sigma, CAP + rarer)
     together = cost_x + cost_y
     lone: Array = JOINT_JUMP + np.minimum(rarer[0], rarer[1])
@@ -107,9 +114,9 @@ def _explained(line: _Line) -> Array:
     """Return the joints' increments without the effects of errors, (2, n + 1, frames)."""
     frames = len(line.t)
     idle = saved = _joint_cost(line.captured - line.predicted, line.sigma, line.rarer)
-    # A run may pay together with others if it gains more than 0. By itself, where the first chain
-    # costs less, it may pay if it gains more than −ANOTHER_ACTIVE and more than any other run of
-    # its frame.
+    # Together with other runs, a run may be chosen if it gains more than 0. Alone, it may be chosen
+    # if it gains more than −ANOTHER_ACTIVE, because the first chain costs less, and more than any
+    # other run of its frame.
     enough = np.full(frames, -ANOTHER_ACTIVE)
     found: list[tuple[Index, Index, Index, Array]] = []
     trials: list[Array] = []
@@ -118,7 +125,7 @@ def _explained(line: _Line) -> Array:
         price = length * (CHAIN_ACTIVE + ANOTHER_ACTIVE)
         at = np.flatnonzero(saved > price + enough + SAME)
         if not len(at):
-            break  # a longer run does not pay either: no joint costs as much as another chain
+            break  # longer runs are not worth their cost either: no joint costs as much as a chain
         first, frame = np.divmod(at, frames)
         trial, cost = _solved(line, first, length, frame)
         gain = saved.ravel()[at] - price - cost
@@ -142,8 +149,8 @@ def _explained(line: _Line) -> Array:
 def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array, Array]:
     """Solve runs of `length` chains; return the increments of their joints and the remaining cost.
 
-    `first` and `frame` are the first chain and the frame of each run, shape (runs,). The increments
-    have the shape (2, length + 1, runs), and the cost has the shape (runs,).
+    `first` contains the first chain and `frame` the frame of each run, shape (runs,). The
+    increments have the shape (2, length + 1, runs), and the cost has the shape (runs,).
     """
     at = (first + np.arange(length + 1)[:, None]) * len(line.t) + frame
     arrays = line.captured, line.predicted, line.sigma, line.rarer
@@ -177,9 +184,10 @@ class _Runs:
     rarer: Array
 
     def solved(self, tip_first: bool) -> tuple[Array, Array]:
-        """Return the increments without the errors' effects, and the residuals' cost, (runs,).
+        """Return the increments without the effects of the errors, and the cost of the residuals,
+        (runs,).
 
-        Set `tip_first` to True to begin the iteration at the tip of the limb.
+        The iteration begins at the tip of the limb if `tip_first` is True, at its root if not.
         """
         d = self._errors(tip_first)
         trial = self.captured.copy()
@@ -192,7 +200,7 @@ class _Runs:
     def _errors(self, tip_first: bool) -> Array:
         """Return the errors d of the chains, (length, runs).
 
-        The first sweep uses only the signal that no error of the run has changed yet.
+        The first sweep uses only signals that no error of the run has changed yet.
         """
         (x, y), (px, py) = self.captured, self.predicted
         variance = self.sigma * self.sigma

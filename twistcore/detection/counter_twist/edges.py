@@ -15,7 +15,7 @@ ALONE = float(np.radians(75.0))  # a jump this large in one frame is not part of
 # Errors of prediction are correlated over a run, but not fully: σ of the sum of w frames over the
 # sum of their σ, measured on blocks of w frames of CMU clips (w = 1…6).
 SUM_SHARE = np.array([1.0, 1.0, 0.8, 0.77, 0.73, 0.7, 0.68])
-DIFFERENT = 3.0  # σ by which x and −y must differ to be read separately
+DIFFERENT = 3.0  # σ by which x and −y must differ to be interpreted separately
 FOLLOWED = 6.0  # gain from which the frames of a run count as steps of the error
 
 
@@ -32,16 +32,16 @@ class Edges:
     start, stop
         The edge's frames [start, stop).
     peak
-        The frame with the largest change.
+        The frame in which the error changes most.
     jump
-        The angle of that change, in radians.
+        The angle by which the error changes over the edge, in radians.
     sigma
         The scale of the jump.
     gain
         The log-likelihood ratio of an error over natural motion, in nats.
     primary
-        True for the best interpretation of its frames, which is the only one counted among the
-        inner steps of an interval.
+        True for the best interpretation of these frames. Only this one is counted if the edge lies
+        inside an interval.
     """
 
     start: Index
@@ -66,8 +66,9 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
     size = np.abs(d)
     seen = np.flatnonzero(event | counter.lone[chain])
     large = size > SIGNIFICANT * counter.sigma[chain]
-    # Runs of one sign, agreed or not: in a ramp, a natural jump may hide the agreement of a frame.
-    # If agreement splits such a run, its pieces are further readings.
+    # Runs of one sign, whether or not both signals agree: in a ramp, a natural jump may hide the
+    # agreement in a frame. If frames without agreement split such a run, the pieces are further
+    # interpretations.
     seen_or_large = np.flatnonzero(event | counter.lone[chain] | large)
     wide = _runs(seen_or_large, large, d)
     narrow = _runs(seen, event, d)
@@ -89,8 +90,9 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
 
 
 def _runs(at: Index, kind: Mask, d: Array) -> Index:
-    """Return runs [start, stop) of frames with the same sign and kind, (n, 2), up to LONGEST
-    frames.
+    """Return runs [start, stop) of consecutive frames with the same sign and kind, (n, 2).
+
+    `at` contains the frames to examine. A run has at most LONGEST frames.
     """
     d, kind = d[at], kind[at]
     joins = np.zeros(len(at), dtype=bool)
@@ -115,11 +117,12 @@ def _peaks(size: Array, bounds: Index) -> Index:
 def _readings(
     counter: CounterRotation, chain: int, bounds: Index
 ) -> tuple[Index, Array, Array, Array, Mask]:
-    """Return the possible readings of runs: the run, the jump, its σ and gain, and True for the
-    first.
+    """Return the possible interpretations of runs of frames as edges.
 
-    A run is interpreted as the weighted mean of both signals or, if these differ, as each of them,
-    the quieter one first.
+    The result consists of five arrays: the index of the run, the jump, its σ, its gain, and True
+    for the first interpretation of a run. A run is interpreted as the weighted mean of both
+    signals. If the signals differ, it is interpreted as each of them instead, the quieter one
+    first.
     """
     share = SUM_SHARE[bounds[:, 1] - bounds[:, 0]]
     x, y = (wrap(_sums(r[chain], bounds)) for r in (counter.rx, counter.ry))
@@ -139,6 +142,8 @@ def _readings(
 
 
 def _sums(values: Array, bounds: Index) -> Array:
-    """Return the sum of the values in frames [start, stop) for each row of bounds, (runs, 2)."""
+    """Return the sums of the values over the frames [start, stop) in `bounds`, (runs, 2), as
+    (runs,).
+    """
     total = np.concatenate([[0.0], np.cumsum(values)])
     return np.asarray(total[bounds[:, 1]] - total[bounds[:, 0]])

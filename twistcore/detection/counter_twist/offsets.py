@@ -1,4 +1,7 @@
-"""The offset of each pair of edges: the closed running sum of the jumps [Method, steps 5-6]."""
+"""The offset of each pair of edges: the running sum of its jumps, which returns to 0.
+
+These are steps 5 and 6 of [Method].
+"""
 
 from __future__ import annotations
 
@@ -13,26 +16,26 @@ from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# The child follows only in part if both edges show it: x + y jumps there by this many of its σ and
-# by this share of P's jump, and both P's jumps and the jumps of x + y close. The longest edges may
-# be parts of softer onsets, which each signal's prediction follows to a different degree.
+# C is considered to turn back only a part if both edges show it: x + y jumps there by this many σ
+# and by this share of P's jump, and both P's jumps and the jumps of x + y add up to 0. The longest
+# edges may be parts of softer onsets, which the predictions of x and y follow to different degrees.
 NOT_FOLLOWED_SIGMA, NOT_FOLLOWED = 5.0, 0.08
-LEAST_FOLLOWED = 0.3  # with less, one joint jumps alone, which is no twist error
+LEAST_FOLLOWED = 0.3  # with less, one joint jumps alone, which is not a twist error
 CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """The error of an interval from frame `start` on.
+    """The error of an interval in each frame from `start` on.
 
     Attributes
     ----------
     offset
         The twist error of P in each frame, radians, shape (frames,).
     residual
-        The angle left open at the closing edge, radians.
+        The angle that remains after the closing edge, radians.
     followed
-        The fraction of the error that C turns back, 1 unless both edges show that it is less.
+        The fraction of the error that C turns back; less than 1 only if both edges show it.
     """
 
     start: int
@@ -48,7 +51,7 @@ def offsets_of(
 
     The error is the running sum of the interval's steps. The angle that remains at the end is
     distributed over the steps in proportion to their variance. If C turns back only part of the
-    error, P's own jumps give its size.
+    error, the size of the error is measured at the jumps of P alone.
     """
     d, variance = counter.d[chain], counter.sigma[chain] ** 2
     closed = [p for p in pairs if p.opening >= 0 and p.closing >= 0]
@@ -63,15 +66,14 @@ def offsets_of(
 def _as_p_shows(
     course: Course, pair: Pair, table: PairTable, counter: CounterRotation, chain: int
 ) -> Course:
-    """Return the error by P's own jumps if C clearly turns back only part of it.
+    """Return the error measured at the jumps of P alone, if C clearly turns back only part of it.
 
     In all other cases, the error is returned unchanged.
     """
     edges = table.edges
     at = [slice(int(edges.start[k]), int(edges.stop[k])) for k in pair[:2]]
     x, y = (np.array([r[chain, a].sum() for a in at]) for r in (counter.rx, counter.ry))
-    # With the same sign, so that they are alike if they close; a turn away from δ is no nearer to
-    # −y.
+    # Reverse the sign at the second edge: the values are equal if the jumps add up to 0.
     x[1], y[1] = -x[1], -y[1]
     apart = wrap(x + y)
     child = wrap(-y)
@@ -102,7 +104,10 @@ def _as_p_shows(
 
 
 def _alike(values: Array, sigma: Array, size: Array) -> bool:
-    """True if the values at both edges differ no more than their scales allow."""
+    """Return True if the values at both edges differ no more than their scales allow.
+
+    `sigma` contains the scales of both values, and `size` contains the sizes of P's jumps.
+    """
     allowed = CLOSES_SIGMA * np.hypot(*sigma) + CLOSES_SHARE * size.max() + CLOSES
     return bool(abs(values[0] - values[1]) <= allowed)
 
@@ -110,7 +115,7 @@ def _alike(values: Array, sigma: Array, size: Array) -> bool:
 def _closed(
     pairs: Sequence[Pair], table: PairTable, d: Array, variance: Array, step: Mask
 ) -> list[Course]:
-    """Return the errors of all intervals with two edges, computed together in one array."""
+    """Return the errors of all intervals with two edges. All are computed in one array."""
     if not pairs:
         return []
     edges = table.edges
@@ -146,9 +151,9 @@ def _closed(
 
 
 def _unclosed(pair: Pair, table: PairTable, d: Array) -> Course:
-    """Return the error of an interval that begins or ends at a border and has only one edge.
+    """Return the error of an interval with only one edge, which begins or ends at a border.
 
-    Its level is the level after or before that edge.
+    The level of the error is constant between the edge and the border.
     """
     edges, k = table.edges, max(pair.opening, pair.closing)
     start, stop = int(edges.start[k]), int(edges.stop[k])
@@ -160,7 +165,7 @@ def _unclosed(pair: Pair, table: PairTable, d: Array) -> Course:
         return Course(first, np.broadcast_to(wrap(level), length), 0.0)
     if pair.opening < 0:
         offset = np.zeros(stop - 1 - table.low)
-        rest = -jumps[::-1].cumsum()[::-1]  # δ(t) = −(jumps still to come)
+        rest = -jumps[::-1].cumsum()[::-1]  # δ(t) = −(sum of the remaining jumps)
         offset[:] = rest[0]
         offset[start - 1 - table.low :] = rest
         return Course(table.low, wrap(offset), 0.0)

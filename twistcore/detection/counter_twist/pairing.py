@@ -1,12 +1,13 @@
-"""Pair the edges of a chain to intervals, at the lowest total cost [Method, steps 5-6].
+"""Pair the edges of a chain to form intervals, at the lowest total cost [Method, steps 5-6].
 
 All values are gains in nats (log-likelihood ratios against natural motion). An interval gains from
-its two edges, from the steps inside that it explains, and from closing. The gain from closing is
-the log ratio of two likelihoods of a sum of 0 (modulo a full turn): given the scales of the steps,
-and if the two jumps were unrelated. The prior cost of an interval grows with its length. The set of
-disjoint intervals with the highest total gain is found by dynamic programming over the edges, in
-the order of their ends. The gain of an interval does not depend on τ, so it is computed once; a new
-τ only selects the edges at which intervals may begin or end.
+its two edges, from the steps inside that it explains, and from closing, which means that its jumps
+add up to 0. The gain from closing is the log ratio of two likelihoods of a sum of 0 (modulo a full
+turn): given the scales of the steps, and if the two jumps were unrelated. The prior cost of an
+interval grows with its length. The disjoint intervals with the highest total gain are found by
+dynamic programming over the edges, in the order of their ends. The gain of an interval does not
+depend on τ, so it is computed once. A new τ only selects the edges at which intervals may begin or
+end.
 """
 
 from __future__ import annotations
@@ -24,16 +25,17 @@ from twistcore.detection.robust_cost import residual_cost
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# Prior of an interval: two natural jumps close by chance with a higher gain in 2.9 rich minutes.
+# Prior of an interval: in 2.9 minutes of a rich protocol, two natural jumps close by chance with a
+# higher gain.
 PRIOR = 20.0
-BORDER_PRIOR = 12.0  # prior of an interval cut off by a border, where one edge cannot close
+BORDER_PRIOR = 12.0  # prior of an interval with only one edge, up to a border
 # Cost LENGTH·log(1 + frames / LENGTH_FRAMES): more may happen by chance in longer intervals.
 LENGTH, LENGTH_FRAMES = 4.0, 30.0
 SMALL_STEP, SMALL_SHARE = float(np.radians(8.0)), 0.4  # jitter inside, relative to the closing jump
 # Jitter relative to any jump: three σ of the difference of two values that jitter by 1°. Measured
 # against 3.5°: Daz H4 99.74 → 99.82 %, H8+H4 99.50 → 99.73 %; nothing else changes.
 ALWAYS_SMALL = float(np.radians(4.25))
-SMALL_COST, STEP_COST = 8.0, 30.0  # a real step inside is expensive, or intervals would merge
+SMALL_COST, STEP_COST = 8.0, 30.0  # a real step inside is expensive, so that intervals do not merge
 COUNTED = float(np.radians(1.5))  # smaller steps inside are free: they cannot begin an interval
 FOLLOW_COST, FOLLOW_ALL_COST = 2.0, 4.0
 # Tolerance of closing, in addition to the scales.
@@ -41,17 +43,17 @@ TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005
 CLOSING_CAP = 25.0
 # An unpaired jump is corrected on its shorter side if that side is shorter than this number of
 # seconds, or of frames if that is more, and than this share of the other side: only the length
-# shows which side is wrong. Longer ones are open.
+# indicates which side is wrong. Longer intervals stay open.
 SHORT_SECONDS, SHORT_FRAMES, SHORT_SHARE = 0.7, 24, 0.5
 USUAL_SECONDS, UNUSUAL_COST = 0.25, 4.5  # longer intervals must be more certain
-# Minimum ratio of the rest of the segment to the pair's length; with less, the ends may be the
-# errors.
+# Minimum ratio of the rest of the segment to the length of the pair; with less, the two ends of the
+# segment may be the errors instead.
 SPANNING = 0.125
 OPEN_GAIN = 20.0  # both signals must show an unpaired jump clearly
 BAND = 512  # maximum number of edges in an interval
 BLOCK = 64  # rows of the table computed at once
 SMALLEST = float(np.radians(0.3))  # smaller edges are never used
-# Whether the offset of an interval follows its edges, its events, or every frame.
+# Values of `follows`: the offset of an interval changes at its edges, at events, or in every frame.
 LEVEL, STEPS, ALL = 0, 1, 2
 
 
@@ -61,9 +63,9 @@ class Pair(NamedTuple):
     Attributes
     ----------
     follows
-        How its offset is computed (LEVEL, STEPS or ALL).
+        How the offset of the interval is computed (LEVEL, STEPS or ALL).
     gain
-        In nats.
+        The gain of the interval, in nats.
     """
 
     opening: int
@@ -76,9 +78,8 @@ class Pair(NamedTuple):
 class Block:
     """A block of the table of pair gains.
 
-    Rows are closing edges from `first_row` on, columns are opening edges from `first_column` on.
-
-    Only gains above 0 are stored, since there are few.
+    Rows are closing edges from `first_row` on, and columns are opening edges from `first_column`
+    on. Only gains above 0 are stored, since there are few.
 
     Attributes
     ----------
@@ -87,7 +88,7 @@ class Block:
     at
         The flat positions of the stored pairs, ascending.
     gains
-        Their gains in nats.
+        The gains of these pairs, in nats.
     kinds
         The value of `follows` of each stored pair. These three arrays have the shape (n,).
     """
@@ -101,7 +102,7 @@ class Block:
 
     @classmethod
     def of(cls, first_row: int, first_column: int, gain: Array, follows: NDArray[np.int8]) -> Block:
-        """Return the block for all gains and kinds of pairs, each (rows, columns)."""
+        """Return the block for the gains and the `follows` of all pairs, each (rows, columns)."""
         at = np.flatnonzero(np.isfinite(gain))
         some = gain.ravel()[at], follows.ravel()[at]
         return cls(first_row, first_column, gain.shape, at.astype(np.int32), *some)
@@ -123,8 +124,9 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class PairTable:
-    """The gains of all pairs of edges in a segment, frames [low, high), one row per closing
-    edge.
+    """The gains of all pairs of edges in a segment, frames [low, high).
+
+    Each row of the table is for one closing edge.
     """
 
     edges: Edges
@@ -149,9 +151,9 @@ class PairTable:
 
 
 def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
-    """Return running sums of d and σ², over steps and over all frames, (4, frames + 1).
+    """Return running sums of d and σ² over steps, then over all frames, (4, frames + 1).
 
-    Each sum ends before its frame, and the units are radians and radians². All segments of a chain
+    The sum at index t excludes frame t. The units are radians and radians². All segments of a chain
     share these sums, because a long clip has hundreds of segments.
     """
     d, var = counter.d[chain], counter.sigma[chain] ** 2
@@ -160,9 +162,9 @@ def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
 
 
 def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
-    """Return the gains of all pairs of edges within [low, high).
+    """Return the gains of all pairs of edges in the segment [low, high).
 
-    `sums` are the chain's running sums.
+    `sums` is the result of :func:`running_sums` for the chain.
     """
     inside = (low < edges.start) & (edges.stop <= high) & (np.abs(edges.jump) >= SMALLEST)
     edges = edges[inside]
@@ -175,14 +177,15 @@ def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
 
 
 def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Block:
-    """Return the gains of closing edges `first` to `last` − 1.
+    """Return the gains of the pairs with the closing edges from `first` to `last` − 1.
 
-    `sums` are the running sums at each edge's start and at its stop, from :func:`running_sums`.
+    `sums` are the running sums at the start and at the stop of each edge, from
+    :func:`running_sums`.
     """
     row, begin = slice(first, last), max(0, first - BAND)
     col = slice(begin, last)
     size, variance = np.abs(edges.jump), edges.sigma**2
-    # An opening ends before its closing begins; the sign of this is also their order.
+    # An opening edge ends before its closing edge begins.
     possible = edges.stop[col] <= edges.start[row, None]
     threshold = np.clip(SMALL_SHARE * size[row], ALWAYS_SMALL, SMALL_STEP)
     counts = edges.primary[col] & (size[col] >= COUNTED) & possible
@@ -190,7 +193,7 @@ def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Bl
     inner = (edges.gain[col] - cost) * counts
     explained = inner[:, ::-1].cumsum(axis=1)[:, ::-1] - inner
     own = edges.gain[col] + edges.gain[row, None] - PRIOR
-    # A sum cannot close by more than TOLERANCE allows. Pairs without a gain then are left out.
+    # The gain from closing is limited by TOLERANCE. Pairs that gain nothing even then are left out.
     at = np.nonzero((own + np.maximum(explained, 0.0) > -_MOST_CLOSING) & possible)
     i, j = at[0] + first, at[1] + begin
     explained = explained[at]
@@ -201,7 +204,7 @@ def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Bl
     at_start, at_stop = sums
     likeliest = np.log(_CIRCLE) - 0.5 * np.log(spread)
     for kind, extra in ((STEPS, FOLLOW_COST), (ALL, FOLLOW_COST + FOLLOW_ALL_COST)):
-        # No variance makes a sum likelier than `likeliest`.
+        # `likeliest` is the highest possible gain from closing for any variance.
         some = np.flatnonzero(likeliest + explained - extra > best)
         k = 2 * (kind - STEPS)
         moved = at_start[k, i[some]] - at_stop[k, j[some]]
@@ -224,14 +227,18 @@ _MOST_CLOSING = float(np.log(_CIRCLE / TOLERANCE))
 
 
 def _closing(residual: Array, variance: Array) -> Array:
-    """Return the log likelihood ratio of a sum ≡ 0 over any other angle on the circle."""
+    """Return the log-likelihood ratio of a sum of 0 over any other angle on the circle.
+
+    `residual` is the sum and `variance` is its variance.
+    """
     sigma = np.sqrt(variance)
     return np.log(_CIRCLE / sigma) - residual_cost(wrap(residual) / sigma, CLOSING_CAP)
 
 
 def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
-    """Return the disjoint intervals with the highest total gain, from edges of at least τ
-    radians.
+    """Return the disjoint intervals with the highest total gain.
+
+    Only edges with a jump of at least `tau` radians are used.
     """
     asked = np.abs(table.edges.jump) >= tau
     at = np.flatnonzero(asked)
@@ -277,7 +284,7 @@ def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
     """Return the gains of single edges, for an error from the start and for an error to the end.
 
     Both arrays have the shape (n,). The gain is −inf if the interval would be long, or not much
-    shorter than the other side.
+    shorter than the rest of the segment.
     """
     before, behind = edges.stop - 1 - table.low, table.high - edges.start
     longest = _longest_alone(fps)
@@ -296,16 +303,17 @@ def _gain_alone(edges: Edges, side: Index) -> Array:
 
 
 def _longest_alone(fps: float) -> int:
-    """Return the largest length in frames for a corrected interval with only one edge."""
+    """Return the maximum length, in frames, of a corrected interval that has only one edge."""
     return max(SHORT_FRAMES, round(SHORT_SECONDS * fps))
 
 
 def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]:
     """Return, for each selected edge, the pairs that it may close.
 
-    A pair is left out if an opening nearer to the closing edge gains as much, since that pair could
-    replace it. A pair is also left out if it covers nearly the whole segment, or most of it while
-    two errors at the segment's ends gain more.
+    A pair is left out if another opening edge, nearer to the closing edge, has the same gain or a
+    higher one, because the shorter pair could replace it. A pair is also left out if it covers
+    nearly the whole segment, or if it covers most of the segment while two errors at the ends of
+    the segment gain more.
     """
     out: list[list[Pair]] = []
     edges, whole = table.edges, table.high - table.low
@@ -339,7 +347,7 @@ def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]
 
 
 def unpaired(table: PairTable, pairs: Sequence[Pair], tau: float) -> list[Pair]:
-    """Return clear jumps outside all intervals, as intervals on the jump's shorter side."""
+    """Return clear jumps outside all intervals, as intervals on the shorter side of each jump."""
     edges = table.edges
     clear = (np.abs(edges.jump) >= tau) & (edges.gain >= OPEN_GAIN) & edges.primary
     out: list[Pair] = []

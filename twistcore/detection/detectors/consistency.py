@@ -14,7 +14,7 @@ from twistcore.work.progress import Tell
 
 
 class ConsistencyDetector:
-    """Find counter-rotation that natural motion does not explain, as intervals that close."""
+    """Find intervals of counter-rotation that natural motion does not explain."""
 
     info = DetectorInfo(
         name="consistency",
@@ -33,7 +33,7 @@ class ConsistencyDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> ConsistencyAnalysis | NotatedAnalysis:
-        """Analyse chains up to the part that depends on τ. `tell` is called with the progress."""
+        """Analyse chains up to the point where τ is needed. `tell` is called with the progress."""
         return analyse_chains(motion, chains, tell)
 
 

@@ -1,4 +1,4 @@
-"""The detector of [Choi26] §3.3, unchanged, which is the baseline in all tables."""
+"""The detector of [Choi26] §3.3, unchanged. All tables use it as the baseline."""
 
 from __future__ import annotations
 
@@ -30,8 +30,9 @@ class PaperDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> PaperAnalysis:
-        """Compute the signals of chains, which do not depend on τ. `tell` is called with the
-        progress.
+        """Compute the signals of chains, which do not depend on τ.
+
+        `tell` is called with the progress.
         """
         return PaperAnalysis(signals_of_chains(motion, chains, tell))
 

@@ -1,8 +1,8 @@
 """The probability that a correction is right, and the doubts about it in words.
 
-The probability is a logistic function of terms whose signs follow from physics. The weights were
-fitted on injected errors and on intervals in public captures that were judged one by one (see
-`benchmarks.evidence`).
+The probability is a logistic function of terms. The sign of each term follows from physics. The
+weights were fitted on injected errors and on intervals in public captures that were judged one by
+one (see `benchmarks.evidence`).
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
         "long": 2.35,
     }
 )
-_LONG = 0.7  # seconds: longer intervals are mostly motion, with an exception:
-_LONG_SILENT = 2.0  # seconds: the maximum for an interval that a silent joint shows
+_LONG = 0.7  # seconds: longer intervals are mostly motion
+_LONG_SILENT = 2.0  # seconds: the same for an interval that a silent joint shows
 _CLEAR, _SILENT = 3.0, 20.0  # nats: clear evidence of the azimuth or of a silent joint
 _AGAINST = -5.0  # nats by which a bone contradicts an error of a straight limb
-_QUIET = 0.1  # degrees: a bone that turns less hardly turns
+_QUIET = 0.1  # degrees: a bone with a smaller usual turn hardly turns
 _SPEAKS = 0.7  # nats from which the azimuth or C's side supports the correction
-_HINGE, _OFF = 3.0, 1.0  # degrees: a joint this close to its side; how far it may leave it
-_SMALL = 3.0  # degrees: smaller turns are left to a person unless they are clear
-# log odds of a correction that leaves an exact hinge, or of a correction of noise
+_HINGE, _OFF = 3.0, 1.0  # degrees: spread of an exact hinge; how far a joint may leave its side
+_SMALL = 3.0  # degrees: a person decides about smaller turns, unless they are clear
+# log odds of a correction that turns a joint away from an exact hinge, or that corrects noise
 _NEVER = -3.0
 _MOTION = -3.0  # log odds below which a turn is considered motion
-_SURE = 1.5  # log odds above which no doubts are listed
+_SURE = 1.5  # log odds from which no doubts are listed
 _LISTED_BELOW = -0.4  # log odds from which a term is listed as a doubt
 
-_USUAL = 10.0  # degrees: a fast turn of a joint that the clip cannot be compared with
+_USUAL = 10.0  # degrees: a fast turn of a joint, if the clip shows too little natural motion
 _UNNAMED = "joint"
 # Everyday names for the joint below a bone.
 MIDDLE = {
@@ -68,12 +68,12 @@ class Judgement:
     score
         The log odds that the correction is right.
     doubts
-        The reasons against it in words, the strongest first.
+        The reasons against the correction in words, the strongest first.
     terms
         The parts of the score, keyed by name.
     motion
-        True if the odds are twenty to one that the interval is not an error but natural motion or
-        the roll of one joint.
+        True if the interval is natural motion or the roll of one joint, with odds of at least
+        twenty to one.
     small
         True if the turn is so small that a person must decide, because neither the azimuth nor a
         silent joint shows it.
@@ -92,7 +92,7 @@ class Judgement:
 
 
 def weighed(t: Terms) -> dict[str, float]:
-    """Return the unweighted terms of the score, keyed by the names in :data:`WEIGHTS`."""
+    """Return the terms of the score before weighting, keyed by the names in :data:`WEIGHTS`."""
     told = t.hinged and t.edge_bend > BENT and t.for_azimuth < _SPEAKS and t.for_side < _SPEAKS
     known = not math.isnan(t.off_before)
     nearer = math.log((t.off_before + 1.0) / (t.off_after + 1.0)) if known else 0.0
@@ -118,15 +118,16 @@ def weighed(t: Terms) -> dict[str, float]:
 
 
 def _clear(t: Terms) -> bool:
-    """True if the azimuth or one of the joints shows the error very clearly at its edges."""
+    """Return True if the azimuth or one of the joints clearly shows the error at its edges."""
     return t.for_azimuth > _CLEAR or max(t.for_x, t.for_y) > _SILENT
 
 
 def unanswered(t: Terms) -> bool:
-    """True if at least one of the bones clearly does not turn with the error at its edges.
+    """Return True if at least one of the two bones clearly does not turn with the error at its
+    edges.
 
-    The result is False if a bone hardly turns elsewhere, because then its turn here is enough
-    evidence.
+    The result is False if one of the bones hardly turns in the rest of the clip, because then its
+    turn at the edges is sufficient evidence.
     """
     return not t.quiet < _QUIET and min(t.for_x, t.for_y) < _AGAINST
 
@@ -134,9 +135,9 @@ def unanswered(t: Terms) -> bool:
 def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judgement:
     """Judge the evidence about an interval.
 
-    `segment` is the chain's segment, which gives the joint's name in the doubts. `straight` is True
-    if the error was found as an error of a straight limb, in which both bones must turn at its
-    ends.
+    `segment` is the segment of the chain, which determines the joint's name in the doubts.
+    `straight` is True if the interval was found as an error of a straight limb, in which both bones
+    must turn at the ends of the interval.
     """
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
     motion = sum(parts.values()) < _MOTION
@@ -164,7 +165,7 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
 
 
 def _in_words(term: str, t: Terms, joint: str) -> str:
-    """Return a term that contradicts a correction as a clause, or '' if there is nothing to add."""
+    """Return the doubt that a term expresses as a clause, or '' if the term expresses none."""
     if term == "noise":
         return f"there is a burst of noise of {t.noise:.0f}°"
     if term == "off_its_hinge":

@@ -1,7 +1,8 @@
 """The evidence for and against a correction as terms, each relative to the rest of the clip.
 
 All angles are in degrees. A term is in nats: the cost of a turn as natural motion minus its cost as
-the error, on the scale of the same signal elsewhere in the clip at the same pace.
+the error. Costs are measured on the scale of the same signal at the same pace elsewhere in the
+clip.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from twistcore.skeleton.medians import median, quantile
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-BENT = 0.117  # sin² of a bend of 20°, from which the azimuth at an edge can be trusted
+BENT = 0.117  # sin² of a bend of 20°, the smallest bend with a reliable azimuth at an edge
 _LEAST = 0.3  # an edge with a smaller turn is no evidence
 _REACHED = 0.8  # share of the largest offset at which an edge ends
-_BONE = 2.5  # uncertainty of a bone's direction; divided by sin(bend), of the azimuth
-_ELSEWHERE = 1.0  # seconds without errors that suffice to know the natural motion
+_BONE = 2.5  # uncertainty of a bone's direction; the azimuth's is this divided by sin(bend)
+_ELSEWHERE = 1.0  # minimum seconds without errors to know the natural motion
 _BESIDE = 0.1  # seconds on either side of an edge
 _NOISE = 3  # frames next to an error within which a burst of noise is evidence against it
 _EXACT, _ENOUGH = 0.5, 20  # degrees off a hinge built into the rig; minimum number of frames
@@ -35,9 +36,9 @@ _NEAR = 0.6  # seconds within which an edge's neighbours have more weight
 
 @dataclass(frozen=True, eq=False)
 class Find:
-    """An error in frames [start, stop), with the angles to remove from P's twist, in degrees.
+    """An error in frames [start, stop), with the angles to remove from the twist of P, in degrees.
 
-    `silent` is True if the error shows at a joint that never twists elsewhere in the clip.
+    `silent` is True if the error appears at a joint that never twists elsewhere in the clip.
     """
 
     start: int
@@ -71,23 +72,25 @@ class Terms:
     """The evidence about one error.
 
     - hinged: True if the chain has an azimuth
-    - for_x, for_y, for_azimuth: how well the signal's turn at the edges agrees with the error, nats
+    - for_x, for_y, for_azimuth: how well the turn of the signal at the edges agrees with the error,
+      nats
     - rougher: how much rougher the azimuth is after the correction, nats
-    - edge_bend: sin² of the bend at the edge where the limb is bent most
+    - edge_bend: sin² of the bend at the edge at which the limb is bent more
     - off_before, off_after: the angle of C's bone from its usual side before and after the
       correction, NaN if unknown
-    - side_spread: the angle from that side in 95 % of the rest of the clip, NaN if unknown
+    - side_spread: the 95 % quantile of the angle from that side in the rest of the clip, NaN if
+      unknown
     - for_side: how much closer to that side the correction brings C's bone, nats
     - least_bend: the smallest bend in the error's frames
-    - together: the turn of P and C together at the edges, relative to the offset's turn
+    - together: the common turn of P and C at the edges, relative to the turn of the offset
     - rate: the number of such counter-turns per second elsewhere, None if there is too little
       motion without errors
-    - natural: the 99 % quantile of the counter-turns elsewhere, None as above
+    - natural: the 99 % quantile of the counter-turns elsewhere, None in the same case
     - step: the turn at an edge, the median of both edges
     - seconds: the duration of the error
     - quiet: the usual turn of the quieter of P and C in as many frames as an edge has, NaN if
       unknown
-    - silent: True if the error shows at a joint that never twists elsewhere
+    - silent: True if the error appears at a joint that never twists elsewhere
     - noise: σ of a burst of noise at the error or next to it, 0 if there is none
     """
 
@@ -113,7 +116,7 @@ class Terms:
 
 
 def terms_of(background: Background, find: Find) -> Terms:
-    """Return the evidence about an error of a chain, relative to the chain's other motion."""
+    """Return the evidence about an error of a chain, relative to the rest of the chain's motion."""
     return _Measured(background.without(find), find).terms()
 
 
@@ -135,14 +138,14 @@ class Background:
         return cls(chain, taken_by(chain.frames, finds))
 
     def without(self, find: Find) -> Background:
-        """Return the background with one more error's frames excluded."""
+        """Return the background without the frames of another error."""
         if self.taken[find.start : find.stop].all():
             return self
         return Background(self.chain, self.taken | taken_by(self.chain.frames, [find]))
 
     @cached_property
     def busy(self) -> Mask:
-        """Mask of the frames in or next to errors, which show no natural motion."""
+        """Mask of the frames in or next to errors, which do not show natural motion, (frames,)."""
         busy = self.taken.copy()
         busy[:-1] |= self.taken[1:]
         busy[1:] |= self.taken[:-1]
@@ -150,7 +153,7 @@ class Background:
 
     @cached_property
     def _busy_before(self) -> NDArray[np.int32]:
-        """The number of busy frames before each frame, (frames + 1,)."""
+        """The number of busy frames (see :attr:`busy`) before each frame, (frames + 1,)."""
         return np.concatenate([[0], np.cumsum(self.busy, dtype=np.int32)]).astype(np.int32)
 
     @cached_property
@@ -171,7 +174,7 @@ class Background:
     def known_azimuth(self) -> Mask:
         """Mask of the frames in which the change of the azimuth's pace is known, (frames,).
 
-        The change is measured over three frames.
+        The change is computed from three frames.
         """
         both = self.chain.both_frames
         return np.asarray(np.minimum(both, np.append(both[1:], 0.0)) > ALONG)
@@ -187,10 +190,9 @@ class Background:
         return scale(usual, 0.02) if len(usual) > 10 else 5.0
 
     def usual(self, name: str, width: int) -> _Usual:
-        """Return the turns of a signal over `width` frames, beyond the signal's pace, and their
-        scale.
+        """Return the turns of a signal over `width` frames minus its pace, and their scale.
 
-        `name` is the signal's name. Frames with errors are left out.
+        `name` is the name of the signal. Frames with errors do not contribute to the scale.
         """
         if (name, width) not in self._known:
             chain = self.chain
@@ -274,14 +276,14 @@ def reach_at(fps: float) -> int:
 
 
 class _Measured:
-    """One error with the values that are derived from it."""
+    """One error of a chain, with the quantities that the evidence about it consists of."""
 
     def __init__(self, background: Background, find: Find) -> None:
         self.background, self.chain, self.find = background, background.chain, find
 
     @cached_property
     def edges(self) -> list[Edge]:
-        """The edges of the error, except edges at a border of the clip."""
+        """The edges of the error, except an edge at an end of the clip."""
         size = np.abs(self.find.offset)
         half = max(len(size) // 2, 1)
 
@@ -298,8 +300,9 @@ class _Measured:
         return [e for e in made if abs(e.turn) > _LEAST]
 
     def _steps(self, low: int, high: int) -> Array:
-        """Return the changes of the offset in frames [low, high), with 0 for the clip's first
-        frame.
+        """Return the changes of the offset in frames [low, high).
+
+        The change is 0 in the first frame of the clip.
         """
         frames = np.arange(low - 1, high)
         inside = (frames >= self.find.start) & (frames < self.find.stop)
@@ -340,7 +343,7 @@ class _Measured:
 
     @cached_property
     def _step(self) -> float:
-        """The size of the offset's turn at an edge: the median of both edges."""
+        """The angle by which the offset changes at an edge, the median of both edges."""
         sizes = [abs(e.turn) for e in self.edges] or [float(np.abs(self.find.offset).max())]
         return median(sizes)
 
@@ -348,14 +351,19 @@ class _Measured:
         return float(self.chain.both_frames[max(edge.start - 1, 0) : edge.stop + 1].min())
 
     def _turn(self, turns: Array, edge: Edge) -> Array:
-        """Return a signal's turn at an edge, minus its pace in two frames on either side."""
+        """Return the turn of a signal at an edge, minus the signal's pace in two frames on either
+        side.
+        """
         before = turns[max(edge.start - PACE, 1) : edge.start]
         beside = np.concatenate([before, turns[edge.stop : edge.stop + PACE]])
         pace = beside.mean(axis=0) if len(beside) else np.zeros(turns.shape[1:])
         return np.asarray(turns[edge.start : edge.stop].sum(axis=0) - edge.width * pace)
 
     def _for(self, name: str, edge: Edge, expected: float) -> float:
-        """Return the log-likelihood ratio of the expected turn at an edge over no turn, nats."""
+        """Return the log-likelihood ratio of the expected turn at an edge over no turn, in nats.
+
+        `name` is the name of a signal and `expected` is the turn in degrees that the error causes.
+        """
         c = self.chain
         turns: Array = getattr(c, name)
         usual = self.background.usual(name, edge.width)
@@ -406,10 +414,10 @@ class _Measured:
         return float((residual_cost(then / sigma) - residual_cost(now / sigma)).sum())
 
     def _side(self) -> tuple[float, float, float, float]:
-        """Return the angles of C's bone from its usual side before and after correction, spread and
-        gain.
+        """Return the angles of C's bone from its usual side before and after the correction.
 
-        The spread is the largest angle in 95 % of the clip. The gain is in nats.
+        These are followed by the largest angle in 95 % of the clip, and by the gain of the
+        correction in nats.
         """
         unknown = math.nan, math.nan, math.nan, 0.0
         usual = self.background.side
@@ -434,7 +442,7 @@ class _Measured:
         return before, after, usual.furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
-        """Return how many such turns of P and C per second occur elsewhere, and their 99 %
+        """Return the number of similar turns of P and C per second elsewhere, and their 99 %
         quantile.
 
         Both results are None if there is too little motion without errors.
@@ -451,14 +459,14 @@ class _Measured:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The usual side of C's bone.
+    """The usual side of C's bone, which is the usual direction of the bend.
 
     Attributes
     ----------
     off
         The bone's angle from that side, degrees, shape (frames,).
     furthest
-        The 95 % quantile of that angle.
+        The 95 % quantile of the size of that angle.
     exact
         True if the bone is always on that side in a bent limb, as if built into the rig.
     """
@@ -469,7 +477,8 @@ class Side:
 
 
 def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
-    """Return the side to which C's bone leaves P's in most of the clip, or None if unknown.
+    """Return the side to which C's bone deviates from P's bone in most of the clip, or None if
+    unknown.
 
     `busy` is the mask of the frames to leave out, shape (frames,).
     """
@@ -489,7 +498,9 @@ def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
 
 
 def scale(residuals: Array, least: float) -> float:
-    """Return 1.48 (mean √|r|)², a scale on which a few outliers have little effect."""
+    """Return 1.48 (mean √|r|)², a scale on which a few outliers have little effect, at least
+    `least`.
+    """
     return max(1.48 * float(np.mean(np.sqrt(np.abs(residuals)))) ** 2, least)
 
 

@@ -1,7 +1,7 @@
 """The signals of a chain that show a twist: the turns of both joints and the side of C.
 
-A twist δ of P that C turns back turns P by δ, C by −δ, and the azimuth of C's bone about P's by −δ;
-the turn of P and C together does not change. All angles are in degrees.
+If P has a twist δ that C turns back, then P turns by δ, C by −δ, and the azimuth of C's bone about
+P's bone by −δ. The common turn of P and C does not change. All angles are in degrees.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ Mask = NDArray[np.bool_]
 _K = TypeVar("_K")
 _V = TypeVar("_V")
 
-PACE = 2  # frames on either side that give the pace at an edge
+PACE = 2  # frames on either side in which the pace at an edge is measured
 ALONG = np.sin(np.radians(10.0))  # the azimuth of a straighter limb is meaningless
 
 
-_KEPT, _FEWEST_KEPT = 1 << 18, 12  # maximum of numbers in the series of a chain, or of series
+_KEPT, _FEWEST_KEPT = 1 << 18, 12  # numbers to cache for a chain, and a minimum number of series
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +46,11 @@ class Witnesses:
     q_parent, q_child
         Local rotations, shape (frames, 4).
     axis, arm
-        Unit vectors along P's bone and C's, (3,) or (frames, 3).
+        Unit vectors along P's bone and C's bone, (3,) or (frames, 3).
     hinged
-        True if C has a child, whose position gives the azimuth.
+        True if C has a child, so that the azimuth is known.
     segment
-        The chain's segment, '' if a further piece of the bone follows.
+        The segment of the chain, or '' if another piece of the same bone follows.
     noise
         σ of a burst of noise in any joint of the person's chains, shape (frames,).
     """
@@ -67,7 +67,7 @@ class Witnesses:
 
     @classmethod
     def of(cls, motion: Motion, chain: Chain, noise: Array | None = None) -> Witnesses:
-        """Return the signals of a chain of a motion. `noise` is 0 by default."""
+        """Return the signals of a chain of a motion. If `noise` is None, there is no noise."""
         noise = np.zeros(motion.frames) if noise is None else noise
         q_parent, q_child = (motion.rotations[:, j] for j in (chain.parent, chain.child))
         hinged = chain.grandchild >= 0
@@ -96,7 +96,7 @@ class Witnesses:
 
     @cached_property
     def _sides(self) -> tuple[Array, Array]:
-        """The bend and the azimuth of C's bone."""
+        """The bend and the azimuth of C's bone, each (frames,)."""
         axis = np.broadcast_to(self.axis, (self.frames, 3))
         first = self.azimuth_zero - (axis @ self.azimuth_zero)[:, None] * axis
         first /= np.linalg.norm(first, axis=1, keepdims=True)
@@ -108,19 +108,21 @@ class Witnesses:
 
     @property
     def azimuth_zero(self) -> Array:
-        """The direction across P's bone in which the azimuth is 0 in the first frame, (3,)."""
+        """The direction perpendicular to P's bone in which the azimuth is 0 in the first frame,
+        (3,).
+        """
         axis = np.atleast_2d(self.axis)[0]
         across: Array = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         return across / np.linalg.norm(across)
 
     @property
     def bend(self) -> Array:
-        """The angle between P's bone and C's, 0 for a straight limb, (frames,)."""
+        """The angle between P's bone and C's bone, 0 for a straight limb, (frames,)."""
         return self._sides[0]
 
     @property
     def azimuth(self) -> Array:
-        """θc [Choi26 Eq. 6-7]: the side to which C's bone leaves P's, (−180, 180], (frames,)."""
+        """θc [Choi26 Eq. 6-7], the direction of C's bone about P's bone, (−180, 180], (frames,)."""
         return self._sides[1]
 
     @cached_property
@@ -138,36 +140,38 @@ class Witnesses:
 
     @cached_property
     def roll_turns(self) -> Array:
-        """The turns of C about its own bone since the previous frame, (frames,), if P's axis is
-        constant.
+        """The turns of C about its own bone since the previous frame, (frames,).
 
-        y is the turn of the azimuth plus the roll times the cosine of the bend.
+        P's axis must be constant. y is the turn of the azimuth plus the roll times the cosine of
+        the bend.
         """
         rolled = multiply(conjugate(self.unrolled), self.q_child)
         return np.degrees(twist_increments(self.q_parent, rolled, self.axis)[1])
 
     @cached_property
     def sine(self) -> Array:
-        """The sine of the bend, 0…1, which measures how well the azimuth is defined, (frames,)."""
+        """The sine of the bend, 0…1, (frames,). The larger it is, the better the azimuth is
+        defined.
+        """
         return np.sin(np.radians(self.bend))
 
     @cached_property
     def both_frames(self) -> Array:
-        """The smaller sine of each frame and the previous one, (frames,), 0 for the first frame."""
+        """The smaller sine of the bend in each frame and the previous one, (frames,), first 0."""
         return np.concatenate([[0.0], np.minimum(self.sine[1:], self.sine[:-1])])
 
     def together(self, low: int, high: int) -> Array:
-        """Return the turns of P and C together in frames [low, high), as rotation vectors, (n, 3).
+        """Return the common turns of P and C in frames [low, high), as rotation vectors, (n, 3).
 
-        The first turn is 0. No twist error changes these turns.
+        The first turn is 0. A twist error does not change these turns.
         """
         return turns_of(multiply(self.q_parent[low:high], self.q_child[low:high]))
 
     def beyond_pace(self, name: str, width: int) -> Array:
-        """Return how far a signal turns in [t, t + width) beyond its pace nearby, (frames,).
+        """Return the turn of a signal in frames [t, t + width) minus its pace nearby, (frames,).
 
         `name` is one of x, y, azimuth_turns and roll_turns. The pace is measured in two frames on
-        either side; the value is NaN if there are fewer.
+        either side. The value is NaN if there are fewer.
         """
         if (name, width) not in self._series:
             turns: Array = getattr(self, name)
@@ -181,7 +185,9 @@ class Witnesses:
         return self._series[name, width]
 
     def bent(self, width: int) -> Mask:
-        """Return a mask, (frames,): the limb is bent before and after frames [t, t + width)."""
+        """Return a mask, (frames,): True if the limb is bent before and after frames [t, t +
+        width).
+        """
         t = np.arange(self.frames)
         before = self.sine[np.maximum(t - 1, 0)]
         after = self.sine[np.minimum(t + width - 1, self.frames - 1)]
@@ -189,9 +195,9 @@ class Witnesses:
 
 
 def keep_few(made: dict[_K, _V], frames: int) -> dict[_K, _V]:
-    """Remove the oldest series until there is room for one more, and return the dictionary.
+    """Remove the oldest entries of a cache until there is room for one more, and return the cache.
 
-    `frames` is the length of a series.
+    `frames` is the length of the arrays in the cache.
     """
     while len(made) >= max(_FEWEST_KEPT, _KEPT // max(frames, 1)):
         del made[next(iter(made))]

@@ -1,1 +1,1 @@
-"""The kinds of error: one file per kind, named after its constant, with the description KIND."""
+"""The kinds of error: one file per kind, named after the constant, with a description `KIND`."""

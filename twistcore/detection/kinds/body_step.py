@@ -1,4 +1,4 @@
-"""Body steps: many joints step in the same frame. See `all_joints/`."""
+"""Body steps: many joints jump in the same frame. See `all_joints/`."""
 
 from twistcore.detection.kind import KindInfo
 

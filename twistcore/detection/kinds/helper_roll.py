@@ -1,4 +1,7 @@
-"""Helper rolls: a twist bone next to a chain turns alone about the bone. See `helper_rolls.py`."""
+"""Helper rolls: a twist bone turns about its bone while its chain does not.
+
+See `helper_rolls.py`.
+"""
 
 from twistcore.detection.kind import KindInfo
 

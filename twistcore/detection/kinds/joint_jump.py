@@ -1,4 +1,7 @@
-"""Joint jumps: a joint steps between calm frames, in any direction. See `all_joints/`."""
+"""Joint jumps: a joint makes a single step between calm frames, in any direction.
+
+See `all_joints/`.
+"""
 
 from twistcore.detection.kind import KindInfo
 

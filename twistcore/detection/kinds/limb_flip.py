@@ -1,4 +1,4 @@
-"""Limb flips: P turns about the line to the limb's end E, which does not move.
+"""Limb flips: P turns about the line from P to the limb's end E, which does not move.
 
 See `limb_flips/`.
 """

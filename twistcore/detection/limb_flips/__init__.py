@@ -1,7 +1,7 @@
 """Flips of a whole limb about the line from its first joint to its end.
 
-For example, a knee is suddenly on the other side of the leg, and some frames later it is back. The
-ankle does not move.
+For example, a knee is suddenly on the other side of the leg, and some frames later it is back on
+the right side. The ankle does not move.
 """
 
 from twistcore.detection.limb_flips.flips import LimbFlipAnalysis, LimbFlips, analyse_limbs

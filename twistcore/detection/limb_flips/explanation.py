@@ -1,10 +1,10 @@
-"""Explain a limb's jumps at the lowest cost by runs, frame ranges in which the limb is flipped.
+"""Explain the jumps of a limb at the lowest cost, by runs of frames in which the limb is flipped.
 
-Every sharp jump is the edge of a run, or lies inside a run that follows it, or stays unexplained at
-a cost. The cost of a run grows with its length and with the angle that its edges leave open. The
-cost falls with the evidence for the other side: how often the limb's middle joint is at each angle
-about the line in this clip. Costs are logarithms of odds, so a difference of costs shows how
-certain an explanation is.
+Every sharp jump is either the edge of a run, or lies inside a run that follows it, or stays
+unexplained at a cost. The cost of a run grows with its length and with the angle that remains after
+its edges. The cost falls with the evidence for the other side: how often the middle joint of the
+limb is at each angle about the line in this clip. Costs are logarithms of odds, so a difference of
+costs shows how certain an explanation is.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
 RUN = 1.0  # cost of any flip
-FOLLOWED = 2.5  # cost of a jump inside a run, which is more expensive than another run
+FOLLOWED = 2.5  # cost of a jump inside a run; another run is cheaper
 SECOND = 4.0  # cost of each second of a run
 CLOSING = 1.0 / math.radians(80.0)  # cost of each radian that the edges of a run leave open
-NEVER_CLOSED = math.radians(110.0)  # no run
-# paid once if more is left open than rounding and motion explain
+NEVER_CLOSED = math.radians(110.0)  # a run must not leave more open
+# cost of a run that leaves more open than rounding and motion explain
 UNCLOSED, CLOSED = 0.6, math.radians(15.0)
 SOFT = 0.8  # cost of an edge that takes several frames
-LEFT = 6.0  # cost of a sharp jump of at least FULL_TURN that is left
+LEFT = 6.0  # cost of a sharp jump of at least FULL_TURN that stays unexplained
 FULL_TURN = math.radians(120.0)
-# times the limb's own scale: smaller jumps may stay for free, larger ones at the full cost
+# times the limb's scale: smaller jumps may stay unexplained for free, larger ones at full cost
 NATURAL, UNNATURAL = 4.0, 8.0
-STEP, UNSTILL = 0.06, 0.4  # of the limb's length, for a jump of its end; the cost falls by this
-LONGEST, LONGEST_SOFT = 3.0, 0.25  # seconds; with a soft edge
-MOST_SIDE = 6.0  # frames that together say no more about the side than a jump
+STEP, UNSTILL = 0.06, 0.4  # share of the limb's length; least factor on the cost if its end moves
+LONGEST, LONGEST_SOFT = 3.0, 0.25  # seconds; the second value is for a run with a soft edge
+MOST_SIDE = 6.0  # maximum evidence of all frames together about the side
 MOST_FOLLOWED = 4
-OBSERVATION = 0.08  # seconds within which frames say no more than one frame
-FULL_HEIGHT = 0.1  # share of the limb's length; a middle joint nearer to the line says less
+OBSERVATION = 0.08  # seconds in which all frames together count as one observation
+FULL_HEIGHT = 0.1  # share of the limb's length; a middle joint nearer to the line has less weight
 ROUNDS = 3  # find runs, estimate the usual side without them, find runs again
 _BINS, _BLUR = 72, 25.0  # bins of the density about the line, and its smoothing in degrees
 _ANYWHERE = 0.1  # share of a density that is uniform
@@ -45,18 +45,20 @@ _ANYWHERE = 0.1  # share of a density that is uniform
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Frames from `start` on in which a limb is flipped by `offset`, in radians, (frames,).
+    """Successive frames from `start` on in which a limb is flipped.
+
+    `offset` is the angle of the flip in each frame, in radians, (frames,).
 
     Attributes
     ----------
     first, last
-        The jumps at its edges.
+        The jumps at the edges of the run.
     followed
-        The jumps inside it.
+        The jumps inside the run, which the offset follows.
     residual
-        The angle that these jumps leave open, radians.
+        The sum of all these jumps, wrapped, radians. It is 0 if the run closes exactly.
     side
-        The evidence that the limb belongs on the other side.
+        The evidence that the limb belongs on the other side, as a logarithm of odds.
     odds
         The additional cost of the cheapest explanation without this run.
     """
@@ -81,9 +83,10 @@ Density = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class _Arc:
-    """A step of an explanation from node `source` to node `target`, numbers of explained jumps.
+    """A step of an explanation from node `source` to node `target`.
 
-    `run` is the run between the two, or None if the step leaves a jump unexplained.
+    Nodes are numbers of explained jumps. `run` is the run between the two nodes, or None if the
+    step leaves a jump unexplained.
     """
 
     source: int
@@ -100,9 +103,9 @@ def explain(
     Parameters
     ----------
     jumps
-        Sorted by start.
+        All jumps, sorted by start.
     angle, height
-        The swivel's angle and height, shape (frames,).
+        `angle` and `height` of the limb's :class:`Swivel`, shape (frames,).
     capture
         Mask of the frames from which the clip's usual side is estimated, shape (frames,).
     """
@@ -117,16 +120,16 @@ def explain(
 
 @dataclass(frozen=True, eq=False)
 class Left:
-    """The costs of a jump that stays unexplained, and of the best run with the jump as an edge.
+    """The costs of a jump without an explanation and of the best run that has the jump as an edge.
 
     Attributes
     ----------
     cost
-        The cost of leaving the jump.
+        The cost of leaving the jump unexplained.
     price
-        The cost of that run.
+        The cost of that run, the best one with the jump as an edge.
     spared
-        The cost of leaving all jumps of that run.
+        The cost of leaving all jumps of that run unexplained.
     """
 
     cost: float
@@ -146,7 +149,7 @@ def left(
 ) -> Left:
     """Return why :func:`explain` left a jump unexplained when it returned `runs`.
 
-    The other parameters are the same as in :func:`explain`.
+    The other parameters have the same meaning as in :func:`explain`.
     """
     best = Left(_price_left(jump))
     for arc in _ways(jumps, angle, height, capture, fps, runs):
@@ -165,7 +168,10 @@ def _ways(
     fps: float,
     runs: Sequence[Run],
 ) -> list[_Arc]:
-    """Return all steps, with the clip's usual side estimated outside the runs found so far."""
+    """Return all possible steps of an explanation.
+
+    The usual side of the limb in the clip is estimated outside the runs found so far.
+    """
     own = capture.copy()
     for run in runs:
         own[run.start : run.stop] = False
@@ -175,7 +181,9 @@ def _ways(
 
 
 def _log_density(angle: Array, weight: Array) -> Density:
-    """Return a function for the log density of the limb at an angle in radians."""
+    """Return a function that computes the log density of the limb at angles about the line, in
+    radians.
+    """
     count, _ = np.histogram(angle, _BINS, (-np.pi, np.pi), weights=weight)
     apart = 360.0 / _BINS * ((np.arange(_BINS) + _BINS // 2) % _BINS - _BINS // 2)
     blur = np.exp(-0.5 * (apart / _BLUR) ** 2)
@@ -194,7 +202,10 @@ def _log_density(angle: Array, weight: Array) -> Density:
 def _arcs(
     jumps: Sequence[Jump], angle: Array, weight: Array, log: Density, fps: float
 ) -> list[_Arc]:
-    """Return all steps, one list per target: unexplained jumps, and runs between two jumps."""
+    """Return all steps, sorted by target: unexplained jumps, and runs between two jumps.
+
+    `weight` is the weight of each frame in the evidence, and `log` is the log density.
+    """
     out = []
     as_is = log(angle) * weight
     for k, last in enumerate(jumps):
@@ -219,7 +230,7 @@ def _arcs(
 
 
 def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -> bool:
-    """True if a run can extend between two jumps and follow the jumps inside it."""
+    """Return True if a run can extend between two jumps and follow the jumps inside it."""
     between = last.start - first.stop
     if not (first.leads or last.leads) or between < 0:
         return False
@@ -281,7 +292,7 @@ def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
 
 
 def _alike(one: Run | None, other: Run) -> bool:
-    """True if two runs share most of their frames and so describe the same error."""
+    """Return True if two runs share most of their frames, so that they describe the same error."""
     if one is None:
         return False
     shared = min(one.stop, other.stop) - max(one.start, other.start)

@@ -1,4 +1,4 @@
-"""Find limb flips from the swivel of every limb, its jumps, and their explanation."""
+"""Find limb flips: compute the swivel of every limb, find its jumps, and explain them."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 TAU = float(np.radians(55.0))  # natural departures in 40 CMU clips at 120 Hz reach 51°
-SURE = 1.5  # odds from which a flip is corrected automatically
-_BESIDE = 3  # frames on either side of a flip in which C's path is compared
-# if more than this share of at least this many limbs jump, the whole pose jumps
+SURE = 1.5  # log odds from which a flip is corrected automatically
+_BESIDE = 3  # frames on either side of a flip that belong to the path of C
+# With at least SEVERAL limbs, the whole pose jumps if a larger share than TOGETHER of them jumps.
 SEVERAL, TOGETHER = 3, 0.5
 
 
@@ -53,9 +53,10 @@ class LimbFlips:
     Attributes
     ----------
     departures
-        The limb's turns minus the median of nearby frames, radians.
+        The turns of the limb about its line minus the median of nearby frames, radians, shape
+        (frames,).
     capture
-        Mask of the frames that are neither a border nor at a cut.
+        Mask of the frames that are neither at a border nor at a cut.
     noisy
         Mask of the frames with a burst of noise in any limb of the person.
     soft
@@ -82,8 +83,9 @@ class LimbFlips:
         return scale(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
-        """Return E's movement beyond the median nearby, as a fraction of the limb's length,
-        (n,).
+        """Return the movement of E at frames, minus the median nearby, (n,).
+
+        The unit is the limb's length, and the smallest value is 0.
         """
         step = self.swivel.step
         return np.maximum(step[frames] - around(step, frames), 0.0)
@@ -108,8 +110,9 @@ class LimbFlips:
         return self._solved[passing]
 
     def doubts(self, run: Run) -> list[str]:
-        """Return the doubts about a correction as clauses, such as noise nearby or a worse path of
-        C.
+        """Return the doubts about the correction of a run, as clauses.
+
+        Doubts are noise nearby, or a path of the middle joint C that would get longer or rougher.
         """
         found = []
         if self.noisy[max(run.start - 1, 0) : run.stop + 1].any():
@@ -122,15 +125,15 @@ class LimbFlips:
         return found
 
     def departures_without(self, offset: Array) -> Array:
-        """Return the departures of the limb's turns without an offset, in radians, (frames,)."""
+        """Return the departures after an offset is removed from the limb, in radians, (frames,)."""
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
         return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
 
     def end_carried(self, start: int, offset: Array) -> bool:
-        """True if E rotated with the limb in a flip.
+        """Return True if E rotated with the limb in a flip.
 
-        In this case, the jumps at the flip's edges shrink when E is turned back. `start` is the
-        flip's first frame, and `offset` holds its angles in radians.
+        In this case, the jumps at the edges of the flip get smaller when E is turned back. `start`
+        is the first frame of the flip, and `offset` contains its angles in radians.
         """
         along, kept = (_end_turns(self.swivel, start, offset, along=a) for a in (True, False))
         return along < kept
@@ -151,10 +154,10 @@ class LimbFlips:
 
 
 def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
-    """Measure C's path during a flip and around it, as captured and without the flip.
+    """Measure the path of C during a flip and near it, as captured and without the flip.
 
-    Each result has two values, the path's length and the total length of its second differences, as
-    fractions of the limb's length.
+    Each of the two results consists of the length of the path and the total length of its second
+    differences, as fractions of the limb's length.
     """
     stop = start + len(offset)
     low = max(start - _BESIDE, 0)
@@ -170,7 +173,7 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
 
 
 def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
-    """Return how far E still turns at the edges of a flip after the flip is removed, in radians.
+    """Return the total turn of E at the edges of a flip after the flip is removed, in radians.
 
     `along` is True if E rotated with the limb and is turned back with it.
     """
@@ -219,17 +222,17 @@ def _edge(jump: Jump) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class LimbFlipAnalysis:
-    """The analysis of all limbs before a threshold is chosen, with the methods of `Analysis`."""
+    """The analysis of all limbs before a threshold is chosen. It implements `Analysis`."""
 
     limbs: Mapping[str, LimbFlips]
 
     def automatic_tau(self, limb: str) -> float:
-        """Return the automatic τ in radians, which a turn's departure in one frame must reach."""
+        """Return the automatic τ in radians, which is the same for all limbs."""
         del limb
         return TAU
 
     def strength(self, limb: str) -> Array:
-        """Return the size of the limb's departures, in radians ≥ 0, (frames,)."""
+        """Return the absolute departures of a limb, in radians ≥ 0, (frames,)."""
         return np.abs(self.limbs[limb].departures)
 
     def intervals(self, limb: str, tau: float) -> tuple[Interval, ...]:
@@ -240,7 +243,7 @@ class LimbFlipAnalysis:
 def analyse_limbs(
     motion: Motion, limbs: Sequence[Limb], tell: Tell | None = None
 ) -> LimbFlipAnalysis:
-    """Analyse limbs up to the part that depends on τ. `tell` is called with the progress."""
+    """Analyse limbs up to the point where τ is needed. `tell` is called with the progress."""
     tell = tell or nobody
     border = find_cuts(motion)
     swivels = []

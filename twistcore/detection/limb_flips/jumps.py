@@ -1,4 +1,4 @@
-"""Jumps of a limb about its line: sharp in a single frame, or soft over several frames."""
+"""Jumps of a limb about its line: sharp jumps in one frame, or soft jumps over several frames."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-NEAR = 4  # frames on either side, whose median is the limb's own motion
-_SCALE_SECONDS = 0.2  # on either side, to measure the limb's unsteadiness
+NEAR = 4  # frames on either side, whose median is the natural motion of the limb
+_SCALE_SECONDS = 0.2  # on either side, in which the natural size of departures is measured
 _LEAST_SCALE = float(np.radians(1.0))
 _SOFT_SECONDS = 0.15  # maximum duration of a soft jump
 _SOFT_TURN = np.radians([75.0, 190.0])
-_SOFT_PACES = np.radians([1200.0, 600.0, 300.0])  # positions per second, with a run at each
+_SOFT_PACES = np.radians([1200.0, 600.0, 300.0])  # per second; each is tried as a minimum
 _UNREST, _STRAIGHT = 0.006, 0.04  # distance from the line, as a share of the limb's length
 _WEAK, _WEAK_SCALES = np.radians(25.0), 4.0
 SHARP = float(np.radians(40.0))  # a larger turn in a frame is not part of a soft jump
@@ -30,17 +30,17 @@ class Jump:
     Attributes
     ----------
     turns
-        In radians per frame.
+        The turn of the limb in each frame of the jump, radians.
     scale
-        The natural size of the limb's own departures there, radians.
+        The natural size of the limb's departures near the jump, radians.
     step
-        The movement of the limb's end in the jump, beyond its motion nearby, as a fraction of the
-        limb's length.
+        The movement of the limb's end in the jump minus its usual movement nearby, as a fraction of
+        the limb's length.
     sharp
         True for a jump in one frame, False for a jump over several frames.
     leads
-        True if the jump exceeds τ and needs an explanation, False if it can only be the other edge
-        of a run.
+        True if the jump exceeds τ and needs an explanation. False if it can only be one edge of a
+        run whose other edge exceeds τ.
     """
 
     start: int
@@ -60,13 +60,13 @@ class Jump:
 def departure(turns: Array) -> Array:
     """Return a limb's turns minus the median of nearby frames, in radians, (frames,).
 
-    The median excludes the frame itself, and frame 0, which has no turn.
+    The median excludes the frame itself and frame 0, which has no turn.
     """
     return wrap(turns - around(turns))
 
 
 def around(values: Array, frames: Index | slice = slice(None)) -> Array:
-    """Return the median of the values near each frame, without the frame itself and frame 0."""
+    """Return the median of the values near each frame, excluding the frame itself and frame 0."""
     padded = np.full(len(values) + 2 * NEAR, np.nan)
     padded[NEAR:-NEAR] = values
     padded[: NEAR + 1] = np.nan
@@ -76,7 +76,7 @@ def around(values: Array, frames: Index | slice = slice(None)) -> Array:
 
 
 def _median(windows: Array) -> Array:
-    """Return the median of each row without NaN, or 0 for a row of only NaN."""
+    """Return the median of each row, ignoring NaN, or 0 for a row that contains only NaN."""
     ordered = np.sort(windows, axis=1)  # NaN last
     count = np.isfinite(ordered).sum(axis=1)
     rows, middle = np.arange(len(ordered)), np.maximum(count - 1, 0)
@@ -85,7 +85,7 @@ def _median(windows: Array) -> Array:
 
 
 def scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
-    """Return the natural departure of a limb from its median near each of the given frames.
+    """Return the natural size of a limb's departures near each of the given frames, in radians.
 
     `height` is the distance of the middle joint from the line between the limb's ends, as a
     fraction of the limb's length. The smaller it is, the more the same jitter turns the limb about
@@ -105,10 +105,10 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return the jumps in one frame: departures of at least τ radians and unusual smaller ones.
+    """Return the jumps in one frame, which are departures of at least τ radians.
 
-    `scale_at` and `steps_at` return the scale of the limb and the movement of its end at the given
-    frames.
+    Smaller departures that are unusual in the limb are returned as well. `scale_at` and `steps_at`
+    are functions that return the scale of the limb and the movement of its end at given frames.
     """
     size = np.abs(departures)
     at = np.flatnonzero(size >= min(tau, _WEAK))
@@ -122,7 +122,10 @@ def sharp_jumps(
 
 
 def soft_jumps(turns: Array, sharp: Mask, fps: float) -> list[Jump]:
-    """Return runs of fast turns in one direction, none of them sharp, that together make a flip."""
+    """Return runs of fast turns in one direction that together amount to a flip.
+
+    `sharp` is the mask of the frames with sharp turns, which cannot be part of such a run.
+    """
     found = set()
     for pace in _SOFT_PACES / fps:
         moving = (np.abs(turns) > pace) & ~sharp

@@ -17,7 +17,7 @@ BENT = 0.03  # share of the limb's length; a middle joint nearer to the line has
 _FOLDED = 0.02  # share of the limb's length; an end nearer to the first joint defines no line
 _REFINED = 5  # rounds
 _ALIKE = np.radians(40.0)
-_LARGE = np.radians(90.0)  # a turn that may take two frames
+_LARGE = np.radians(90.0)  # larger turns may take two frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +32,10 @@ class Swivel:
     angle
         The angle φ of C about the line, shape (frames,), measured from `side`.
     side
-        The usual direction of C in the clip, fixed in the frame of P's parent, shape (3,).
+        The usual direction of C from the line, in the coordinate system of P's parent, shape (3,).
     jump
-        The turn of the limb about its line since the previous frame, even if the limb is straight,
-        shape (frames,).
+        The turn of the limb about its line since the previous frame, shape (frames,). It is defined
+        even if the limb is straight.
     height
         The distance of C from the line, shape (frames,).
     step
@@ -65,7 +65,10 @@ class Swivel:
 
 
 def swivel_of(motion: Motion, limb: Limb) -> Swivel:
-    """Return the swivel of a limb; angle and jump are 0 in frames with an undefined line."""
+    """Return the swivel of a limb.
+
+    `angle` and `jump` are 0 in frames in which the line is undefined.
+    """
     to_child, to_end = places(motion, limb)
     length = float(
         np.linalg.norm(to_child, axis=1).mean() + np.linalg.norm(to_end - to_child, axis=1).mean()
@@ -94,7 +97,10 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
 
 
 def _global_rotation(motion: Motion, joint: int) -> Array:
-    """Return the global rotation of a joint, (frames, 4), or the identity for the root's parent."""
+    """Return the global rotation of a joint, (frames, 4).
+
+    The result is the identity for the root's parent, −1.
+    """
     out = np.zeros((motion.frames, 4))
     out[:, 0] = 1.0
     while joint >= 0:
@@ -104,17 +110,18 @@ def _global_rotation(motion: Motion, joint: int) -> Array:
 
 
 def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) -> Array:
-    """Return the turn per frame on which P's rotation, the bone before E, and C's position agree.
+    """Return the turn of a limb about its line per frame, (frames,).
 
-    A twist that a child turns back changes one of the rotations and moves no joint; bones that spin
-    move no joint either. In a straight limb C's position does not show the turn, so only the two
-    rotations are compared. If they disagree, the smallest turn is returned, unless they agree over
-    two frames, in which first the rotations and then the position turn, or vice versa.
+    The turn is the angle on which P's rotation, the rotation of the bone before E, and C's position
+    agree. A twist that a child turns back changes one of the rotations and moves no joint. Bones
+    that spin move no joint either. In a straight limb, C's position does not show the turn, so only
+    the two rotations are compared. If they disagree, the smallest turn is returned, unless they
+    agree over two frames, in which first the rotations and then the position turn, or vice versa.
     """
     out = np.zeros(len(line))
     limb = upper, lower, line, aside, height
     out[1:], alike = _agreed([part[:-1] for part in limb], [part[1:] for part in limb])
-    # From frame k to k + 2, by out[k + 1] and out[k + 2].
+    # The turn from frame k to k + 2 is the sum of out[k + 1] and out[k + 2].
     unlike = np.flatnonzero(~(alike[:-1] & alike[1:]))
     over_two, alike_two = _agreed([p[unlike] for p in limb], [p[unlike + 2] for p in limb])
     for i in np.flatnonzero(alike_two & (np.abs(over_two) > _LARGE)):
@@ -125,7 +132,8 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 
 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
-    """Return the turn of a limb between frames, (n,), and a mask of where the measures agree.
+    """Return the turn of a limb between frames, (n,), and a mask that is True where the measures
+    agree.
 
     `before` and `after` each consist of P's rotation and the rotation of the bone before E, both
     (n, 4), the line and C's offset from it, both (n, 3), and the height of C, (n,).
@@ -154,7 +162,7 @@ def _least_turn(a: Array, b: Array) -> Array:
 
 
 def _roll(before: Array, after: Array, way: Array, line: Array) -> Array:
-    """Return the turn of a rotation about the line, without the line's own rotation, (n,).
+    """Return the turn between two rotations about the line, without the line's own rotation, (n,).
 
     `before` and `after` are the two rotations. `way` is the shortest rotation of the line.
     """

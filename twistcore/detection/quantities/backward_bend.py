@@ -14,7 +14,7 @@ from twistcore.detection.quantity import Quantity
 
 
 def flexion_of_hinge(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the flexion, negative where the joint bends backward, with the hinge's limit."""
+    """Return the flexion, negative for a backward bend, with the limit of the hinge."""
     joint = search.joint_of(interval)
     chain = next((c for c in search.chains if c.child == joint and c.ends), None)
     if chain is None:

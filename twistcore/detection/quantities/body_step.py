@@ -1,4 +1,4 @@
-"""The curve of a body step: how far the joints that step turn from frame to frame."""
+"""The curve of a body step: how far the joints that jump turn from frame to frame."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twistcore.skeleton.people import find_people
 
 
 def turn_of_body(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the median turn of the stepping joints, with how far they may turn into a frame."""
+    """Return the median turn of the joints that jump, with the largest natural turn as limit."""
     motion, kept = search.motion, without_held(search.motion)
     if kept is None and (keys := linear_keys(motion)) is not None:
         kept = keys.alone(motion)

@@ -1,4 +1,4 @@
-"""The curve of a jump in position: how far the position is off its path in each frame."""
+"""The curve of a jump in position: how far the position is from its path in each frame."""
 
 from __future__ import annotations
 
@@ -9,7 +9,10 @@ from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
 
 
 def way_off_path(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the shift in per cent of the skeleton's height, with the least jump."""
+    """Return the distance of the position from its path, with the smallest jump as limit.
+
+    The values are in per cent of the skeleton's height.
+    """
     own = OwnFrames.of(search.motion)
     start, stop = own.span(interval)
     found = place_curve(own.motion, search.joint_of(interval), start)

@@ -1,4 +1,4 @@
-"""The curve of a spike: how far the joint is off the path between the frames around it."""
+"""The curve of a spike: the angle between the joint and the path that nearby frames define."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
 
 
 def angle_off_path(search: KindSearch, interval: Interval) -> Quantity:
-    """Return the angle between the joint and the slerp of its neighbours, with the least spike."""
+    """Return the angle between the joint and its path, with the smallest spike as limit.
+
+    The path is the slerp between neighbouring frames.
+    """
     own, joint = OwnFrames.of(search.motion), search.joint_of(interval)
     limits = limits_of(own.motion, search.chains)
     off, least = path_curve(own.motion.rotations, joint, *own.span(interval), limits)

@@ -1,4 +1,4 @@
-"""The curve of a stretch: the joint's roll about its own bone, from its usual roll."""
+"""The curve of a stretch: the roll of the joint about its own bone, relative to the usual roll."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from twistcore.skeleton.rotation import wrap
 
 
 def roll_from_usual(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the roll, with the difference from the usual roll that makes a stretch as the limit.
+    """Return the difference from the usual roll, with the smallest difference in a stretch as
+    limit.
 
-    If no roll is usual, the roll is compared with the frames outside the interval.
+    If the joint has no usual roll, the mean roll outside the interval is used instead.
     """
     own, joint = OwnFrames.of(search.corrected_motion()), search.joint_of(interval)
     roll = defined_roll(own.motion, joint)
@@ -28,7 +29,7 @@ def roll_from_usual(search: KindSearch, interval: Interval) -> Quantity | None:
     usual = usual_roll(own.motion, search.chains, joint)
     if usual is None:
         usual = float(np.angle(np.exp(1j * outside).sum()))
-    middle = 0.5 * interval.residual  # of the range, so that neither level is near its ends
+    middle = 0.5 * interval.residual  # of the angle range, so that no level is near its ends
     degrees = np.degrees(middle + wrap(roll - usual - middle))
     return Quantity(
         f"Roll of {interval.joint} from its usual roll",

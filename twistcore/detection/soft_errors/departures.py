@@ -1,9 +1,9 @@
 """Measure how far a level departs from its natural course, over spans of every length.
 
-A level U is the running sum of increments. Over the span [a, a + L], its natural course is a
+A level U is the running sum of increments. Its natural course over the span [a, a + L] is called a
 bridge, which is the cubic with the same values and slopes at both ends. The departure of U from the
 bridge is measured at a quarter, a half and three quarters of the span. A twist error δ that begins
-and ends within a span causes a departure of δ there, however gradually it begins. Natural motion
+and ends within a span causes a departure of about δ, however gradually it begins. Natural motion
 departs little, and less over shorter spans.
 """
 
@@ -38,7 +38,7 @@ class Span:
 
     @property
     def support(self) -> int:
-        """The number of frames that one departure uses."""
+        """The number of frames that are needed to compute one departure."""
         return self.length + 2 * self.reach + 1
 
     def count(self, frames: int) -> int:
@@ -48,7 +48,7 @@ class Span:
     def departures(self, level: Array) -> Array:
         """Return the departures from the bridge, radians, (…, frames) → (probes, …, positions).
 
-        The departure at position j uses the frames from j·step on.
+        The departure at position j is computed from the frames from j·step on.
         """
         many = self.count(level.shape[-1])
         last = self.step * (many - 1) + 1
@@ -68,16 +68,17 @@ class Span:
         return out
 
     def noise(self) -> Array:
-        """Return the standard deviation of departures for white noise with σ = 1, (probes,)."""
+        """Return the standard deviation of the departures of white noise with σ = 1, (probes,)."""
         _, weights = self.nodes(0, 0)
         noise: Array = np.sqrt(1.0 + (weights**2).sum(axis=0))
         return noise
 
     def nodes(self, first: int, many: int) -> tuple[Index, Array]:
-        """Return the frames used by `many` departures from position `first` on, and their weights.
+        """Return the frames from which `many` departures from position `first` on are computed.
 
-        The frames, (5, probes, positions), are the probe and the four ends of its bridge. The
-        weights, (4, probes), are those of the ends in :meth:`departures`.
+        The second result contains the weights of these frames. The frames, (5, probes, positions),
+        are the probe and the four nodes of its bridge. The weights, (4, probes), are the weights of
+        the nodes in :meth:`departures`.
         """
         h, n = self.reach, self.length
         inside = [round(probe * n) for probe in PROBES]
@@ -88,7 +89,7 @@ class Span:
 
 
 def spans(fps: float, frames: int) -> tuple[Span, ...]:
-    """Return all spans that fit into the clip at least twice."""
+    """Return all spans that fit into a clip at least twice. `frames` is the length of the clip."""
     reach = max(1, round(SLOPE_SECONDS * fps))
     lengths = sorted({max(SHORTEST, round(seconds * fps)) for seconds in SPANS})
     found = (Span(n, max(1, n // GRID), reach) for n in lengths)
@@ -97,11 +98,11 @@ def spans(fps: float, frames: int) -> tuple[Span, ...]:
 
 @cache
 def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, float, float]:
-    """Return the weights of a cubic at the fraction `at` (0…1) of a span.
+    """Return the weights of four levels for the value of a bridge at the fraction `at` of a span.
 
-    The weights are for the levels at four frames: `reach` frames before the span's first frame, the
-    first frame, the last frame, and `reach` frames after the last. The cubic keeps both values and
-    both slopes (Hermite).
+    The levels are at four frames: `reach` frames before the span's first frame, the first frame,
+    the last frame, and `reach` frames after the last. The cubic has the given values and slopes at
+    both ends (Hermite).
     """
     rise = at * at * (3.0 - 2.0 * at)
     slope_in = at * (1.0 - at) ** 2 * (length / reach)
@@ -110,10 +111,11 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
 
 
 def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
-    """Return the natural course of levels (…, frames) over [start, stop), from nearby frames.
+    """Return the natural course of levels (…, frames) over [start, stop), given the frames around
+    it.
 
-    At least one frame outside is needed at both ends. If there are fewer than `reach` frames, the
-    slope is measured over the frames that exist.
+    At least one frame is needed on either side. If there are fewer than `reach` frames, the slope
+    is measured over the frames that exist.
     """
     first, last = start - 1, stop
     before, behind = min(reach, first), min(reach, level.shape[-1] - 1 - last)
@@ -130,9 +132,9 @@ def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
 
 @lru_cache(maxsize=1024)
 def _cubic(length: int) -> tuple[Array, Array, Array, Array]:
-    """Return the weights of a cubic's end values and end slopes in the inner frames of a span.
+    """Return the weights of a cubic's end values and end slopes for the inner frames of a span.
 
-    The result is four arrays of shape (length − 1,).
+    The result consists of four arrays of shape (length − 1,).
     """
     t = np.arange(1, length) / length
     rise = t * t * (3.0 - 2.0 * t)

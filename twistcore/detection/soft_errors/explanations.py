@@ -20,25 +20,25 @@ from twistcore.detection.soft_errors.surprise import SMALLEST, Surprise
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-# nats that an interval must gain, in its chain and in its limb; clean motion gains up to 30
+# minimum gain of an interval in nats, in its chain and in its limb; clean motion gains up to 30
 PRIOR = 45.0
 LEVEL_PRICE = 8.0  # price of the four numbers of a softened level
-COVERED = 4.0  # nats for the average cost of a departure, paid if the departure stays
-CLOSE = 3.0  # σ beyond which a residual adds little
-FREE_AT = 10.0  # σ from which an offset keeps its course
-LEAST = float(np.radians(2.0))  # smallest error that only natural motion reveals
+COVERED = 4.0  # cost of the frames of an offset, in nats for each of their departures
+CLOSE = 3.0  # σ above which a residual adds little
+FREE_AT = 10.0  # σ from which a free offset is exact enough to be used as it is
+LEAST = float(np.radians(2.0))  # smallest error that is found without a silent joint
 HOLE = 3  # frames below the threshold within an interval
 WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # windows around a span, as multiples of the span's length
 SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
-MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which both ends are varied
-# The likeliest levels around a seed are fitted. They are chosen by the seed's span, their lengths
-# and positions, then by their length and their onsets. Only spans of nearly this length or more are
-# used: short spans reveal nothing about a level whose ends are off by a frame.
+MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which the ends are moved
+# The likeliest levels near a seed are fitted. They are chosen from these lengths, positions and
+# onsets, relative to the span of the seed. Only spans of at least nearly that length are used,
+# because short spans reveal nothing about a level if its ends are off by a frame.
 LENGTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
 PLACES = (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45)
 ONSETS = (0.2, 0.6)
 AS_LONG, WIDENED = 0.6, (1.0, 3.0)
-WIDEST, FARTHEST = 3, 96  # times a seed's span, and frames, within which levels are searched for
+WIDEST, FARTHEST = 3, 96  # range of the search for levels: times a seed's span, and in frames
 
 # The cost of an explanation, measured in processor time: the number of its departures plus this
 # number, times this factor for levels instead of free offsets.
@@ -48,14 +48,14 @@ Frames: TypeAlias = tuple[int, int]  # [start, stop)
 
 
 class Tried(NamedTuple):
-    """An offset that was evaluated, over the frames of a stretch.
+    """An offset over a stretch of frames, with its evaluation.
 
     Attributes
     ----------
     left
         The remaining surprise plus the cost of the offset, in nats.
     offset
-        In radians, shape (frames,).
+        The offset in each frame, radians, shape (frames,).
     sigma
         The standard deviation of the offset, radians.
     """
@@ -70,18 +70,18 @@ NONE = Tried(np.inf, np.zeros(0), 0.0)
 
 @dataclass(frozen=True)
 class Seed:
-    """A span with a departure that is too large, from which a search begins.
+    """A span with an unnaturally large departure, from which a search begins.
 
     Attributes
     ----------
     gain
         The gain of an explanation, in nats.
     row
-        The row of its chain.
+        The row of the chain.
     at
-        The index of the span.
+        The index of the span length in `Surprise.at`.
     position
-        The position of the span.
+        The position of the span, in steps from the start of the clip.
     middle
         The middle frame of the span.
     length
@@ -123,9 +123,10 @@ class Explanations:
             self._try_free(spans)
 
     def best(self, fit_below: float) -> SoftError | None:
-        """Return the soft error with the lowest cost, or None if none gains enough.
+        """Return the soft error with the lowest cost, or None if no explanation gains enough.
 
-        An offset of fewer than `fit_below` σ is also fitted as a softened level.
+        If the largest value of an offset is less than `fit_below` σ, softened levels are fitted as
+        well.
         """
         best = self._free
         if best is None:
@@ -148,7 +149,7 @@ class Explanations:
         return max(a, 1), min(b, self._surprise.frames - 1)
 
     def _try_free(self, spans: set[Frames]) -> None:
-        """Try free offsets over several frame ranges, and keep the one with the lowest cost."""
+        """Evaluate free offsets over several frame ranges, and store the cheapest one."""
         known = self._known
         inner = {self._within(*p) for p in spans}
         self._judge({p for p in inner if p[0] < p[1]})
@@ -178,7 +179,8 @@ class Explanations:
             known[a, b] = Tried(float(left[n]) + self._price * (b - a), offsets[n], sigmas[n])
 
     def _tried_as_level(self, free: Tried, ratio: float) -> Tried:
-        """Return the cheapest softened level, or a clear free offset if that is cheaper.
+        """Return the softened level with the lowest cost, or a clear free offset if its cost is
+        lower.
 
         `ratio` is the largest value of the free offset, in σ.
         """
@@ -227,9 +229,11 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
 
 
 def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
-    """Return the levels around a seed that explain u best, and their widening of the scales.
+    """Return the softened levels near a seed that explain u best, one for each widening of the
+    scales.
 
-    `length` and `middle` describe the seed's span, in frames of the stretch.
+    Each level is returned with its widening. `length` and `middle` describe the span of the seed,
+    in frames of the stretch.
     """
     n, shift, onset = (v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS))
     start = middle + shift * np.maximum(n, length) - 0.5 * n

@@ -1,9 +1,9 @@
 """Measure in the clip itself how far natural motion departs from its bridges over every span.
 
-A twist error does not change x + y of a chain. So β(x + y), the part of x that is proportional to
-this sum, is natural, and the remainder u = x − β(x + y) contains the whole error. If P does not
-twist, β is 0 and u is x. If C does not twist, β is 1 and u is −y. In all other cases, u is the part
-of x that x + y does not explain.
+A twist error does not change the sum x + y of a chain. So β(x + y), the part of x that is
+proportional to this sum, is natural, and the remainder u = x − β(x + y) contains the whole error.
+If P does not twist, β is 0 and u is x. If C does not twist, β is 1 and u is −y. In all other cases,
+u is the part of x that x + y does not explain.
 """
 
 from __future__ import annotations
@@ -19,20 +19,23 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 NU = 4.0  # degrees of freedom of Student's t, as in robust_cost
-LOCAL_SECONDS = 0.6  # half window of the local scale, or one and a half spans
-# shares: of the local scale in σ; of the whole clip's scale where no local one exists
+LOCAL_SECONDS = 0.6  # half the window of the local scale, at least one and a half spans
+# weights: of the local scale in σ; of the scale of the whole clip in the local scale
 OWN, BORROWED = 0.7, 0.15
 FEWEST, FEWEST_SHARE = 12, 0.06  # clean positions; with fewer, the previous span's scale is used
 GROWTH = 1.7  # growth of σ with the length of a span, if it cannot be measured
 SAMPLES, STEPS = 800, 8  # samples and steps of the fit of β
-QUIET_SHARE, QUIET = 0.35, 2.2  # the quantile of |u| that errors do not affect, as a share of σ
+QUIET_SHARE, QUIET = 0.35, 2.2  # quantile of |u| that errors do not affect; ratio of σ to it
 BEYOND = 6.0  # σ from which an increment is not natural
 ROUNDED = 0.29  # σ of a level that rounding causes, as a share of the step of written angles
 CAP = 14.0  # nats; all larger departures are equally unlikely
 
 
 def cost(z: Array, cap: float = CAP) -> Array:
-    """Return the negative log-likelihood of a departure of z σ, given x + y, limited to `cap`."""
+    """Return the negative log-likelihood of a departure of z σ, limited to `cap`.
+
+    x + y is assumed to be known.
+    """
     return np.minimum(0.5 * (NU + 2.0) * np.log1p(z * z / (NU + 1.0)), cap)
 
 
@@ -54,14 +57,14 @@ class Natural:
     sigma_sum: Array
 
     def rest(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Return u and x + y for the departures of x and y, each (probes, chains, positions)."""
+        """Return u and x + y, given the departures of x and y, each (probes, chains, positions)."""
         total = x + y
         return x - self.beta[:, None] * total, total
 
     def spread(self, total: Array) -> Array:
         """Return the scale of u for given values of x + y.
 
-        It grows with their size, as in a multivariate t distribution.
+        The scale grows with the size of these values, as in a multivariate t distribution.
         """
         z = total / self.sigma_sum
         return np.asarray(self.sigma * np.sqrt((NU + z * z) / (NU + 1.0)))
@@ -75,9 +78,9 @@ def natural_scales(
     Parameters
     ----------
     x, y
-        Increments, radians, shape (chains, frames).
+        The increments, radians, shape (chains, frames).
     bad
-        Mask of the same shape.
+        Mask of the bad frames, in which nothing is measured, shape (chains, frames).
     step
         The rounding step of the angles in the file. No scale is smaller than the noise of that
         rounding.
@@ -155,7 +158,10 @@ def _scales(values: Array, clean: Mask, window: int) -> Array:
 
 
 def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array]:
-    """Return the means of `root` and `clean` within ± window positions, with fewer at the ends."""
+    """Return the means of `root` and `clean` within ± `window` positions.
+
+    At the ends, the means include fewer positions.
+    """
     n = root.shape[-1]
     low = np.maximum(np.arange(n) - window, 0)
     high = np.minimum(np.arange(n) + window + 1, n)
@@ -170,8 +176,8 @@ def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array
 def unlikely_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Mask:
     """Return a mask of the frames with conspicuous increments, (chains, frames).
 
-    These frames are excluded from measurements. `step` is the rounding step of the angles in the
-    file.
+    No natural scale should be measured in these frames. `step` is the rounding step of the angles
+    in the file.
     """
     least = max(0.5 * FLOOR, math.sqrt(2.0) * ROUNDED * step)
     everywhere = np.ones(x.shape, dtype=bool)

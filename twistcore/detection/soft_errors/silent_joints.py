@@ -1,8 +1,8 @@
 """Joints that never twist, so that any twist of them is an error.
 
-A rig may give a joint, such as an elbow, no freedom to twist. The sum of its twist increments, its
-level, is then constant wherever there is no error. Unlike the level of a joint at rest, it is
-constant even while the other joint of the chain moves.
+In a rig, a joint such as an elbow may have no freedom to twist. The level of such a joint, the sum
+of its twist increments, is then constant except during errors. Unlike the level of a joint at rest,
+it is constant even while the other joint of the chain moves.
 """
 
 from __future__ import annotations
@@ -17,36 +17,38 @@ from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 
-STILL = float(np.radians(2e-4))  # a frame, as rounded to six decimals of text
-STANDS = float(np.radians(0.1))  # by how much a constant level may vary
-LEAST_STILL = 0.08  # share of the frames in which the other joint moves
+STILL = float(np.radians(2e-4))  # per frame; larger than the rounding to six decimals in files
+STANDS = float(np.radians(0.1))  # maximum variation of a constant level
+LEAST_STILL = 0.08  # of the frames in which the other joint moves: minimum share without turn
 # Minimum share of equal parts of a clip in which the joint does not turn at all. A joint that only
 # rests for a while does so in one or two parts.
 PARTS, LEAST_PARTS = 8, 4
-# Share of all frames at the most frequent level, which other errors' effects may shift.
+# Minimum share of all frames at the most frequent level, which the effects of errors may shift.
 LEAST_STANDING = 0.03
-MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and a minimum number of frames
+MOVES, FEWEST = float(np.radians(0.05)), 20  # per frame, and a minimum number of frames
 SMALLEST = float(np.radians(1.5))  # a smaller permanent difference is ignored
 MOST = 200  # maximum number of errors in a limb
-CERTAIN = 200.0  # nats if a joint that does not twist is off its level
+CERTAIN = 200.0  # nats: the gain of an error that a silent joint shows
 SHORTEST = 8  # frames between cuts; in shorter pieces, nothing is reported
-MOSTLY = 0.75  # share of all frames at rest; all other turns are errors or filled gaps
+MOSTLY = 0.75  # share of frames at rest from which all turns are errors or filled gaps
 ANSWERED = 1.25  # share of the other joint's turns that may remain after the correction
 ALIKE = 0.05  # difference of that share within which two chains explain equally much
 CLEARLY = 0.25  # largest ratio between the unanswered shares of two chains
 LEFT = 0.3  # share of silent joints' turns that an explanation may leave
-# P turns farther than a silent C turns back if the ratio is the same at the beginning and at the
-# end, in step with C. If C turns back less than 30 %, the error is ignored.
+# P is considered to turn farther than a silent C turns back if the ratio is the same at the
+# beginning and at the end, and P turns in step with C. If C turns back less than 30 %, the ratio is
+# ignored.
 FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1
 BESIDE = 8  # minimum number of frames nearby to measure P's own motion
 
 
 def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
-    """Return the level minus its constant value, radians, (frames,), or None if it is not constant.
+    """Return the level of a joint minus its constant value, in radians, (frames,).
 
-    `increments` and `other` are the increments of the joint and of the other joint of its chain,
-    radians, shape (frames,). `cut` is the mask of the clip's cuts. The change of the level across a
-    cut is unknown, so the constant value is determined separately for each part between cuts.
+    The result is None if the level is not constant. `increments` and `other` are the twist
+    increments of the joint and of the other joint of its chain, radians, shape (frames,). `cut` is
+    the mask of the cuts of the clip. The change of the level across a cut is unknown, so the
+    constant value is determined separately for each part between cuts.
     """
     moving = np.abs(other) > MOVES
     still = np.abs(increments) < STILL
@@ -69,14 +71,15 @@ def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
 
 
 def silent_sides(surprise: Surprise) -> dict[int, int]:
-    """Return the rows of chains with a silent joint, with 1 if the joint is P and −1 if it is C.
+    """Return the rows of chains with a silent joint; the value is 1 if the joint is P and −1 if it
+    is C.
 
     If an error of a neighbouring chain would also appear at this joint, the chain is included only
-    if that neighbour has a silent joint too, because the two errors cannot be distinguished without
-    one.
+    if that neighbour has a silent joint too. If it has none, the errors of the two chains cannot be
+    distinguished.
     """
     many = surprise.limbs.count
-    if surprise.limbs.step:  # in rounded angles every joint is still from time to time
+    if surprise.limbs.step:  # with rounded angles, every joint seems to be still from time to time
         return {}
     still: dict[tuple[int, int], float] = {}
     for row in range(surprise.rows):
@@ -98,34 +101,39 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
 
 
 def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], ...]:
-    """Return (side, silent joint, other joint) with the increments, for both sides of a chain."""
+    """Return (side, own increments, increments of the other joint) for both joints of a chain.
+
+    `side` is 1 for P and −1 for C.
+    """
     x, y = surprise.x[row], surprise.y[row]
     return (1, x, y), (-1, y, x)
 
 
 def _answered(own: Array, other: Array) -> bool:
-    """True if the other joint turns back the few turns of a joint that is silent elsewhere.
+    """Return True if the other joint turns back the few turns of a joint that is silent elsewhere.
 
-    A joint that was held over gaps is also silent there, but the other joint does not turn back its
-    remaining turns.
+    A joint that was held over gaps in the capture is silent in these gaps as well, but the other
+    joint does not turn back the remaining turns of such a joint.
     """
     turns = np.abs(own) >= STILL
     return bool(np.abs(own + other)[turns].sum() <= ANSWERED * np.abs(other)[turns].sum())
 
 
 def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
-    """Return P's twist error that a silent joint of the chain shows, radians, (frames,)."""
+    """Return the twist error of P that a silent joint of the chain shows, radians, (frames,), or
+    None.
+    """
     x, y = surprise.x[row], surprise.y[row]
     level = standing_level(x, y, surprise.cut) if side > 0 else standing_level(y, x, surprise.cut)
     return None if level is None else side * level
 
 
 def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
-    """Return the errors that silent joints of a limb show, found and removed one at a time.
+    """Return the errors that the silent joints of a limb show, found and removed one at a time.
 
-    `sides` are the rows with a silent joint, as from :func:`silent_sides`. If several silent joints
-    twist in the same frames, one error may cause all their turns. In this case, the error whose
-    removal leaves the smallest turns is returned.
+    `sides` is the result of :func:`silent_sides`, for the rows of the limb. If several silent
+    joints twist in the same frames, one error may cause all these turns. In this case, the error is
+    returned whose removal leaves the smallest turns.
     """
     found: list[SoftError] = []
     done: Mask = np.zeros((surprise.rows, surprise.frames), dtype=bool)
@@ -154,9 +162,10 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
 
 
 def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
-    """Return the ratio of P's turn to a silent C's opposite turn in [start, stop), or 1 if unclear.
+    """Return the ratio of P's turn to the opposite turn of a silent C in [start, stop).
 
-    P's natural motion is estimated with a cubic through nearby frames.
+    The result is 1 if the ratio is unclear. The natural motion of P is estimated with a cubic
+    through nearby frames.
     """
     beside = max(BESIDE, (stop - start) // 2)
     low, high = max(start - beside, 1), min(stop + beside, surprise.frames)
@@ -176,7 +185,7 @@ def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
 
 
 def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
-    """Return the share of the silent joints' turns around an error that remains without it."""
+    """Return the share of the turns of silent joints that remains after an error is removed."""
     before = _turned(surprise, sides, error)
     _take_out(surprise, error)
     left = _turned(surprise, sides, error)
@@ -187,9 +196,11 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
 def _of_two_chains(
     surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
 ) -> SoftError:
-    """Return the one of two equally good errors that the other joint turns back.
+    """Return the error that the other joint of its chain turns back, if two errors are equally
+    good.
 
-    Two chains share a silent joint, which does not show to which of them the error belongs.
+    If two chains share a silent joint, this joint does not show to which of the chains the error
+    belongs. `alike` contains the candidates.
     """
     answers = {
         e: _unanswered(surprise, e, sides[e.row])
@@ -201,7 +212,9 @@ def _of_two_chains(
 
 
 def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
-    """Return the turns that remain without an error, relative to the other joint's turns."""
+    """Return the turns that remain after the removal of an error, relative to the other joint's
+    turns.
+    """
     own, other = _both_ways(surprise, error.row)[side < 0][1:]
     at = slice(max(error.start, 1), error.stop + 1)
     left, turned = own[at] + other[at], other[at]
@@ -229,8 +242,8 @@ def _take_out(surprise: Surprise, error: SoftError) -> None:
 def off_runs(level: Array, cut: Mask) -> list[tuple[int, int]]:
     """Return the frame ranges [start, stop) in which a level is far enough from 0 to be an error.
 
-    A range ends at a cut. Ranges within a part of the clip that is only a few frames long, such as
-    a T-pose at the start, are left out.
+    A range ends at a cut. Ranges in short parts between cuts, such as a T-pose at the start, are
+    left out.
     """
     off = np.flatnonzero(np.abs(level) > STANDS)
     if not len(off):

@@ -12,20 +12,20 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 SEEN = float(np.radians(0.05))  # a smaller offset is ignored
-# Both joints turn in an error. If one turns by less than this share of the other, and that is clear
-# relative to its natural motion, one joint moved alone. This is checked where the error is
+# In an error, both joints turn. If one joint turns by less than this share of the other, clearly
+# compared with its natural motion, only one joint moved. This is checked where the error is
 # steepest, because a soft onset is lost in natural motion.
 SHOWN_IN_BOTH, CLEAR = 0.35, 30.0
 # The other joint turns back at least this share of a silent joint's turn where the error is steep,
 # and at most this share of the other joint's turn remains after the correction.
 TURNED_BACK, LEFT_OVER = 0.5, 1.5
-AROUND = 8  # frames nearby that show the natural motion
+AROUND = 8  # frames on either side that show the natural motion
 LEAST_BEHIND = 2.0  # an error at an end of the clip must be shorter than the rest by this factor
 
 
 @dataclass(frozen=True, eq=False)
 class SoftError:
-    """The twist error of joint P in the chain of `row`, which begins in frame `start`.
+    """A twist error of joint P in the chain with the index `row`, from frame `start` on.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class SoftError:
     unsure
         True if the error is reported but not corrected.
     silent
-        True if a joint shows the error that never twists elsewhere in the clip.
+        True if the error appears at a joint that never twists elsewhere in the clip.
     """
 
     row: int
@@ -58,7 +58,7 @@ class SoftError:
         return self.start + len(self.offset)
 
     def trimmed(self) -> SoftError:
-        """Return the error without frames at its ends in which it is negligible."""
+        """Return the error without negligible frames at both ends."""
         seen = np.flatnonzero(np.abs(self.offset) > SEEN)
         if not len(seen):
             return self
@@ -69,7 +69,7 @@ class SoftError:
 def judged(
     error: SoftError, x: Array, y: Array, cut: NDArray[np.bool_], side: int = 0, *, last: bool
 ) -> SoftError:
-    """Return the error, marked unsure if only one joint moved or the wrong side may be corrected.
+    """Return the error, marked unsure if only one joint moved or the wrong frames may be corrected.
 
     Parameters
     ----------
@@ -78,7 +78,8 @@ def judged(
     cut
         Mask of the clip's cuts, shape (frames,).
     side
-        1 if the error appears at a P that never twists, −1 if at such a C, 0 if at neither.
+        1 if the error appears at a P that never twists, −1 if it appears at such a C, 0 if neither
+        joint is silent.
     last
         True if no chain continues from C, so that an error that only C shows may belong to a joint
         below it.
@@ -95,11 +96,11 @@ def judged(
 
 
 def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
-    """True if the other joint turns back the turn of a silent joint in frames [start, stop).
+    """Return True if the other joint turns back the turn of a silent joint in frames [start, stop).
 
-    If a joint was only at rest, it turns by itself and the other joint does not turn back. The
-    total turns of both joints are compared or, if these are lost in natural motion, the changes of
-    their pace.
+    If a joint was only at rest, it turns alone and the other joint does not turn back. The total
+    turns of both joints are compared or, if these are lost in natural motion, the changes of their
+    pace.
     """
     at = slice(max(start, 1), stop + 1)
     if np.abs(own + other)[at].sum() <= LEFT_OVER * np.abs(other)[at].sum():
@@ -109,7 +110,7 @@ def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
 
 
 def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:
-    """True if x turns with the error and y against it; `if_unclear` if this is uncertain."""
+    """Return True if x turns with the error and y against it, or `if_unclear` if uncertain."""
     course = np.zeros(len(x) + 1)
     course[error.start : error.stop] = error.offset
     steps = np.diff(course, prepend=course[0])[: len(x)]

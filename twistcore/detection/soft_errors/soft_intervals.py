@@ -1,4 +1,4 @@
-"""Search for soft errors, and add them to the intervals that were found between jumps."""
+"""Search for soft errors, and combine them with the intervals that were found between jumps."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 ROUNDS = 2
-# Work for the searches in a clip, per frame of each joint, and for at least this many frames: the
-# number of departures to which courses are fitted. So the cost depends on the size of a clip, not
-# on its restlessness.
+# Work allowed for the searches in a clip, per frame and joint, and a minimum number of frames. The
+# unit is a departure to which courses are fitted. With a budget, the time depends on the size of a
+# clip, not on its restlessness.
 BUDGET, LEAST_FRAMES = 15.0, 100
-NAMED = 5  # number of unsearched spans listed
-KNOWN_FIRST = 10.0  # nats by which jumps may be a worse explanation of a stretch
-BESIDE = 2  # frames around an interval in which a departure makes it doubtful
+NAMED = 5  # maximum number of frame ranges in a sentence
+KNOWN_FIRST = 10.0  # nats by which soft errors must be a better explanation than known errors
+BESIDE = 2  # frames on either side of an interval in which a departure makes it doubtful
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +46,8 @@ class Known:
     offset
         The error of P from frame `start` on, in radians.
     firm
-        True for an error of a straight limb, which is doubted only if a silent joint explains it
-        better.
+        True for an error of a straight limb, which is replaced only if a silent joint explains the
+        motion better.
     """
 
     row: int
@@ -70,9 +70,9 @@ class Searched:
     found
         The soft errors.
     replaced
-        The known intervals that they replace.
+        The known intervals that the soft errors replace.
     left
-        Mask of the frames that the search did not reach within its budget, shape (limbs, frames).
+        Mask of the frames that were not searched within the budget, shape (limbs, frames).
     """
 
     found: list[SoftError]
@@ -89,17 +89,18 @@ def soft_errors(
 
 
 def budget_of(frames: int, joints: int) -> float:
-    """Return the work allowed for all searches in a clip, in units of `Surprise.work`."""
+    """Return the work allowed for all searches in a clip, in the units of `Surprise.work`."""
     return BUDGET * joints * max(frames, LEAST_FRAMES)
 
 
 def search(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known], budget: float = math.inf
 ) -> Searched:
-    """Search limbs for soft errors. `budget` is the work allowed, in units of `Surprise.work`.
+    """Search limbs for soft errors.
 
     The known errors are removed first. Where the remaining motion is not natural at some time
-    scale, the known errors are put back, and everything there is explained again.
+    scale, the known errors are restored, and the motion is explained again. `budget` is the work
+    allowed, in the units of `Surprise.work`.
     """
     left = np.zeros((limbs.count, limbs.frames), dtype=bool)
     surprise = Surprise(limbs, fps, cut, budget)
@@ -153,7 +154,7 @@ def search(
     limbs_left = sorted({r % limbs.count for r in np.flatnonzero(unnatural.any(axis=1)).tolist()})
     for i in limbs_left:
         found += silent_errors(surprise, {r: sides[r] for r in surprise.limb(i) if r in sides})
-    # Where a silent joint is now still, there is no other error.
+    # Where a silent joint is still now, there are no other errors.
     standing = {r: v for r, s in sides.items() if (v := silent_level(surprise, r, s)) is not None}
     replaced = [
         k
@@ -185,10 +186,10 @@ def search(
 def _better(
     surprise: Surprise, doubted: Sequence[Known], found: Sequence[SoftError]
 ) -> list[SoftError]:
-    """Return the soft errors that explain more than the known errors in the same frames.
+    """Return the soft errors that explain the motion better than known errors in the same frames.
 
-    Overlapping errors of a limb are accepted or rejected together, so a group of frames is
-    explained either by the soft errors or by the known ones.
+    Overlapping errors of a limb are accepted or rejected together, so that each group of frames is
+    explained either by soft errors or by known errors.
     """
     out: list[SoftError] = []
     for limb in range(surprise.limbs.count):
@@ -231,11 +232,12 @@ def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
 def _lively_errors(
     surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]
 ) -> tuple[list[SoftError], Mask]:
-    """Return soft errors of chains whose joints both twist, and the mask of frames not reached.
+    """Return soft errors of chains whose joints both twist, and `left` of :class:`Searched`.
 
-    The mask is `left` of :class:`Searched`. There are two rounds. The second round measures the
-    natural scales without the errors found in the first. At least half of the budget is kept for
-    it, because errors that only the first round finds may be natural restlessness.
+    `bad` is the mask of the frames in which no natural scale is measured, and `lively` is the mask
+    of the rows to search. There are two rounds. In the second round, the natural scales are
+    measured without the errors found in the first. At least half of the budget is reserved for the
+    second round, because errors that only the first round finds may be natural restlessness.
     """
     left = np.zeros((surprise.limbs.count, surprise.frames), dtype=bool)
     bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps, surprise.limbs.step)
@@ -275,7 +277,7 @@ def _refresh(surprise: Surprise) -> None:
 
 
 def _unnatural(surprise: Surprise) -> Mask:
-    """Return a mask of the frames in any span with too large a departure, (rows, frames)."""
+    """Return a mask of the frames in spans with an unnaturally large departure, (rows, frames)."""
     rows = np.arange(surprise.rows)
     out = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for k, a in enumerate(surprise.at):
@@ -296,9 +298,10 @@ def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
 
 
 def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
-    """Return sentences about frames that were not searched; chains with equal frames share one.
+    """Return sentences about frames that were not searched.
 
-    `left` contains the frame ranges [low, high) that were not searched, keyed by chain name.
+    `left` contains the frame ranges [low, high) that were not searched, keyed by chain name. Chains
+    with the same frame ranges share a sentence.
     """
     chains: dict[tuple[tuple[int, int], ...], list[str]] = {}
     for name, spans in left.items():
@@ -329,7 +332,7 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
 
 
 def confidence(gain: float) -> float:
-    """Return the probability that the correction is right, 0…1. `gain` is in nats."""
+    """Return the probability that a correction is right, 0…1, given its gain in nats."""
     return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 80.0) / 12.0))))
 
 

@@ -1,4 +1,4 @@
-"""Search limbs for soft errors, starting at large departures and minimising the surprise."""
+"""Search limbs for soft errors, beginning at large departures and minimising the surprise."""
 
 from __future__ import annotations
 
@@ -14,15 +14,18 @@ from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise
 from twistcore.skeleton.rotation import Array
 
-SEED = 18.0  # nats of the three probes of a span
+SEED = 18.0  # nats: minimum gain of the three probes of a span for a seed
 NEAR = 0.8  # share of SEED at another span in the same position
-OF_LIMB = 0.7  # share of the gain in its own chain that an interval must gain in its limb
-OVER = 1.2  # share of a clip's budget after which even a seed in progress is given up
-IN_VAIN = 20  # successive seeds without an explanation after which a limb is finished
+OF_LIMB = 0.7  # minimum gain of an error in its limb, as a share of the gain in its chain
+OVER = 1.2  # times the budget, after which even a seed in progress is given up
+IN_VAIN = 20  # successive seeds without an explanation, after which a search ends
 
 
 def gains(surprise: Surprise, k: int, rows: Index) -> Array:
-    """Return the gain of the k-th span's probes over natural motion, nats, (rows, positions)."""
+    """Return the gains of departures over natural motion, in nats, (rows, positions).
+
+    `k` is the index of the span in `Surprise.at`. The gains of its three probes are added.
+    """
     a = surprise.at[k]
     u = a.u[:, rows]
     size = np.abs(u)
@@ -32,10 +35,10 @@ def gains(surprise: Surprise, k: int, rows: Index) -> Array:
 
 
 def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) -> bool:
-    """Explain the seeds of several limbs, strongest first. Returns True if all were examined.
+    """Explain the seeds of several limbs, strongest first. Return True if all were examined.
 
-    `budget` is the amount of work after which no further seed is examined, in units of
-    `surprise.work`.
+    `budget` is the amount of work, in units of `surprise.work`, after which no further seed is
+    examined.
     """
     end = surprise.work + budget
     while True:
@@ -58,12 +61,12 @@ class Search:
         self._explained: dict[int, dict[Seed, Explanations]] = {}
         self._done: dict[int, Mask] = {r: np.zeros(surprise.frames, dtype=bool) for r in limb}
         self.found: list[SoftError] = []
-        self._in_vain = 0  # seeds since the last one that was explained
+        self._in_vain = 0  # seeds since the last explained one
         for row in limb:
             self._update(row)
 
     def _update(self, row: int) -> None:
-        """Update the gains of a row's spans and their best seeds, and discard its explanations."""
+        """Recompute the gains and the best seeds of a row, and discard its cached explanations."""
         self._explained[row] = {}
         for k in range(len(self._surprise.at)):
             self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
@@ -72,7 +75,8 @@ class Search:
     def _seed(self, row: int, k: int, near: tuple[int, int] | None = None) -> Seed | None:
         """Return the best seed of the k-th span in the unfinished frames of a row, or None.
 
-        `near` is the first and last frame to consider, or None for the whole row.
+        `near` contains the first and last frame to consider. If it is None, all frames are
+        considered.
         """
         span = self._surprise.at[k].natural.span
         gain = self._gain[row, k]
@@ -88,7 +92,7 @@ class Search:
         return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
 
     def run(self) -> list[SoftError]:
-        """Search the whole limb and return its soft errors, removing each one from the surprise."""
+        """Search the whole limb and return its soft errors, removing each from the surprise."""
         while (top := self.next()) is not None:
             self.explain(top)
         return self.found
@@ -101,12 +105,13 @@ class Search:
         return max(seeds, key=lambda s: (round(s.gain), -s.length), default=None)
 
     def explain(self, top: Seed) -> None:
-        """Explain a seed and remove its error, or mark its frames as done if nothing explains
-        it.
+        """Explain a seed and remove its error.
+
+        If nothing explains the seed, mark its frames as done.
         """
         best = self._best_of_limb(top)
         if best is None and self._is_spent():
-            return  # its frames are left
+            return  # its frames are reported as not searched
         if best is None:
             self._in_vain += 1
             reach = max(2, top.length // 2)
@@ -139,7 +144,10 @@ class Search:
         self._surprise.look_again(row, start, start + len(offset))
 
     def _best_of_limb(self, top: Seed) -> SoftError | None:
-        """Return the best explanation of a seed by an error of its chain or of a neighbour."""
+        """Return the best explanation of a seed by an error of its chain or a neighbour.
+
+        The result is None if no explanation is good enough.
+        """
         rivals: list[SoftError] = []
         for row in self._surprise.beside(top.row):
             if row not in self._done:
@@ -157,12 +165,13 @@ class Search:
             return None
         value, k = max(judged)
         best = rivals[-k]
-        # The effect of another chain's error is explained at the cost of that chain.
+        # Explaining the effect of another chain's error in this chain makes that chain worse.
         return best if value > max(PRIOR, OF_LIMB * best.gain) else None
 
     def _gain_of_limb(self, error: SoftError) -> float:
-        """Return how much surprise an error's removal saves in its chain and its neighbours, in
-        nats.
+        """Return the reduction in surprise if an error is removed, in nats.
+
+        The surprise of its chain and of the neighbouring chains is added.
         """
         margin = len(error.offset) // 2 + 8
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
@@ -176,12 +185,12 @@ class Search:
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
         """Return the explanation of the shortest span after which no seed remains nearby.
 
-        If a seed remains after each explanation, for example next to another error, return the
-        explanation with the highest gain relative to the square root of its length.
+        If a seed remains after each explanation, for example because of another error nearby,
+        return the explanation with the highest gain relative to the square root of its length.
         """
         found: list[SoftError] = []
         for place in sorted(places, key=lambda s: s.length):
-            # Seeds near an unexplained one lead to the same spans again.
+            # Seeds near an unexplained seed lead to the same spans again.
             known = self._explained[row]
             if self._is_spent():
                 break

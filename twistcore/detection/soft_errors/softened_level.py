@@ -1,9 +1,9 @@
 """The course and the fit of a softened level, a constant error that begins and ends gradually.
 
 Gaps in captures are filled with straight lines or splines, and captures are low-pass filtered
-before they are published. A constant error of the solver then appears as that constant after a ramp
-or a filter. Four numbers describe its course: δ, the frame at which half of it has begun, the frame
-at which half of it has ended, and the duration of each transition.
+before they are published. After that, a constant error of the solver begins and ends with a ramp or
+with a filtered step. Four numbers describe its course: δ, the frame at which half of it has begun,
+the frame at which half of it has ended, and the duration of each transition.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import numpy as np
 from twistcore.skeleton.rotation import Array
 
 Kernel: TypeAlias = Callable[[Array], Array]
-# Return weighted residuals (n, …) of courses (n, frames), with scales widened by a factor each, (n,
-# 1).
+# A function that returns the weighted residuals (n, …) of courses (n, frames). The second argument
+# contains the factors by which the scales are widened, (n, 1).
 Residuals: TypeAlias = Callable[[Array, Array], Array]
 
 STEEPEST = 0.5  # frames
-_DECAY = np.pi * np.sqrt(2.0)  # a period: decay of the filtered step
+_DECAY = np.pi * np.sqrt(2.0)  # per period: decay of the filtered step
 _AT = np.array([np.radians(2.0), 1.0, 1.0, 1.0])  # scales of the four numbers
 _STEPS = 1e-3
 # Steps of the fit at one width of the scales, and the smallest gain of a step in nats.
@@ -49,14 +49,14 @@ class Level(NamedTuple):
 
 
 def ramp(t: Array) -> Array:
-    """Return a linear ramp from 0 at t = −½ to 1 at t = ½."""
+    """Return a ramp that rises linearly from 0 at t = −½ to 1 at t = ½."""
     return np.asarray(np.minimum(np.maximum(t + 0.5, 0.0), 1.0))
 
 
 def filtered(t: Array) -> Array:
     """Return a unit step at t = 0 after a zero-phase second-order Butterworth filter.
 
-    t is in periods of the cut-off frequency. The closed form is used: a filter that runs in both
+    `t` is in periods of the cut-off frequency. The closed form is used: a filter that runs in both
     directions has the gain 1 / (1 + (f / cut-off)⁴).
     """
     away = _DECAY * np.abs(t)
@@ -76,7 +76,7 @@ def course(levels: Array, kernel: Kernel, frames: int) -> Array:
 
 
 def guess(offset: Array) -> Level | None:
-    """Return a level that resembles any offset (frames,), or None if the offset is too flat."""
+    """Return a level that resembles an offset, (frames,), or None if the offset is too flat."""
     size = np.abs(offset)
     top = int(size.argmax())
     if size[top] <= 0.0 or len(offset) < 3:
@@ -106,10 +106,11 @@ def all_fitted(
 ) -> list[tuple[Array, float]]:
     """Return, for each start, the course with the smallest residuals and the sum of their squares.
 
-    Each course has the shape (frames,). The fit uses Levenberg-Marquardt steps; the derivatives by
-    the four numbers are computed from the residuals, for the courses of all starts at once. Far
-    from the best course every residual is at its cap, and no step improves the fit. So the scales
-    are first widened by the third item of each start, then by less.
+    Each start consists of a level, a kernel and the factor `coarsest`, by which the scales are
+    widened at first. Each course has the shape (frames,). The fit uses Levenberg-Marquardt steps.
+    The derivatives with respect to the four numbers are computed from the residuals, for all starts
+    together. Far from the best course, every residual is at its cap, and no step improves the fit.
+    Therefore the scales are widened first, and then less and less.
     """
     descents = [_Descent(*start, frames) for start in starts]
     going = descents
@@ -130,7 +131,11 @@ def all_fitted(
 
 
 class _Descent:
-    """A fit in progress: its four scaled numbers and the residuals of their course."""
+    """A fit in progress.
+
+    `number` contains its four numbers in units of `_AT`, and `residual` the residuals of their
+    course.
+    """
 
     def __init__(self, start: Level, kernel: Kernel, coarsest: float, frames: int) -> None:
         self.frames = frames
@@ -139,7 +144,7 @@ class _Descent:
         self._begin()
 
     def _begin(self) -> None:
-        """Restart the fit with the current widening of the scales."""
+        """Start the fit again with the current widening of the scales."""
         self.left_steps, self.damping, self.best = MOST_STEPS, 1e-2, np.inf
         self.course: Array = np.zeros(self.frames)
         self.step: Array = np.zeros(len(_AT))
@@ -148,7 +153,10 @@ class _Descent:
         self.begun = self.ended = False
 
     def arrives(self, number: Array, course_: Array, left: Array) -> bool:
-        """Accept a course with smaller residuals; return True if its derivatives are needed."""
+        """Accept a course if its residuals are smaller than before.
+
+        Returns True if the derivatives at this course are needed for the next step.
+        """
         self.begun = True
         self.left_steps -= 1
         value = float(left @ left)
@@ -163,16 +171,17 @@ class _Descent:
         return False
 
     def is_done(self) -> bool:
-        """True if the fit has ended at the last widening; at an earlier one, begin the next."""
+        """Return True if the fit has ended without widened scales.
+
+        If it has ended with widened scales, begin the next fit, with a smaller widening.
+        """
         if self.ended and self.wider > 1.0:
             self.wider = max(1.0, self.wider / NARROWER)
             self._begin()
         return self.ended
 
     def damped(self) -> Array:
-        """Return the damped matrix for the next step, or an identity matrix before the first
-        step.
-        """
+        """Return the damped matrix for the next step, or the identity before the first step."""
         if not self.begun:
             return np.eye(len(_AT))
         damped = self.curvature.copy()
@@ -181,7 +190,9 @@ class _Descent:
 
 
 def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
-    """Return the courses of numbers (n, 4), with the kernel of each fit, (n, frames)."""
+    """Return the courses for scaled numbers (n, 4), with the kernels of the fits in `of`, (n,
+    frames).
+    """
     out = np.empty((len(numbers), frames))
     kernels = [d.kernel for d in of]
     for kernel in dict.fromkeys(kernels):
@@ -191,7 +202,7 @@ def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
 
 
 def _measure_slopes(of: Sequence[_Descent], frames: int, residuals: Residuals) -> None:
-    """Compute the derivatives of each fit from four more courses, for the next step."""
+    """Compute the derivatives of each fit for its next step, by a small change of each number."""
     many = len(_AT)
     numbers = np.array([d.number for d in of])
     by = _STEPS * np.maximum(np.abs(numbers), 1.0)

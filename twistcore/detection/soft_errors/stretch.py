@@ -1,8 +1,8 @@
-"""The departures of all spans that overlap a stretch of a chain, in one array.
+"""The departures of all spans that overlap a stretch of frames in a chain, in one array.
 
-A search evaluates hundreds of offsets over the same few frames. In all of them, each departure uses
-the same frames and has the same scale. So these are collected once, and the departures of all spans
-are computed in one array operation.
+A search evaluates hundreds of offsets over the same few frames. For all of them, each departure
+uses the same frames and has the same scale. So the frames and scales are collected once, and the
+departures of all spans are computed in one array operation.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from twistcore.detection.soft_errors.natural_scale import NU, cost
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-SIZING = 6  # rounds to find a size
+SIZING = 6  # rounds of reweighting to compute a size
 
 
 @dataclass(frozen=True)
 class SpanDepartures:
-    """The departures over one span, from position `first` on, that overlap a stretch.
+    """The departures over one span length that overlap a stretch, from position `first` on.
 
     Attributes
     ----------
     u, spread
         The departures and their scale, radians, shape (probes, positions).
     weight
-        Shape (positions,), 0 where the span crosses a cut.
+        The weights of the departures, shape (positions,), 0 where the span crosses a cut.
     """
 
     span: Span
@@ -46,14 +46,14 @@ class Stretch:
     Attributes
     ----------
     nodes
-        The frames that each departure uses, the frame of its probe first, (5, n). A frame outside
+        The frames that each departure uses, beginning with its probe, (5, n). A frame outside
         the stretch has the index `frames`.
     weights
         The weights of the other four frames, shape (4, n).
     u, spread, weight
         Each departure, its scale in radians and its weight, shape (n,).
     lengths
-        The length of its span in frames, shape (n,), ascending.
+        The length of the span of each departure in frames, shape (n,), ascending.
     """
 
     frames: int
@@ -78,7 +78,10 @@ class Stretch:
         )
 
     def departures(self, courses: Array) -> Array:
-        """Return the departures of courses (m, frames), which are 0 outside, in radians, (m, n)."""
+        """Return the departures of courses (m, frames), in radians, (m, n).
+
+        Outside the stretch, the courses are 0.
+        """
         level = np.zeros((len(courses), self.frames + 1))
         level[:, :-1] = courses
         out: Array = level.take(self.nodes[0], axis=1)
@@ -89,7 +92,7 @@ class Stretch:
         return out
 
     def residuals(self, courses: Array, wider: float | Array = 1.0) -> Array:
-        """Return the weighted residuals of u without courses (m, frames), (m, n).
+        """Return the weighted residuals of u after courses (m, frames) are removed, (m, n).
 
         The sum of their squares is the surprise. `wider` is the factor by which all scales are
         widened, either one number or one for each course, (m, 1).
@@ -102,9 +105,10 @@ class Stretch:
         return np.copysign(np.sqrt(left, out=left), z, out=left)
 
     def sizes(self, departures: Array, wider: float = 1.0) -> Array:
-        """Return the factors by which to scale courses so that they explain u best, (m,).
+        """Return the factors by which courses must be multiplied to explain u best, (m,).
 
-        `departures`, (m, n), are the departures of these courses.
+        `departures`, (m, n), are the departures of these courses. `wider` is the factor by which
+        all scales are widened.
         """
         by, of = departures / (wider * self.spread), self.u / (wider * self.spread)
         trust = np.broadcast_to(self.weight, by.shape)
@@ -119,9 +123,9 @@ class Stretch:
 
 
 def stretch(low: int, frames: int, departures: Sequence[SpanDepartures]) -> Stretch:
-    """Return the stretch of `frames` frames from `low` on.
+    """Return the stretch of `frames` frames from frame `low` on.
 
-    `departures` has one item per span, the shortest span first.
+    `departures` has one item per span length, the shortest first.
     """
     nodes, weights = [], []
     for t in departures:

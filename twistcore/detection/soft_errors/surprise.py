@@ -1,8 +1,8 @@
 """The current increments of a limb, and their surprise at every time scale.
 
 Twist errors can be removed from the rotations tentatively. This also removes their exact effects on
-neighbouring chains. The surprise of a frame range is the sum of the costs of all departures there,
-in u and in x + y, over all spans that fit.
+neighbouring chains. The surprise of a frame range is the total cost of its departures, both in u
+and in x + y, over all spans that fit.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
 )
 
-# Neighbouring departures of a span are nearly the same: this is the weight of three probes at four
-# positions per span.
+# The weight of a departure. It is small because the departures of a span at three probes and four
+# neighbouring positions are nearly the same.
 WEIGHT = 0.175
 SMALLEST = float(np.radians(1.5))  # smaller departures are never examined
-LEAST_AROUND = 6  # frames around an error in which nothing may remain
-SEED_CAP = 20.0  # nats of a probe at which a search begins
-LONGEST = 2.0  # spans up to this many times as long as a stretch are used for it
+LEAST_AROUND = 6  # minimum number of frames on either side of an error in which no seed may remain
+SEED_CAP = 20.0  # nats: maximum gain of one probe of a seed
+LONGEST = 2.0  # maximum ratio of a span to the length of the stretch for which it is used
 
 
 @dataclass(eq=False)
@@ -58,7 +58,7 @@ class _AtSpan:
 
 
 class Surprise:
-    """Limbs without the errors removed so far, and their departures.
+    """Limbs from which errors are removed step by step, and their departures.
 
     Each row is a chain, and chain k of limb i is in row k·limbs + i.
     """
@@ -84,7 +84,8 @@ class Surprise:
         return list(range(row % self.limbs.count, self.rows, self.limbs.count))
 
     def take_out(self, row: int, start: int, offset: Array) -> None:
-        """Remove a twist error of P from frames [start, start + n), but keep the departures.
+        """Remove a twist error of P from frames [start, start + n), without updating the
+        departures.
 
         Call :meth:`look_again` to update them.
         """
@@ -96,8 +97,9 @@ class Surprise:
         child[at] = normalise(multiply(quaternion_from_axis_angle(axis, offset), child[at]))
 
     def look_again(self, row: int, start: int, stop: int) -> None:
-        """Update the increments and departures of a row and its neighbours in frames [start,
-        stop).
+        """Update the increments and departures of a row and its neighbours.
+
+        This is needed after a change in frames [start, stop).
         """
         low, high = max(start - 1, 0), min(stop + 1, self.frames)
         for r in self.beside(row):
@@ -117,9 +119,9 @@ class Surprise:
         return axis if axis.ndim == 1 else axis[at]
 
     def measure(self, bad: Mask) -> None:
-        """Measure all departures, and the natural scales in the frames that are not bad.
+        """Compute all departures, and measure the natural scales in the frames that are not bad.
 
-        `bad` is the mask of frames, shape (rows, frames).
+        `bad` is the mask of the bad frames, shape (rows, frames).
         """
         natural = natural_scales(self.x, self.y, self.fps, self.spans, bad, self.limbs.step)
         level_x, level_y = np.cumsum(self.x, axis=1), np.cumsum(self.y, axis=1)
@@ -150,12 +152,12 @@ class Surprise:
 
     @staticmethod
     def _positions(span: Span, low: int, high: int, count: int) -> tuple[int, int]:
-        """Return the range of the positions whose frames overlap [low, high)."""
+        """Return the range of positions at which a span overlaps the frames [low, high)."""
         first = max(0, -(-(low - span.support + 1) // span.step))
         return first, min(count, (high - 1) // span.step + 1)
 
     def of(self, row: int, low: int, high: int) -> float:
-        """Return the surprise of a row over the spans that overlap frames [low, high), nats."""
+        """Return the surprise of a row over the spans that overlap frames [low, high), in nats."""
         found = 0.0
         for a in self._telling(high - low):
             first, last = self._positions(a.natural.span, low, high, a.u.shape[-1])
@@ -177,7 +179,8 @@ class Surprise:
         return stretch(low, frames, told)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
-        """Return the highest gain of any span around an error after its removal, in nats.
+        """Return the highest gain of any span near an error after the removal of the error, in
+        nats.
 
         Only spans that extend little beyond the error are used, because there may be another error
         nearby.
@@ -212,16 +215,17 @@ class Surprise:
         return WEIGHT * span.step / max(span.length / 4.0, 1.0)
 
     def price_of_a_frame(self, length: int) -> float:
-        """Return the total weight of the departures per frame, in a stretch of the given length."""
+        """Return the total weight of all departures per frame, for a stretch of a given length."""
         return sum(
             len(PROBES) * self._weight(a) / a.natural.span.step for a in self._telling(length)
         )
 
     def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:
-        """Return the offset in [start, stop) without which u follows its bridge, and its σ,
-        radians.
+        """Return the offset in [start, stop) that makes u follow its bridge when removed, and its
+        σ.
 
-        β and σ are estimated from the spans of similar length at that position.
+        Both are in radians. β and σ are estimated from the spans of similar length at that
+        position.
         """
         reach = self.spans[0].reach
         low, high = max(start - 1 - reach, 0), min(stop + 1 + reach, self.frames)
@@ -250,7 +254,7 @@ class Surprise:
 
 @lru_cache(maxsize=1024)
 def _share(length: int, shorter: int, longer: int) -> float:
-    """Return where a length lies between two others on a logarithmic scale, 0…1."""
+    """Return the position of a length between two others on a logarithmic scale, 0…1."""
     if shorter == longer:
         return 0.0
     share = np.log(length / shorter) / np.log(longer / shorter)

@@ -1,4 +1,4 @@
-"""Errors of a chain's straight limb, and the jumps that these errors do not explain [Method]."""
+"""Errors of a chain while its limb is straight, and jumps that they do not explain [Method]."""
 
 from __future__ import annotations
 
@@ -40,19 +40,20 @@ from twistcore.skeleton.rotation import (
 from twistcore.work.frozen import dataclass
 
 LARGEST = float(np.radians(75.0))  # largest δ; a larger one would turn the hinge around
-CLEAR = 10.0  # ratio to a hinge's spread; a smaller δ may be the hinge's own play
-# factor by which δ may move a limb off its hinge, from which a straight bone naturally deviates
+CLEAR = 10.0  # ratio to the spread of a hinge; a smaller δ may be play of the hinge
+# factor by which removing δ may increase the distance from the hinge, because a straight bone
+# naturally deviates from it
 NEARLY = 1.6
-ROUNDS = 3  # rounds in which jumps are removed that contradict the bent limb
-AS_LITTLE = float(np.radians(2.0))  # factor of remaining counter-turn that jumps may have
-BESIDE = 1  # frames next to an error that its transitions may cover
+ROUNDS = 3  # rounds of removing jumps that contradict the bent limb
+AS_LITTLE = float(np.radians(2.0))  # by how much more counter-turn jumps may leave
+BESIDE = 1  # frames on either side of an error that may belong to its transitions
 
 
 @dataclass(frozen=True, eq=False)
 class _Jumping:
-    """An interval between jumps: its error from frame `start` on and its edges' peak frames.
+    """The error of an interval between jumps, and the peak frames of its edges.
 
-    `offset` is δ in radians, shape (frames,).
+    `offset` is δ in radians from frame `start` on, shape (frames,).
     """
 
     start: int
@@ -67,7 +68,10 @@ class _Jumping:
 
 @dataclass(frozen=True, eq=False)
 class Jumps:
-    """The data to find the intervals between a chain's jumps. `tau` is in radians."""
+    """The data from which the intervals between the jumps of a chain are computed.
+
+    `tau` is in radians.
+    """
 
     counter: CounterRotation
     row: int
@@ -78,7 +82,7 @@ class Jumps:
     fps: float
 
     def without(self, peaks: Mask) -> Jumps:
-        """Return the jumps without the edges whose peak frames are marked in a mask, (frames,)."""
+        """Return the jumps without the edges with a peak frame in the mask `peaks`, (frames,)."""
         edges = self.edges[~peaks[self.edges.peak]]
         sums = running_sums(self.counter, self.row, self.step)
         tables = tuple(pair_table(edges, sums, table.low, table.high) for table in self.tables)
@@ -92,7 +96,9 @@ class Jumps:
         return total
 
     def found(self) -> list[_Jumping]:
-        """Return the intervals that best explain the jumps, including intervals up to a border."""
+        """Return the intervals that best explain the jumps, including intervals that end at a
+        border.
+        """
         out = []
         for table in self.tables:
             pairs = best_pairs(table, self.tau, self.fps)
@@ -125,7 +131,8 @@ class StraightLimb:
     def leaves(self, jumps: Jumps) -> Jumps:
         """Return the jumps that belong to none of these errors and agree with the bent limb.
 
-        An interval between jumps does not agree if its removal takes the limb away from its hinge.
+        The edges of an interval are removed if the correction of the interval would turn the bent
+        limb away from its hinge.
         """
         claimed = self.claimed.copy()
         for _ in range(ROUNDS):
@@ -141,13 +148,14 @@ class StraightLimb:
 def straight_limb(
     motion: Motion, chain: Chain, jumps: Jumps, by_itself: Callable[[], tuple[Array, Array]]
 ) -> StraightLimb | None:
-    """Return the errors of a chain's straight spells that its jumps do not explain.
+    """Return the errors of a chain in its straight spells that its jumps do not explain.
 
     The result is None if there are no such errors, or if the chain has no hinge, for example
-    because it has no grandchild. The bend, not the length, decides which of two spells contains the
-    error. An interval between jumps takes priority only if it brings the bent limb back to its
-    hinge, or if it leaves hardly more counter-turn unexplained. `by_itself` returns the increments
-    of P and C, each (frames,), in radians and without the effect of jumps in neighbouring chains.
+    because it has no grandchild. Which of two spells contains the error is decided by the bend, not
+    by the length. An interval between jumps takes priority only if it brings the bent limb back to
+    its hinge, or if it leaves hardly more counter-turn unexplained. `by_itself` is a function that
+    returns the increments of P and C without the effect of jumps in neighbouring chains, each
+    (frames,), in radians.
     """
     if chain.grandchild < 0:
         return None
@@ -181,7 +189,7 @@ def straight_limb(
 def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
     """Return limbs without errors.
 
-    `offsets` are the errors in radians, shape (frames,), keyed by row of `increments`.
+    `offsets` contains the errors in radians, shape (frames,), keyed by the row of their chain.
     """
     joints = limbs.joints.copy()
     for row, offset in offsets.items():
@@ -201,11 +209,11 @@ def _error_of(
     spell: Spell,
     fps: float,
 ) -> list[StraightError]:
-    """Return the errors of a spell whose removal brings it closer to its hinge.
+    """Return the errors of a spell whose removal brings the limb closer to its hinge.
 
-    The result is empty if the intervals between jumps suffice. `scales` are the scales of the
-    increments in the whole clip. `jumping` are the intervals between jumps in the spell's segment.
-    Only the frames of the spell are examined, because a long clip has thousands of spells.
+    The result is empty if the intervals between jumps are sufficient. `scales` are the scales of
+    the increments in the whole clip. `jumping` are the intervals between jumps in the segment of
+    the spell. Only frames near the spell are examined, because a long clip has thousands of spells.
     """
     low, high = spell.low, spell.high
     x, y = (v[low:high] for v in increments)
@@ -230,7 +238,7 @@ def _error_of(
 
 
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
-    """Return the increments of P and C without some errors, in radians, (frames,) each."""
+    """Return the increments of P and C without the given errors, in radians, (frames,) each."""
     known = np.zeros(len(increments[0]))
     for j in jumping:
         known[j.frames] += j.offset
@@ -239,5 +247,8 @@ def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tu
 
 
 def _hinge_says(jumping: _Jumping, bend: Bend) -> bool | None:
-    """True if the bent limb returns to its hinge without an interval; None if that is unknown."""
+    """Return True if the bent limb is closer to its hinge without the given interval.
+
+    The result is None if this is unknown.
+    """
     return bend.nearer(jumping.frames, jumping.offset, bend.bent[jumping.frames])

@@ -1,9 +1,10 @@
 """The twist error of a straight limb over time [Method].
 
-While C's bone is in line with P's, no position shows how a twist is divided between them. Three
-things are still known about the error δ. The twists X − δ of P and Y + δ of C are smooth, where X
-and Y are the sums of the increments x and y. δ is 0 where the limb is bent. δ seldom changes. The
-curve that satisfies these conditions best is computed by least squares, reweighted a few times.
+While C's bone is in line with P's bone, no position shows how a twist is divided between P and C.
+Three things are still known about the error δ. First, the twists X − δ of P and Y + δ of C are
+smooth, where X and Y are the sums of the increments x and y. Second, δ is 0 where the limb is bent.
+Third, δ seldom changes. The curve that satisfies these conditions best is computed by least
+squares, reweighted a few times.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ from twistcore.skeleton.rotation import Array
 Rows: TypeAlias = tuple[NDArray[np.int64], Array, Array]  # columns, their factors, their values
 
 ROUNDS = 12  # rounds of reweighting
-SELDOM, STEP = 0.05, float(np.radians(12.0))  # price of a change of δ, and its size per second
-SETTLES = 0.25  # seconds in which a twist comes to rest if nothing determines it
+SELDOM, STEP = 0.05, float(np.radians(12.0))  # cost of a change of δ, and its size per second
+SETTLES = 0.25  # seconds after which a twist comes to rest if nothing else determines it
 # Smallest scale of the change of an increment from frame to frame.
 LEAST_SCALE = float(np.radians(0.02))
-ROUNDED = 0.71  # steps of written angles: σ of such a change, which three rounded angles determine
-SAME = 1e-5  # radians: iteration stops below this change
+ROUNDED = 0.71  # σ of such a change that rounding causes, in steps of the written angles
+SAME = 1e-5  # radians: the iteration stops if the change is smaller
 
 
 def course(
@@ -36,11 +37,11 @@ def course(
     high: int,
     fps: float,
 ) -> Array:
-    """Return δ in frames [start, stop), in radians. δ is 0 in the rest of the segment [low, high).
+    """Return δ in frames [start, stop), in radians.
 
     `increments` are x and y, each (frames,), in radians, and `scales` are their scales from
-    :func:`scale_of`. At the segment's ends δ is free, because the motion before and after is
-    unknown.
+    :func:`scale_of`. In the rest of the segment [low, high), δ is 0. At the ends of the segment δ
+    is free, because the motion before and after the segment is unknown.
     """
     rows = _smooth(increments, scales, start, stop, low, high, fps)
     n = stop - start
@@ -59,7 +60,7 @@ def course(
 def scale_of(increments: Array, step: float = 0.0) -> float:
     """Return the usual difference between successive increments, in radians.
 
-    `step` is the rounding step of the angles in the file; it sets a lower limit.
+    `step` is the rounding step of the angles in the file, which determines a lower limit.
     """
     bends = np.abs(np.diff(increments[2:]))
     least = max(LEAST_SCALE, ROUNDED * step)
@@ -75,10 +76,10 @@ def _smooth(
     high: int,
     fps: float,
 ) -> list[Rows]:
-    """Return scaled least-squares equations for a smooth course of both signals, and for rest.
+    """Return scaled least-squares equations for a smooth course of both signals and for rest.
 
-    The equations are linear in the unknown δ. The increment into the segment's first frame is left
-    out, because it crosses a cut.
+    The equations are linear in the unknown values of δ. The increment to the first frame of the
+    segment is left out, because it crosses a cut.
     """
     rows = []
     at = np.arange(max(start - 1, low + 2), min(stop + 1, high)) - 1
@@ -94,7 +95,7 @@ def _smooth(
 
 
 def _columns(frames: NDArray[np.int64], start: int, stop: int) -> NDArray[np.int64]:
-    """Return the index of the unknown δ of each frame, or −1 for frames without one."""
+    """Return the index of the unknown δ in each frame, or −1 for frames in which δ is known."""
     return np.where((frames >= start) & (frames < stop), frames - start, -1)
 
 
@@ -104,9 +105,11 @@ def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: 
     Parameters
     ----------
     band
-        The upper diagonals of the normal equations, the main one last, shape (3, n).
+        The upper diagonals of the normal equations, the main diagonal last, shape (3, n).
+    right
+        The right-hand side of the normal equations, shape (n,).
     begins, ends
-        True if δ is 0 before the first frame and after the last.
+        True if δ is 0 before the first frame and after the last frame, respectively.
     step
         The smallest change of δ, radians per frame.
     """

@@ -9,7 +9,7 @@ from typing import Any
 from twistcore.detection.interval import Interval
 from twistcore.detection.straight_limbs.straight_spells import StraightError
 
-STRAIGHT = "a straight limb"  # the evidence that such an interval follows
+STRAIGHT = "a straight limb"  # the value of "follows" in the evidence
 
 
 def interval_of(chain: str, error: StraightError) -> Interval:
@@ -25,7 +25,7 @@ def interval_of(chain: str, error: StraightError) -> Interval:
 
 
 def confidence(error: StraightError) -> float:
-    """Return the probability that an error is real, 0…1."""
+    """Return the probability that an error of a straight limb is real, 0…1."""
     turn, answer = (abs(t) for t in error.turns)
     score = math.log(error.strength / math.radians(8.0)) + 3.0 * min(turn, answer) / max(
         turn, answer

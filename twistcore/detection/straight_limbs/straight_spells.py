@@ -1,4 +1,4 @@
-"""Spells, the frame ranges in which a limb is straight, and the errors in them."""
+"""Spells, which are frame ranges in which a limb is straight, and the errors in them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from twistcore.work.frozen import dataclass
 Mask = NDArray[np.bool_]
 
 BENT = float(np.radians(30.0))  # bend above which a limb's twist is well determined
-# the time that a clip's limb must be bent to show anything about the straight limb
+# minimum time for which a limb must be bent to show anything about the straight limb
 ANCHOR_SECONDS = 0.1
 SIDE_KNOWN = float(np.radians(0.5))  # below this bend, the side of the bend is unknown
-WINDOW = 0.13  # seconds of a mirrored transition
+WINDOW = 0.13  # seconds: the window for a transition with opposite turns
 LEAST_TURN = float(np.radians(8.0))  # smallest turn of either joint in a transition
 LEAST_SHARE = 0.35  # smallest ratio of the smaller turn to the larger
-EXPLAINED = 0.5  # share of the smaller turn that the change of δ explains
+EXPLAINED = 0.5  # minimum share of the smaller turn that the change of δ explains
 # seconds, and share of δ: faster changes are left to the search for jumps
 SHARP, SUDDEN = 0.015, 0.7
 LEAST_CHANGE = float(np.radians(6.0))  # smallest change of δ in a transition
@@ -37,12 +37,12 @@ class Bend:
     Attributes
     ----------
     angle
-        The angle between C's bone and P's, in [0, π], shape (frames,).
+        The angle between C's bone and P's bone, in [0, π], shape (frames,).
     azimuth
-        The direction in which C's bone leaves P's, relative to the direction in most frames with a
-        bent limb, radians in (−π, π], shape (frames,), or None if the joint is not a hinge.
+        The direction of C's bone about P's bone, relative to the usual direction in the bent limb,
+        radians in (−π, π], shape (frames,), or None if the joint is not a hinge.
     spread
-        The deviation of the azimuth from 0 that is seldom exceeded in the bent limb, radians.
+        The 75 % quantile of the size of the azimuth in the bent limb, radians.
     """
 
     angle: Array
@@ -51,23 +51,23 @@ class Bend:
 
     @cached_property
     def bent(self) -> Mask:
-        """Mask of the frames in which the limb is bent enough to show its twist well."""
+        """Mask of the frames in which the limb is bent enough to show its twist well, (frames,)."""
         return self.angle > BENT
 
     def nearer(
         self, frames: slice, offset: Array, where: Mask | None = None, share: float = 1.0
     ) -> bool | None:
-        """True if removing the offset brings the limb closer to its hinge axis; None if unknown.
+        """Return True if removing an offset brings the limb closer to its hinge; None if unknown.
 
-        Frames are weighted by how far the limb is bent. It is natural for an almost straight limb
-        to be on the opposite side, bent slightly backward.
+        Frames are weighted by how far the limb is bent. An almost straight limb may naturally be
+        bent slightly backward.
 
         Parameters
         ----------
         offset
-            In radians, one per frame of `frames`.
+            The offset in each of the `frames`, radians.
         where
-            Mask of the frames to use.
+            Mask of the frames to use, or None for all.
         share
             The largest fraction of the original distance that may remain.
         """
@@ -84,7 +84,9 @@ class Bend:
 
 @dataclass(frozen=True)
 class Spell:
-    """Frames [start, stop) without a bent limb, within the segment [low, high) between cuts."""
+    """Frames [start, stop) in which the limb is not bent, within the segment [low, high) between
+    cuts.
+    """
 
     start: int
     stop: int
@@ -93,12 +95,13 @@ class Spell:
 
     @property
     def closed(self) -> int:
-        """The number of the spell's ends at which the limb is bent."""
+        """The number of ends of the spell at which the limb is bent, 0…2."""
         return int(self.start > self.low) + int(self.stop < self.high)
 
     def windows(self, window: int) -> slice:
-        """Return the windows over the spell and its neighbours, as indices of the frames before
-        them.
+        """Return the windows of `window` frames that overlap the spell.
+
+        Each window is given by the index of the frame before it.
         """
         first, last = max(self.start - window, self.low), min(self.stop, self.high - window)
         return slice(first, max(first, last))
@@ -106,7 +109,7 @@ class Spell:
 
 @dataclass(frozen=True, eq=False)
 class StraightError:
-    """An error of a straight limb from frame `start` on.
+    """An error of a straight limb, from frame `start` on.
 
     Attributes
     ----------
@@ -117,9 +120,9 @@ class StraightError:
     turns
         The turns of P and C in that transition, radians.
     strength
-        The size of the change of δ in that transition, radians.
+        The change of δ in that transition, without its sign, radians.
     closed
-        The number of ends at which the limb is bent.
+        The number of ends of the spell at which the limb is bent.
     """
 
     start: int
@@ -138,8 +141,8 @@ class StraightError:
 def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     """Return the bend of a limb.
 
-    `q_child` are C's local rotations, (frames, 4). `axis` and `arm` are unit vectors along P's bone
-    and C's, (3,) or (frames, 3).
+    `q_child` contains the local rotations of C, (frames, 4). `axis` and `arm` are unit vectors
+    along P's bone and C's bone, (3,) or (frames, 3).
     """
     v = rotate(q_child, arm)
     axis = np.broadcast_to(axis, v.shape)
@@ -162,7 +165,9 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
 def spells(
     increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
 ) -> list[Spell]:
-    """Return the spells in [low, high) next to a bent limb in which P and C counter-turn."""
+    """Return the spells in [low, high) next to a bent limb in which P and C turn against each
+    other.
+    """
     out = []
     for start, stop in runs(~bend.bent[low:high]):
         spell = Spell(start + low, stop + low, low, high)
@@ -174,7 +179,7 @@ def spells(
 def errors_in(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
-    """Return the errors of a spell: runs of δ that begin or end with opposite turns.
+    """Return the errors of a spell, which are runs of δ that begin or end with opposite turns.
 
     `delta` is δ in all frames, in radians, and 0 outside the spell.
     """
@@ -182,7 +187,7 @@ def errors_in(
     first = spell.windows(window).start
     turn, answer = _turns(increments, spell, fps)
     change = (delta[window:] - delta[:-window])[spell.windows(window)]
-    # The transition must be explained by δ and not be motion next to it.
+    # The transition must be explained by δ and must not be motion next to an error.
     least = np.maximum(EXPLAINED * np.minimum(np.abs(turn), np.abs(answer)), LEAST_CHANGE)
     clear = np.where(_mirrored(turn, answer) & (change * np.sign(turn) >= least), change, 0.0)
     short = round(SHARP * fps)  # 0 at 30 Hz, where a frame is as long as some transitions
@@ -214,9 +219,9 @@ def left_over(
     spell: Spell,
     fps: float,
 ) -> float:
-    """Return how far P and C still turn against each other without δ, in radians.
+    """Return how far P and C still turn against each other after δ is removed, in radians.
 
-    The result is the maximum over windows, minus the pace next to each window. `scales` are the
+    The result is the maximum over all windows, minus the pace next to each window. `scales` are the
     scales of both increments. `delta` is δ in all frames, shape (frames,). The quieter signal has
     the greater weight.
     """
@@ -230,12 +235,12 @@ def left_over(
 
 
 def window_of(fps: float) -> int:
-    """Return the number of frames in a window for a transition with opposite turns."""
+    """Return the number of frames in a window in which a transition is searched for."""
     return max(2, round(WINDOW * fps))
 
 
 def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
-    """Return the runs of True, joined where only a short pause separates them."""
+    """Return the runs of True in a mask, joined if only a short pause separates them."""
     out: list[tuple[int, int]] = []
     for start, stop in runs(there):
         if out and start - out[-1][1] < PAUSE * fps:
@@ -247,7 +252,7 @@ def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
 def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[Array, Array]:
     """Return the turns of P and C over the windows of a spell.
 
-    The pace next to a window is subtracted only if that alone reveals opposite turns.
+    The pace next to a window is subtracted only if the turns are not opposite without this.
     """
     (x, beyond_x), (y, beyond_y) = (_over_windows(v, spell, fps) for v in increments)
     beyond = (_counter(beyond_x, beyond_y) > _counter(x, y)) & ~_mirrored(x, y)
@@ -255,14 +260,16 @@ def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[A
 
 
 def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array]:
-    """Return the sum over each window of a spell, and its excess over the pace next to it.
+    """Return the sum of a signal over each window of a spell, and its excess over the pace next to
+    it.
 
-    Only increments of the spell's segment are used; at its ends the outermost value is repeated.
+    Only increments in the segment of the spell are used. At the ends of the segment, the outermost
+    value is repeated.
     """
     window = window_of(fps)
     half = window // 2
     at = spell.windows(window)
-    # First and last increments that are used.
+    # The range of the increments that are used.
     first, last = at.start + 1 - half, at.stop + window + half
     low, high = max(first, spell.low + 1), min(last, spell.high)
     asked = np.pad(signal[low:high], (low - first, last - high), mode="edge")
@@ -274,11 +281,11 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
 
 
 def _counter(turn: Array, answer: Array) -> Array:
-    """Return the size of the smaller of two opposite turns in radians, or 0 for other turns."""
+    """Return the size of the smaller of two opposite turns, in radians, and 0 for other turns."""
     return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
 
 
 def _mirrored(turn: Array, answer: Array) -> Mask:
-    """Return a mask of the turns in which both joints turn oppositely by about the same amount."""
+    """Return a mask of the turns in which both joints turn oppositely by a similar angle."""
     large = np.maximum(np.abs(turn), np.abs(answer))
     return _counter(turn, answer) >= np.maximum(LEAST_TURN, LEAST_SHARE * large)
