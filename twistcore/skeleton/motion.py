@@ -17,7 +17,7 @@ from twistcore.work.frozen import dataclass
 Of = TypeVar("Of")  # a motion or a skeleton
 Known = TypeVar("Known")
 
-_ELEMENTS = 1 << 16  # maximum amount of rotations in a block of frames
+_ELEMENTS = 1 << 16  # maximum number of rotations in a block of frames
 
 
 @dataclass(frozen=True, eq=False)

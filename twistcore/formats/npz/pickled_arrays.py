@@ -1,10 +1,11 @@
 """Read arrays, lists, dicts, strings and numbers from a pickle without executing anything.
 
-A pickle can name any function to be called. Here, no name is looked up. The few names that
-numpy and joblib write for arrays are mapped to classes of this module, and all other names to an
-object that ignores all operations. Bytes become arrays of plain numbers here and not in numpy's own
-unpickling, which trusts the file about its memory. The position of the bytes in the file is kept,
-so that an array can be replaced by one of equal size without writing the pickle again.
+A pickle can name any function to be called, so this module never looks up a name. The few names
+that numpy and joblib write for arrays are mapped to classes of this module, and all other names to
+an object that ignores all operations. Bytes are converted to arrays of plain numbers by this module
+and not by numpy's unpickling, which allocates as much memory as the file demands. The position of
+the bytes in the file is stored. With it, an array can be replaced by one of equal size without
+writing the pickle again.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from twistcore.formats.npz.archive import check_shape
 
 _KINDS = "biuf"  # dtypes that are plain numbers
-_KEY = 1 << 60  # integers up to this size hash as themselves
+_KEY = 1 << 60  # an integer up to this size is its own hash
 
 
 class Unreadable:
@@ -52,7 +53,7 @@ class Unreadable:
 
 
 class _Dtype(Unreadable):
-    """A replacement for numpy.dtype with its type code and byte order."""
+    """A replacement for numpy.dtype that stores a type code and a byte order."""
 
     def __init__(self, letters: object = "", *_: object) -> None:
         self.letters, self.order = str(letters), "="
@@ -71,7 +72,7 @@ class _Dtype(Unreadable):
 
 
 class _Array(Unreadable):
-    """A replacement for numpy.ndarray, which is created empty and then given its state."""
+    """A replacement for numpy.ndarray, which is created empty before its state is set."""
 
     value: Any = None
 
@@ -85,7 +86,7 @@ class _Array(Unreadable):
 
 
 class _Inline(Unreadable):
-    """A placeholder of joblib for an array whose bytes follow in the stream."""
+    """A placeholder that joblib writes for an array whose bytes follow in the stream."""
 
     state: Any = None
 
@@ -104,13 +105,13 @@ class _Inline(Unreadable):
 
 
 def _check_keys(keys: list[Any]) -> None:
-    """Raise UnpicklingError for large integer keys, whose hashes may all collide in a dict."""
+    """Raise UnpicklingError for large integer keys, which might all have the same hash."""
     if any(isinstance(key, int) and abs(key) > _KEY for key in keys):
         raise pickle.UnpicklingError("a key is too large")
 
 
 def _count(shape: tuple[Any, ...]) -> int:
-    """Return the number of elements, computed in integers that cannot overflow."""
+    """Return the number of elements, computed with Python integers, which cannot overflow."""
     out = 1
     for n in shape:
         if not isinstance(n, int) or n < 0:
@@ -131,7 +132,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
 
 
 def _objects(items: list[Any], shape: Any) -> Any:
-    """Return the items of an object array, or its only item if it has no dimension."""
+    """Return the items of an object array as a list, or the only item if it has no dimensions."""
     return items[0] if not shape and len(items) == 1 else items
 
 
@@ -165,7 +166,7 @@ _NAMES: dict[tuple[str, str], Any] = {
     ("joblib.numpy_pickle", "NumpyArrayWrapper"): _Inline,
     ("collections", "defaultdict"): _mapping,
     ("collections", "OrderedDict"): _mapping,
-    ("_codecs", "encode"): _latin,  # how the first protocols write bytes
+    ("_codecs", "encode"): _latin,  # the form of bytes in the first protocols
     ("__builtin__", "bytes"): _empty,
     **{(f"{c}.multiarray", "_reconstruct"): _reconstruct for c in _CORE},
     **{(f"{c}.multiarray", "scalar"): _scalar for c in _CORE},
@@ -180,13 +181,11 @@ class Places:
         self._starts: dict[int, tuple[Any, int]] = {}  # keyed by id() of the object with the bytes
 
     def note(self, held: Any, start: int) -> None:
-        """Remember the offset of some bytes, and keep `held` alive so that its id() stays
-        unique.
-        """
+        """Store the offset of some bytes, and keep `held` alive so that its id() stays unique."""
         self._starts[id(held)] = held, start
 
     def of(self, array: NDArray[Any]) -> int | None:
-        """Return the offset of an array's first byte, or None if the file has no such bytes."""
+        """Return the offset of an array's first byte, or None if its bytes are not in the file."""
         held: Any = array
         while isinstance(held, np.ndarray):
             held = held.base
@@ -195,15 +194,15 @@ class Places:
         return None if found is None else found[1]
 
 
-class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes between opcodes
-    """An unpickler that looks up no names.
+class _Reader(pickle._Unpickler):  # written in Python, as joblib puts bytes between opcodes
+    """An unpickler that never looks up a name.
 
-    `source` is in memory, so that false lengths cannot exhaust the memory.
+    `source` is in memory, so a false length cannot cause more memory to be allocated.
     """
 
     inherited: ClassVar[dict[int, Callable[[Any], None]]] = pickle._Unpickler.dispatch
     dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(inherited)
-    stack: list[Any]  # the next three are set by load()
+    stack: list[Any]  # the next three attributes are set by load()
     read: Callable[[int], bytes]
     append: Callable[[Any], None]
     _unframer: Any
@@ -253,7 +252,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         self._note_place()
 
     def _note_place(self) -> None:
-        """Remember the offset of the bytes that were just read."""
+        """Store the offset of the bytes that were just read."""
         if self.places is None:
             return
         frame, held = self._unframer.current_frame, self.stack[-1]
@@ -284,10 +283,10 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
 
 
 def read_pickle(data: bytes) -> Any:
-    """Return the dicts, lists, tuples, strings, numbers and arrays of a pickle or joblib file.
+    """Return the dicts, lists, tuples, strings, numbers and arrays in a pickle or joblib file.
 
-    Arrays of objects become lists, an array without dimensions becomes its object, and any other
-    object becomes :class:`Unreadable`. Raises ValueError if the pickle is incomplete.
+    Arrays of objects become lists, an array of objects without dimensions becomes its object, and
+    any other object becomes :class:`Unreadable`. Raises ValueError if the pickle is incomplete.
     """
     return read_pickle_places(data)[0]
 
@@ -302,7 +301,7 @@ def read_pickle_places(data: bytes) -> tuple[Any, Places]:
 
 
 def _plain(found: Any) -> Any:
-    """Return the contents with the placeholders in dicts and lists replaced by their arrays."""
+    """Return the contents, with placeholders in dicts and lists replaced by their arrays."""
     seen: dict[int, Any] = {}
     todo: list[tuple[Any, Any, Any]] = []
 
