@@ -614,8 +614,7 @@ class ClipAnalysis:
         return Hinges(self.motion)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
-        """Return the automatically corrected counter-twists in chains that share a joint with this
-        one.
+        """Return the automatically corrected counter-twists in chains that share a joint with it.
 
         If the interval is not corrected automatically, for example because τ was changed,
         counter-twists in its chain are left out: they may be the same error.
@@ -641,9 +640,7 @@ class ClipAnalysis:
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
     def _hinges_by(self, method: str, kept: DistinctFrames | None) -> Hinges:
-        """Return the hinges of the clip or of its kept frames, measured outside all
-        counter-twists.
-        """
+        """Return the hinges of the clip or of its kept frames, measured outside counter-twists."""
         key = method, kept is None
         if key not in self._hinges:
             finds, motion = self._twists_by(method), self.motion

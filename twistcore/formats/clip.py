@@ -204,9 +204,7 @@ class Clip(ABC):
         """
 
     def as_written(self, joint: int, q: Array) -> Array:
-        """Convert a joint's rotation q, (…, 4), to the axes of the angles that :meth:`euler`
-        returns.
-        """
+        """Convert a joint's rotation q, (…, 4), to the axes of the angles of :meth:`euler`."""
         del joint
         return q
 
@@ -214,8 +212,7 @@ class Clip(ABC):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with the rotations at `changed` (frames, joints) taken from
-        `motion`.
+        """Return the file's bytes with the rotations of `motion` at `changed`, (frames, joints).
 
         If `positions` is True, positions that differ are also rewritten. All other bytes stay the
         same. Raises ValueError for a joint without channels for three axes in the file.
@@ -223,9 +220,7 @@ class Clip(ABC):
 
 
 def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
-    """Return a mask of the local rotations that differ from the clip's in any bit, (frames,
-    joints).
-    """
+    """Return a mask of local rotations that differ from the clip's in any bit, (frames, joints)."""
     if motion.rotations is clip.motion.rotations:
         return np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     differs = motion.rotations != clip.motion.rotations

@@ -119,11 +119,7 @@ class DistinctFrames:
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def end(self, kept: int) -> int:
-        """Return the first frame of the clip that is unchanged if an interval ends at a kept
-        frame.
-
-        The kept frame is excluded from the interval.
-        """
+        """Return the first frame of the clip after an interval that ends before a kept frame."""
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def of(self, frame: int) -> int:

@@ -139,8 +139,9 @@ class Rig:
         return find_body(motion, said=self.names)
 
     def with_names(self, names: Mapping[str, str]) -> Rig:
-        """Return the rig with these meanings of joints. Raises FormatError if a meaning is
-        unknown.
+        """Return the rig with these meanings of joints.
+
+        Raises FormatError if a meaning is unknown.
         """
         for joint, said in names.items():
             joint_as_said(joint, said)

@@ -30,8 +30,7 @@ UNDEFINED = 1e-6  # an angle with at most this reliability is only rounding nois
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """The quantities of Eq. 1-13 in one frame: vectors (3,), quaternions (4,) and angles in
-    radians.
+    """The quantities of Eq. 1-13 in one frame: vectors (3,), quaternions (4,), angles (radians).
 
     - a: the bone in P's coordinates
     - q: P's rotation, with the sign for which q = swing ⊗ twist
@@ -76,8 +75,8 @@ class Decomposition:
 
     @property
     def product(self) -> float:
-        """Δθp·Δθc in square radians, negative if the joints turn in opposite directions [Choi26
-        Eq. 1].
+        """Δθp·Δθc in square radians [Choi26 Eq. 1], negative if the joints turn against each
+        other.
         """
         return self.dtheta_p * self.dtheta_c
 

@@ -58,8 +58,9 @@ class EulerChannels:
 
 
 def euler_channels(order: str, q: Array, near: Array) -> EulerChannels:
-    """Return the Euler angles of q, (4,). Of all solutions, the one nearest to `near`, (3,), is
-    used.
+    """Return the Euler angles of q, (4,).
+
+    Of all solutions, the one nearest to `near`, (3,), is used.
     """
     angles = continuous_angles(order, q[None], near[None], near, None)[0]
     between = float(np.arctan2(abs(np.cos(angles[1])), abs(np.sin(angles[1]))))

@@ -132,8 +132,7 @@ def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
 
 
 def _slide(places: Array, dt: float, up: int) -> Array:
-    """Return the horizontal speed of a joint on the ground since the previous frame, m/s,
-    (frames,).
+    """Return a joint's horizontal speed since the previous frame, m/s, (frames,).
 
     The speed is NaN while the joint is in the air.
     """

@@ -73,9 +73,7 @@ def _below(
 def _left(
     place: AskedFrame, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
 ) -> Reason:
-    """Return the reason why a jump above τ is left unexplained, with the costs of the
-    alternatives.
-    """
+    """Return the reason why a jump above τ is left unexplained, with the costs."""
     left = flips.left(jumps, jump)
     numbers = numbers | {"cost_left": left.cost}
     if left.run is None:

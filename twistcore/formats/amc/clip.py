@@ -105,8 +105,7 @@ class AmcClip(Clip):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with the numbers at `changed` (frames, joints) taken from
-        `motion`.
+        """Return the file's bytes with the numbers of `motion` at `changed`, (frames, joints).
 
         If `positions` is True, the root's translation is also rewritten where it differs. All other
         bytes stay the same. A number keeps its number of decimals, but has at least 6, and never

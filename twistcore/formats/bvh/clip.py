@@ -77,8 +77,7 @@ class BvhClip(Clip):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with the numbers at `changed` (frames, joints) taken from
-        `motion`.
+        """Return the file's bytes with the numbers of `motion` at `changed`, (frames, joints).
 
         If `positions` is True, position numbers that differ are also rewritten. All other bytes
         stay the same. A number keeps its number of decimals, but has at least 6, and never gets an
@@ -97,8 +96,9 @@ class BvhClip(Clip):
 
 
 def token_spans(data: bytes, start: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return start and end offsets of the tokens in data[start:], which are separated by white
-    space.
+    """Return start and end offsets of the tokens in data[start:].
+
+    Tokens are separated by white space.
     """
     buffer = np.frombuffer(data, dtype=np.uint8)
     edges = []

@@ -167,9 +167,7 @@ def parse_header(
 
 
 def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipWarning]) -> None:
-    """Add a warning if the joint that was just closed has no OFFSET. `closed` is None for an End
-    Site.
-    """
+    """Add a warning if the joint `closed` has no OFFSET. `closed` is None for an End Site."""
     if closed is None or joints[closed].placed:
         return
     joint = joints[closed]

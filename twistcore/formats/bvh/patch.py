@@ -80,11 +80,11 @@ def with_numbers(
     tokens: NDArray[np.int64],
     numbers: Array,
 ) -> bytes:
-    """Return a text in which `numbers`, (n,), replace the given tokens. All other bytes stay the
-    same.
+    """Return a text in which `numbers`, (n,), replace the given tokens.
 
-    `spans` are the byte offsets of the start and end of all tokens, in reading order. A number
-    keeps its number of decimals, but has at least 6, and never gets an exponent.
+    All other bytes stay the same. `spans` are the byte offsets of the start and end of all tokens,
+    in reading order. A number keeps its number of decimals, but has at least 6, and never gets an
+    exponent.
     """
     order = np.argsort(tokens, kind="stable")
     tokens, numbers = tokens[order], numbers[order]

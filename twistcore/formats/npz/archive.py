@@ -59,14 +59,11 @@ class Archive:
         return described_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array. Raises NpzError if it is damaged, or if it has objects, which can run
-        code.
-        """
+        """Return an array. Raises NpzError if it is damaged or has objects, which can run code."""
         return self._member(name)[1]
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the file's bytes with the given arrays replaced. Their size and dtype stay the
-        same.
+        """Return the file's bytes with the given arrays replaced, keeping their size and dtype.
 
         Uncompressed members are replaced in place. A compressed member changes its length, so the
         archive is packed again, with its members in the same order and compressed as before. Raises

@@ -92,9 +92,7 @@ def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
 
 
 def _model(below: list[tuple[str, str]]) -> BodyModel:
-    """Return a model with the 22 joints of the body, followed by `below`, joints with their
-    parents.
-    """
+    """Return a model with the body's 22 joints and the joints `below`, given with their parents."""
     names = (*_BODY_NAMES, *(name for name, _ in below))
     parents = (*_BODY_PARENTS, *(names.index(above) for _, above in below))
     offsets = [_offset(name, _SHARES) or (0.0, 0.0, 0.0) for name in names]

@@ -81,8 +81,7 @@ class NpzClip(Clip):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the file's bytes with rotation vectors at `changed` (frames, joints) from
-        `motion`.
+        """Return the file's bytes with the vectors of `motion` at `changed`, (frames, joints).
 
         If `positions` is True, root positions that differ are also rewritten. All other numbers and
         arrays stay the same bit by bit, except that arrays that repeat `poses` are updated.

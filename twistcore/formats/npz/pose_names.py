@@ -132,9 +132,7 @@ def _scale(arrays: Arrays) -> float:
 
 
 def _by_parts(arrays: Arrays) -> PoseNames | None:
-    """Return the layout with separate arrays for the root, the body and, if complete, hands and
-    face.
-    """
+    """Return the layout with arrays for the root, the body and, if complete, hands and face."""
     root, body, place = (_first(names, arrays) for names in (_ROOTS, _BODIES, _PLACES))
     if not (root and body and place):
         return None

@@ -37,9 +37,7 @@ class Arrays(Protocol):
         ...
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the file's bytes with the given arrays replaced. Their size and dtype stay the
-        same.
-        """
+        """Return the file's bytes with the given arrays replaced, keeping their size and dtype."""
         ...
 
 

@@ -63,9 +63,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
     evident = any(shape.bend(here, below) > _BENT for below, here, _ in triples[: highest + 1])
 
     def known_below(k: int) -> list[str]:
-        """Return the roles of the joints between the limb's end and the k-th joint, without
-        pieces.
-        """
+        """Return the roles of the joints between the limb's end and the k-th, without pieces."""
         return [r for j, r in zip(path[1:k], named[1:k], strict=True) if r and j not in out]
 
     for k, (below, here, above) in enumerate(triples, 1):

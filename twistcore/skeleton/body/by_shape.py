@@ -25,9 +25,7 @@ def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLin
 
 
 def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
-    """Return the limb along a line of unnamed joints, or None if the line has fewer than two
-    bones.
-    """
+    """Return the limb along a line of unnamed joints, or None if it has fewer than two bones."""
     bones = unnamed_bones(shape, joints)
     if not bones:
         return None

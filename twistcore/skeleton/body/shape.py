@@ -90,9 +90,7 @@ class Shape:
 
     @cached_property
     def out_of_it(self) -> list[bool]:
-        """Return a mask of joints that are not in limbs: head, fingers, props and joints below
-        these.
-        """
+        """Return a mask of the head, fingers and props, and of all joints below these."""
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
             out[joint] |= parent >= 0 and out[parent]
@@ -161,8 +159,7 @@ class Shape:
         return lines
 
     def _misnamed_end(self, line: Sequence[int]) -> list[int]:
-        """Return the joint below a line that ends a whole bone in spite of a finger's or prop's
-        name.
+        """Return the joint that ends a whole bone below a line, despite a finger's or prop's name.
 
         Such a joint has children, like a hand, and two whole bones above it. The result is a list
         with at most one joint.
