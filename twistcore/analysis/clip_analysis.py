@@ -64,10 +64,10 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 SomeFault = TypeVar("SomeFault", NoiseBurst, SmoothedSpan)
-Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain or limb
+Tau = float | Mapping[str, float]  # for all chains, or keyed by the name of a chain or limb
 ALL_KINDS = frozenset(Kind)
 REPAIRED = frozenset(kind for kind in Kind if kind.repairable)
-_SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # kinds with a finder of their own
+_SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # kinds that have a finder function
 # Number of lone jumps above which a person counts as restless, so that none of their intervals is
 # corrected automatically.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
@@ -78,7 +78,7 @@ RESTLESS_DOUBT = "there are lone jumps throughout the clip, so every detection i
 class ClipAnalysis:
     """The analysis of a motion, before any threshold or decision, as `analyse` returns it.
 
-    The object does not change, computes everything only once, on first use, and is thread-safe.
+    The object is immutable and thread-safe. It computes each result once, on first use.
 
     Parameters
     ----------
@@ -93,9 +93,9 @@ class ClipAnalysis:
     chosen : bool
         True if a person chose these chains, False if they are all chains.
     people : sequence of str, optional
-        The people whose chains these are.
+        The people to whom the chains belong; None for all people.
     whole : ClipAnalysis, optional
-        The analysis of all chains, which also has the results of the chosen ones.
+        The analysis of all chains, from which the results for the chosen chains are read.
 
     Examples
     --------
@@ -124,11 +124,11 @@ class ClipAnalysis:
         self.chains = tuple(c for c in chains if not isinstance(c, Limb))
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
-        self._detectors: dict[str, Detector] = {}  # the detectors that made them
+        self._detectors: dict[str, Detector] = {}  # the detectors that computed these
         self._failed: dict[str, tuple[Detector, str]] = {}  # the failed detectors, with the reasons
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
-        # By kind and method, '' for the clip as captured; shared results of the finders by method.
+        # Keyed by kind and method ('' is the clip as captured); then results that finders share.
         self._shown: dict[tuple[Kind, str], Mapping[str, tuple[Interval, ...]]] = {}
         self._shared: dict[str, dict[Any, Any]] = {}
         # Kinds of other packages that failed, with the reason.
@@ -141,7 +141,7 @@ class ClipAnalysis:
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._hinges: dict[tuple[str, bool], Hinges] = {}
         self._sure: dict[str, tuple[Interval, ...]] = {}
-        # The open copy of an interval whose correction makes something worse, None for any other.
+        # Maps an interval to its open copy if its correction makes something worse, or to None.
         self._protected: WeakKeyDictionary[Interval, Interval | None] = WeakKeyDictionary()
         self._making = Lock()
 
@@ -150,7 +150,7 @@ class ClipAnalysis:
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
 
     def with_rig(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with another rig and the same choice of people or chains.
+        """Return an analysis with another rig but the same choice of people or chains.
 
         Raises TwistError if the rig has none of the chosen chains.
         """
@@ -170,7 +170,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with another rig, for all its chains or only for the chosen ones."""
+        """Return an analysis with all chains of another rig, or with the chosen ones only."""
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)
@@ -187,9 +187,7 @@ class ClipAnalysis:
 
     @property
     def every_chain(self) -> tuple[Chain, ...]:
-        """The chains that the detectors analyse, which are all chains, even if only some were
-        chosen.
-        """
+        """The chains that the detectors analyse: all chains, even if only some were chosen."""
         return self._whole.chains if self._whole else self.chains
 
     @property
@@ -198,7 +196,10 @@ class ClipAnalysis:
         return *self.chains, *self.limbs
 
     def chain(self, name: str) -> Chain:
-        """Return the chain or limb with a name or label. Raises TwistError with similar names."""
+        """Return the chain or limb with the given name or label.
+
+        Raises TwistError, which lists similar names, if there is none.
+        """
         return chain_named(self.chains_and_limbs, name, self.name)
 
     @cached_property
@@ -210,7 +211,7 @@ class ClipAnalysis:
     def reliability(self) -> Mapping[str, float]:
         """The median of ‖v⊥‖/‖v‖, 0…1, keyed by chain name.
 
-        A low value means that a straight limb leaves θc undefined.
+        A low value means that the limb is often straight, where θc is undefined.
         """
         return {k: median(s.azimuth_reliability) for k, s in self.signals.items()}
 
@@ -260,11 +261,10 @@ class ClipAnalysis:
     def compared_with(
         self, reference: Clip | Motion | HasMotion, name: str = ""
     ) -> tuple[Note, ...]:
-        """Compare the clip with another take, and return a note about each bone turned in every
-        frame.
+        """Compare the clip with another take; return a note for each bone with a constant offset.
 
         - reference: another take of the same skeleton
-        - name: its name in the notes, by default the take's own name
+        - name: the name of the other take in the notes, by default the name of the take itself
 
         Raises ClipMismatchError if the skeletons differ.
         """
@@ -282,7 +282,7 @@ class ClipAnalysis:
         tell, detector = tell or nobody, DETECTORS.named(method)
         if self._whole is not None:
             return self._whole.by(method, tell)
-        if self._detectors.get(method) is detector:  # also while another analysis is running
+        if self._detectors.get(method) is detector:  # does not wait for other detectors
             return self._by_method[method]
         with self._making:
             if self._detectors.get(method) is not detector:
@@ -296,8 +296,7 @@ class ClipAnalysis:
             return self._by_method[method]
 
     def usable(self, method: str) -> str:
-        """Return the detector's name, or the default detector's name if it is missing or failed
-        here.
+        """Return `method`, or the default detector if `method` is missing or failed on this clip.
 
         No detector is run for this; a detector that has not run yet is considered usable.
         """
@@ -338,7 +337,10 @@ class ClipAnalysis:
             del self._hinges[key]
 
     def kept(self, method: str) -> Analysis | None:
-        """Return the analysis by a detector if it is already computed, or None without waiting."""
+        """Return the analysis by a detector if it has already been computed, or None.
+
+        This method never starts or waits for a detector.
+        """
         return self._whole.kept(method) if self._whole else self._by_method.get(method)
 
     def _fault_notes(self) -> Iterator[Note]:
@@ -365,7 +367,7 @@ class ClipAnalysis:
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
-        """Return the faults of joints without those of people who were not chosen."""
+        """Return the faults without those at joints of people who were not chosen."""
         if self._people is None:
             return list(faults)
         others = {
@@ -409,8 +411,8 @@ class ClipAnalysis:
     def shown(self, kind: Kind, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
         """Return the intervals of a kind that is reported but not corrected, keyed by chain name.
 
-        The intervals are computed on first use. For some kinds the search comes after the
-        detector's automatic corrections.
+        The intervals are computed on first use. For some kinds, the clip is searched after the
+        detector's automatic corrections have been applied.
         """
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:
@@ -426,11 +428,11 @@ class ClipAnalysis:
 
     @property
     def failed_kinds(self) -> tuple[str, ...]:
-        """The reasons why the search for kinds from other packages has failed so far."""
+        """The error messages of kinds from other packages whose search has failed so far."""
         return tuple(self._failed_kinds.values())
 
     def carried_along(self, twist: Interval) -> bool:
-        """True if C rolled with P in an interval that a detector takes for a counter-twist."""
+        """True if C rolled with P in an interval that a detector reports as a counter-twist."""
         return self._rolls.along(self.chain(twist.chain), twist)
 
     def carried_rolls(self, method: str = DEFAULT_METHOD) -> CarriedRolls:
@@ -440,22 +442,20 @@ class ClipAnalysis:
         if method not in self._carried:
             motion, chains = self.motion, self._of_limbs
             if not DETECTORS.named(method).info.has_confidence:
-                chains = ()  # no confidence says which counter-twists to remove first
+                chains = ()  # without confidence, it is unclear which counter-twists to remove
             elif twists := [i for i in self._sure_by(method) if not self.carried_along(i)]:
                 motion = refine(motion, chains, twists)
             self._carried[method] = analyse_carried_rolls(motion, chains)
         return self._carried[method]
 
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Return the lone jumps that remain after all automatic corrections, keyed by chain
-        name.
-        """
+        """Return the lone jumps that remain after all automatic corrections, by chain name."""
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def search(self, method: str) -> KindSearch:
-        """Return the input for the finders of kinds.
+        """Return the input for the functions that find the intervals of a kind.
 
-        `method` is a detector, or an empty string for the clip as captured.
+        `method` is the name of a detector, or an empty string for the clip as captured.
         """
         whole, chosen = self._whole or self, self._of_limbs
         shared, chains = whole._shared, whole._of_limbs
@@ -492,7 +492,7 @@ class ClipAnalysis:
         return automatic_corrections(self._errors(method))
 
     def _refined(self, method: str) -> Callable[[int, int], Motion] | None:
-        """Return a function that makes corrected frames; None if nothing is corrected."""
+        """Return a function that computes corrected frames, or None if nothing is corrected."""
         if method not in self._refiners:
             applied, chains = self._applied(method), self.chains_and_limbs
             made = refiner(self.motion, chains, applied) if applied else None
@@ -507,9 +507,9 @@ class ClipAnalysis:
     def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
         """Return the people whose joints jump so often that no interval is certain.
 
-        The result for a clip of one person is ('',) or (). Jumps must be as frequent in the clip as
-        captured and after the corrections; if few joints jump as captured, no detector needs to
-        run. Jumps during a burst of noise are not counted.
+        The result for a clip of one person is ('',) or (). A person is included only if the jumps
+        are frequent both in the clip as captured and after the corrections. If they are rare in the
+        clip as captured, no detector is run. Jumps during a burst of noise are not counted.
         """
         if self._whole is not None:
             return self._whole.restless(method)
@@ -525,7 +525,7 @@ class ClipAnalysis:
         return self._with_many(found_by(Kind.LONE_JUMP, self.search("")))
 
     def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
-        """Return the people whose chains have many of the given jumps."""
+        """Return the people who have many of the given jumps, which are keyed by chain name."""
         least = max(RESTLESS, RESTLESS_A_MINUTE * self.motion.frames / self.motion.fps / 60.0)
         counts = {
             person: sum(not self._in_burst(j) for c in own for j in jumps[c.name])
@@ -539,7 +539,10 @@ class ClipAnalysis:
         return any(jump.start < b.stop and b.start < jump.stop for b in same)
 
     def left_open(self, interval: Interval) -> Interval:
-        """Return a restless person's interval as an open interval, always as the same object."""
+        """Return a restless person's interval as an open interval.
+
+        Repeated calls return the same object.
+        """
         if interval.open or not interval.repairable:
             return interval
         if (kept := self._left.get(interval)) is None:
@@ -548,12 +551,12 @@ class ClipAnalysis:
         return kept
 
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
-        """Return the interval, marked as open if its correction makes something worse.
+        """Return the interval, or an open copy of it if its correction makes something worse.
 
-        The same object is returned each time. A counter-twist at a step of the whole body also
-        becomes open, because that step alone may be the error, and so does an interval whose
-        confidence is too low for its kind. Intervals of a detector without confidence, such as the
-        paper's, are returned unchanged.
+        A counter-twist that coincides with a step of the whole body also becomes open, because that
+        step alone may be the error, and so does an interval whose confidence is too low for its
+        kind. Intervals of a detector without confidence, such as the paper's, are returned
+        unchanged. Repeated calls return the same object.
         """
         if self._whole is not None:
             return self._whole.protected(interval, method)
@@ -573,9 +576,10 @@ class ClipAnalysis:
         return self._protected[interval] or interval
 
     def _at_body_step(self, interval: Interval, method: str) -> bool:
-        """True if the whole body steps at an edge of an interval, even without counter-twists.
+        """True if there is a body step at an edge of the interval, even without counter-twists.
 
-        Counter-twists of many chains that begin in the same frame look like a step of the body.
+        Counter-twists of many chains that begin in the same frame look like a body step. Therefore
+        the steps are also measured in the clip without any counter-twist.
         """
         person = self.chain(interval.chain).person
         if not at_body_step(body_steps(self.motion), interval, person):
@@ -596,7 +600,7 @@ class ClipAnalysis:
             measured = protected_measures(self.motion, self._of_limbs, interval, hinges, others)
             if kept is None or not any(m.worse for m in measured):
                 return measured
-        # Frames between keys and held frames were not captured: faults that only they show are
+        # Interpolated and held frames were not captured: errors that appear only in them are
         # ignored.
         own, *others = (shown_at(i, kept.first) for i in (interval, *others))
         needed = {i.chain for i in (own, *others)}
@@ -610,10 +614,10 @@ class ClipAnalysis:
         return Hinges(self.motion)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
-        """Return the automatically corrected counter-twists in chains that share a joint.
+        """Return the automatically corrected counter-twists in chains that share a joint with it.
 
-        If the interval is not one of them, as at a τ that is not automatic, counter-twists in its
-        own chain are left out, because they may be the same error.
+        If the interval is not corrected automatically, for example because τ was changed,
+        counter-twists in its chain are left out: they may be the same error.
         """
         own = self.chain(interval.chain)
         joints = {own.parent, own.child}
@@ -636,7 +640,7 @@ class ClipAnalysis:
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
     def _hinges_by(self, method: str, kept: DistinctFrames | None) -> Hinges:
-        """Return the hinges of the clip, or of its kept frames, measured outside counter-twists."""
+        """Return the hinges of the clip or of its kept frames, measured outside counter-twists."""
         key = method, kept is None
         if key not in self._hinges:
             finds, motion = self._twists_by(method), self.motion
@@ -649,11 +653,10 @@ class ClipAnalysis:
     def detector(
         self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] | None = None
     ) -> Analysis:
-        """Return an analysis of chains and limbs, limited to the given kinds.
+        """Return an analysis of chains and limbs, limited to the given kinds (all by default).
 
-        For a chain it combines :meth:`by` and :meth:`shown`; for a limb it uses :attr:`flips`.
-        Nothing is computed before it is needed. `kinds` are all kinds by default. Raises TwistError
-        for an unknown method.
+        The analysis combines :meth:`by` and :meth:`shown` for chains, and uses :attr:`flips` for
+        limbs. Nothing is computed before it is needed. Raises TwistError for an unknown method.
         """
         DETECTORS.named(method)
         return _ByName(self, method, ALL_KINDS if kinds is None else frozenset(kinds))
@@ -700,7 +703,7 @@ class ClipAnalysis:
         return self._given(for_all, None) | {k: t for k, t in by_name.items() if k in names}
 
     def _looked_at(self, kinds: Collection[str]) -> tuple[str, ...]:
-        """Return the names of the chains and limbs that may have intervals of these kinds."""
+        """Return the names of the chains and limbs in which these kinds can be found."""
         chains = self.chains if set(kinds) - {Kind.LIMB_FLIP} else ()
         return tuple(c.name for c in (*chains, *(self.limbs if Kind.LIMB_FLIP in kinds else ())))
 
@@ -717,10 +720,10 @@ class ClipAnalysis:
 
 @dataclass(frozen=True, eq=False)
 class _ByName:
-    """The detectors for chains and for limb flips, combined.
+    """The detectors for chains and for limb flips, combined into one analysis.
 
-    Set `final` to True to return the intervals of restless people as open intervals. Restless
-    people are known only after the search for all other kinds.
+    Set `final` to False to return the intervals of restless people unchanged, and not as open
+    intervals: restless people are known only after the search for all other kinds.
     """
 
     clip: ClipAnalysis
@@ -759,8 +762,8 @@ class _ByName:
     def _with_carried(self, chain: str, tau: float, found: list[Interval]) -> list[Interval]:
         """Add a chain's carried rolls, and remove the counter-twists that are part of one.
 
-        In a bent limb a carried roll looks like a counter-twist; in a nearly straight limb part of
-        it does.
+        In a bent limb, a carried roll looks like a counter-twist; in a nearly straight limb, only a
+        part of it does.
         """
         rolls = self.clip.carried_rolls(self.method).intervals(chain, tau)
         sure = [r for r in rolls if not r.open]
@@ -772,10 +775,10 @@ class _ByName:
         return [*left, *rolls]
 
     def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
-        """Remove flips that arise because a child did not turn back a twist error of the limb's
-        parent.
+        """Remove flips that are only a side effect of a twist error in the limb's first joint.
 
-        The rest of the limb then turns by the missing part, so this is one error and not two.
+        If a child did not turn back with its parent's twist error, the rest of the limb turns by
+        the missing angle. That is one error, not two.
         """
         known = self.clip.by(self.method)
         twists = [
@@ -795,7 +798,7 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the evidence for an interval, with the doubt that leaves the decision to a person."""
+    """Return the evidence for an interval with a reason for doubt, so that a person decides."""
     evidence = explain() if explain else {}
     return {**evidence, "doubts": [doubt, *evidence.get("doubts", ())]}
 
@@ -809,7 +812,7 @@ def _kept(analysis: Analysis) -> DistinctFrames | None:
 def _made_worse(
     explain: Callable[[], dict[str, Any]] | None, worse: Sequence[ProtectedMeasure]
 ) -> dict[str, Any]:
-    """Return the evidence for an interval, with the measures that its correction makes worse."""
+    """Return the evidence for an interval with the measures that its correction makes worse."""
     evidence = explain() if explain else {}
     doubts = [m.doubt for m in worse]
     doubts += [d for d in evidence.get("doubts", ()) if d not in doubts]
@@ -885,8 +888,9 @@ class Detection:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The notes of the analysis, without the note that nothing was examined if something was
-        found.
+        """The notes of the analysis.
+
+        If anything was found, the note that nothing was examined is left out.
         """
         notes = self.analysis.notes
         if self.intervals:
@@ -948,8 +952,8 @@ class Detection:
         *,
         include_open: bool = False,
     ) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return the chains and limbs, and the intervals that may be corrected automatically."""
-        del motion  # the intervals know their chains
+        """Return all chains and limbs, and the intervals that are corrected automatically."""
+        del motion  # not needed: the analysis already has the chains
         sure = automatic_corrections(self, at_least, include_open=include_open)
         return self.chains_and_limbs, sure
 

@@ -1,9 +1,9 @@
-"""Groups of errors that belong together, so that a reviewer can decide on them at once.
+"""Groups of errors that belong together, so that a reviewer can decide on all of them in one step.
 
-Three rules make the groups; none of them depends on decisions:
+Three rules form the groups. None of them depends on a reviewer's decisions:
 
 1. *Edges*: on one limb, intervals whose edges are at most one frame apart belong together, if one
-   of them is a jump or if they share a frame. A jump has a single edge, its first frame. This joins
+   of them is a jump or if they share a frame. A jump has only one edge, its first frame. This joins
    a flip with the jumps at its edges.
 2. *Overlap*: on one limb, intervals that share at least 80 % of the longer one's frames belong
    together. This joins a leg with its foot.
@@ -11,7 +11,7 @@ Three rules make the groups; none of them depends on decisions:
    same direction and of similar size in the middle, they are one group.
 
 Two corrections of different kinds for the same frames of a limb are alternatives if one of them is
-open, and a reviewer chooses one: only the surer one is in the group.
+open. A reviewer chooses one of them, and only the one with more confidence is in the group.
 
 The limb of an interval is the limb of its joint: the nearest joint above it at which a limb begins,
 or the root. The cost grows linearly with the number of intervals, apart from sorting.
@@ -32,10 +32,10 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.work.frozen import dataclass
 
 _NEAR = 1  # frames between edges
-_SHARED = 0.8  # of the longer interval's frames
-_SERIES = 3  # groups in a series, at least
-_SIMILAR = 1.3  # times the smallest size in a series
-_JUMP = 4  # frames of a jump, at most
+_SHARED = 0.8  # share of the longer interval's frames
+_SERIES = 3  # minimum number of groups in a series
+_SIMILAR = 1.3  # maximum ratio of the largest to the smallest size in a series
+_JUMP = 4  # maximum number of frames of a jump
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class ErrorGroup:
 
     - members: indices of the intervals. The first one represents the group: it is the error with
       the largest extent or, in a series, the first repetition.
-    - name: what happens, in words
+    - name: a short description, such as 'Left knee flips and the 2 jumps at its edges'
     """
 
     members: tuple[int, ...]
@@ -56,8 +56,8 @@ def error_groups(
 ) -> tuple[ErrorGroup, ...]:
     """Return the groups of intervals that belong together, sorted by their first member.
 
-    `chains` are all chains and limbs to which the intervals refer. An interval is in at most one
-    group, and a single interval is in none.
+    `chains` are all chains and limbs to which the intervals refer. An interval belongs to at most
+    one group. A group has at least two intervals.
     """
     by_name = {chain.name: chain for chain in chains}
     limb_starts = _limb_starts(skeleton, by_name.values())
@@ -80,7 +80,7 @@ def error_groups(
 
 
 def _limb_starts(skeleton: Skeleton, chains: Iterable[Chain]) -> list[int]:
-    """Return, for every joint, the joint at which its limb begins, or its root."""
+    """Return, for every joint, the joint at which its limb begins, or the root if there is none."""
     found = limbs(skeleton, tuple(chains))
     first = {min(chain.parent for chain in line) for line in found}
     starts: list[int] = []
@@ -115,7 +115,7 @@ class _Union:
 
 
 def _is_jump(interval: Interval) -> bool:
-    """True for an error of a single moment, which cannot be corrected."""
+    """Return True for a jump, an error at one moment that cannot be corrected."""
     lasts = interval.repairable or interval.kind.info.lasting
     return not lasts and interval.frames <= _JUMP
 
@@ -137,8 +137,8 @@ def _touching(intervals: Sequence[Interval], members: Iterable[int]) -> Iterator
 def _met(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[int, int]]:
     """Yield pairs that connect intervals whose edges touch.
 
-    Without a jump, intervals that share no frame stay apart: one error only ends where another one
-    begins.
+    Intervals that share no frame are connected only if one of them is a jump: without a jump, one
+    error simply ends where another one begins.
     """
     if len(meeting) < 2:
         return
@@ -154,7 +154,7 @@ def _met(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[in
 def _overlapping(
     intervals: Sequence[Interval], members: Iterable[int]
 ) -> Iterator[tuple[int, int]]:
-    """Yield pairs of intervals with mostly the same frames in different chains of one limb."""
+    """Yield pairs of intervals in different chains of one limb that share most of their frames."""
     last: dict[str, int] = {}  # by chain
     for k in sorted(members, key=lambda k: intervals[k].start):
         here = intervals[k]
@@ -173,15 +173,15 @@ def without_alternatives(
     *,
     chosen: Iterable[Interval] = (),
 ) -> tuple[Interval, ...]:
-    """Return the intervals without the corrections that are alternatives to surer ones.
+    """Return the intervals without those whose correction has a more certain alternative.
 
-    Corrected together, two alternatives would turn a limb away from where each of them alone puts
-    it.
+    If two alternatives were corrected together, the limb would end up in neither of the two poses
+    that they intend.
 
     Parameters
     ----------
     intervals
-        The intervals whose corrections are to be shown together.
+        The intervals whose corrections are shown together.
     chains
         All chains and limbs that they refer to.
     skeleton
@@ -207,7 +207,7 @@ def without_alternatives(
 def _without_alternatives(
     intervals: Sequence[Interval], part: list[int], chosen: Collection[int] = ()
 ) -> list[int]:
-    """Return the members of a part without corrections for which there is a surer alternative.
+    """Return the members of a part without those whose correction has a more certain alternative.
 
     `chosen` contains the id() of intervals that are always kept.
     """
@@ -236,7 +236,7 @@ def _without_alternatives(
 
 
 def _led(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:
-    """Return a part's errors sorted by start, with the one that explains the others first."""
+    """Return a part's errors with the main error first and the others sorted by start."""
 
     def weight(k: int) -> tuple[bool, bool, int, int]:
         interval = intervals[k]
@@ -249,7 +249,7 @@ def _led(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:
 def _with_series(
     intervals: Sequence[Interval], parts: Iterable[tuple[int, ...]]
 ) -> Iterator[tuple[tuple[int, ...], int]]:
-    """Yield each part, or a series as one joined part, and the number of its repetitions."""
+    """Yield each part, with parts of a series joined, and the number of repetitions."""
     alike = defaultdict[tuple[str, Kind, str, bool], list[tuple[int, ...]]](list)
     for part in parts:
         lead = intervals[part[0]]
@@ -269,9 +269,9 @@ def _with_series(
 def _similar(
     intervals: Sequence[Interval], parts: list[tuple[int, ...]]
 ) -> Iterator[list[tuple[int, ...]]]:
-    """Yield runs of parts whose first errors have similar sizes in the same direction.
+    """Yield runs of parts whose first errors have similar sizes and the same direction.
 
-    Angles are compared around the circle, because +179° and −179° are the same half turn.
+    Angles are compared modulo a full turn, because +179° and −179° are the same half turn.
     """
     turn = 2.0 * np.pi
     sized = sorted((_middle(intervals[part[0]]) % turn, part) for part in parts)
@@ -289,9 +289,7 @@ def _similar(
 
 
 def _middle(interval: Interval) -> float:
-    """Return the angle in the middle of an interval, radians, because its median would take
-    long.
-    """
+    """Return the angle in the middle frame of an interval, radians. A median would be slow."""
     return float(
         interval.offset[interval.frames // 2] if interval.repairable else interval.residual
     )
@@ -330,7 +328,10 @@ def _is_like(interval: Interval, lead: Interval) -> bool:
 
 
 def _part(interval: Interval, chain: Chain, inside: bool) -> str:
-    """Return the part of the body that is wrong. `inside` is True within a sentence."""
+    """Return the part of the body that is wrong.
+
+    The name begins with a small letter if it is `inside` a sentence.
+    """
     if interval.joint:
         return interval.joint
     if not isinstance(chain, Limb) or not chain.segment:

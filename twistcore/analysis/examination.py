@@ -21,7 +21,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
 
 FEWEST_FRAMES = 5
-_STILL = 1e-6  # largest rounding error of a quaternion's component in a joint that never turns
+_STILL = 1e-6  # largest rounding error of a quaternion component of a joint that never turns
 _MOST_PIECES = 5  # maximum number of pieces in a note
 
 
@@ -42,9 +42,9 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
 
 
 def frames_note(motion: Motion) -> str:
-    """Return a sentence about frames between cuts that are too few to examine, or an empty string.
+    """Return a sentence about pieces between cuts that are too short to examine, or ''.
 
-    T-poses at either end, and blends from or to them, are left out too but not mentioned here.
+    T-poses at either end, and blends from or to them, are not examined either but not mentioned.
     """
     frames = unexamined_frames(motion)
     if not frames:
@@ -61,7 +61,7 @@ def frames_note(motion: Motion) -> str:
 
 
 def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
-    """Return frames [start, stop) of pieces too short to examine, except T-poses at the ends."""
+    """Return the frames [start, stop) of pieces that are too short, except T-poses at the ends."""
     left_out = np.ones(motion.frames, dtype=bool)
     for start, stop in segments_between(find_cuts(motion), motion.fps):
         left_out[start:stop] = False
@@ -88,9 +88,9 @@ def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, .
 def joints_outside(body: Body, chains: Sequence[Chain]) -> Mapping[str, tuple[str, ...]]:
     """Return the names of the joints that no chain examines, keyed by part of the body.
 
-    The parts are the root, the trunk (everything from which limbs hang), the joints below the hands
-    and below the feet (below the limbs, if names are unknown), and the others, such as neck and
-    head.
+    The parts are the root, the trunk (everything to which limbs are attached), the joints below the
+    hands and below the feet (below the limbs, if names are unknown), and the others, such as neck
+    and head.
     """
     skeleton = body.skeleton
     inside = {j for c in chains for j in (c.parent, c.child)}
@@ -119,7 +119,7 @@ _PARTS = ("root", "trunk", *_BELOW.values(), "below the limbs", "others")
 
 
 def _kind_of(body: Body, chain: Chain) -> str:
-    """Return 'arm' or 'leg' by the names of a chain's joints, or '' if the names are unknown."""
+    """Return 'arm' or 'leg' from the names of a chain's joints, or '' if the names are unknown."""
     roles = {role for j in (chain.parent, chain.child) for role in body.names[j].roles}
     if roles & {"shoulder", "arm", "forearm", "hand"}:
         return "arm"

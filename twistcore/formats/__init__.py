@@ -1,4 +1,4 @@
-"""File formats of clips: one function that reads all of them, and a folder for each format."""
+"""File formats of clips: a function that reads any of them, and a subpackage for each format."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    # Loaded on first use: the suffix of a name is known without any reader or numpy.
+    # Loaded on first use: checking the suffix of a file name needs neither a reader nor numpy.
     _HOMES = {
         "clip": "Clip write_clip",
         "reading": "CLIP_PATTERNS is_clip is_other_data own_name read_clip same_format",

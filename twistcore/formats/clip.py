@@ -1,4 +1,4 @@
-"""A clip that was read from a file: its bytes, its motion, and how its numbers are rewritten."""
+"""A clip that was read from a file: its bytes, its motion, and how to rewrite its numbers."""
 
 from __future__ import annotations
 
@@ -22,13 +22,16 @@ from twistcore.work.frozen import dataclass
 
 SHORTEST, LONGEST = 1e-4, 1.0  # seconds: range of plausible frame times
 _WARNINGS = 40
-_POSES = 1 << 20  # joints × frames that can always be read
-_JOINTS_A_NUMBER = 2  # the limit for larger files; a figure has nearly three numbers a joint
+_POSES = 1 << 20  # joints × frames up to which every file can be read
+_JOINTS_A_NUMBER = 2  # the limit for larger files; a real figure has nearly three numbers per joint
 
 
 @dataclass(frozen=True)
 class ClipWarning:
-    """An assumption made while reading: a sentence and, if known, its line in the file (from 1)."""
+    """An assumption made while reading a file.
+
+    The warning has a sentence and, if known, the line in the file, counted from 1.
+    """
 
     text: str
     line: int | None = None
@@ -38,7 +41,7 @@ class ClipWarning:
 
 
 def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
-    """Return the first warnings and the number of the others, since there may be thousands."""
+    """Return the first warnings, and one that counts the rest. There may be thousands."""
     if (left := len(warnings) - _WARNINGS) <= 1:
         return list(warnings)
     return [*warnings[:_WARNINGS], ClipWarning(f"{left} more warnings are not shown.")]
@@ -47,8 +50,8 @@ def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
 def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
     """Return a message if a file has far too few numbers for its joints and frames, or None.
 
-    The line of a joint and the line of a frame take a few bytes each, but the poses of all joints
-    in all frames need memory for their product.
+    A damaged or malicious file can declare many joints and many frames in a few bytes each, but the
+    poses of all joints in all frames would need memory for their product.
     """
     if joints * frames <= _POSES or joints <= _JOINTS_A_NUMBER * columns:
         return None
@@ -60,7 +63,7 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
 
 @dataclass(frozen=True)
 class ChannelJump:
-    """A step of more than 180° in a written channel, which no equivalent angles could avoid.
+    """A step of more than 180° in a written channel, which no choice of equivalent angles avoids.
 
     The pose is right in every frame, but a program that interpolates the channels between frames
     shows a spin.
@@ -68,7 +71,7 @@ class ChannelJump:
     Parameters
     ----------
     frame
-        The later frame of the step.
+        The frame after the step.
     channel
         The channel's name, such as 'Zrotation'.
     """
@@ -100,13 +103,13 @@ class Clip(ABC):
     path : Path
         The file that was read.
     data : bytes
-        The file's contents, never changed.
+        The contents of the file, which never change.
     skeleton : Skeleton
-        Its joints.
+        The joints.
     frame_time : float
         Seconds from one frame to the next.
     warnings : tuple of ClipWarning
-        Assumptions made while reading.
+        Assumptions made while reading the file.
     declared_frames : int, optional
         The number of frames in the file's header; None if the format has no such number.
 
@@ -140,7 +143,10 @@ class Clip(ABC):
 
     @property
     def companions(self) -> Mapping[str, bytes]:
-        """The files in the same folder that are needed to read this one, keyed by name."""
+        """Other files in the same folder that are needed to read this one, keyed by name.
+
+        The values are the bytes of the files.
+        """
         return {}
 
     @property
@@ -160,7 +166,7 @@ class Clip(ABC):
 
     @property
     def missing_frames(self) -> int:
-        """Number of frames that the header declares but the file does not have."""
+        """Number of frames that are declared in the header but missing in the file."""
         return max(0, (self.declared_frames or 0) - self.frames)
 
     @property
@@ -180,7 +186,7 @@ class Clip(ABC):
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the file's bytes, by which a session recognises its clip."""
+        """SHA-256 of the file's bytes, with which a session identifies its clip."""
         import hashlib  # slow to load; few commands need it
 
         return hashlib.sha256(self.data).hexdigest()
@@ -198,7 +204,7 @@ class Clip(ABC):
         """
 
     def as_written(self, joint: int, q: Array) -> Array:
-        """Return a joint's rotation q, (…, 4), about the axes of the angles of :meth:`euler`."""
+        """Convert a joint's rotation q, (…, 4), to the axes of the angles of :meth:`euler`."""
         del joint
         return q
 
@@ -206,32 +212,32 @@ class Clip(ABC):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the bytes with the rotations at `changed` (frames, joints) taken from `motion`.
+        """Return the file's bytes with the rotations of `motion` at `changed`, (frames, joints).
 
-        If `positions` is True, also write the positions that differ. All other bytes are kept.
-        Raises ValueError for a joint without channels for three axes in the file.
+        If `positions` is True, positions that differ are also rewritten. All other bytes stay the
+        same. Raises ValueError for a joint without channels for three axes in the file.
         """
 
 
 def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
-    """Return a mask of the local rotations whose bits differ from the clip's, (frames, joints)."""
+    """Return a mask of local rotations that differ from the clip's in any bit, (frames, joints)."""
     if motion.rotations is clip.motion.rotations:
         return np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     differs = motion.rotations != clip.motion.rotations
-    # Four flags viewed as one number: several times faster than any() along such a short axis.
+    # Viewing four flags as one number is several times faster than any() along so short an axis.
     changed: NDArray[np.bool_] = differs.view(np.uint32)[..., 0] != 0
     return changed
 
 
 def rewritten(clip: Clip, motion: Motion) -> Patch:
-    """Return the clip's bytes with the rotations and positions of `motion` where these differ."""
+    """Return the file's bytes with the rotations and positions of `motion` wherever they differ."""
     check_motion(motion)
     moved = motion.positions is not clip.motion.positions
     return clip.patched(motion, changed_rotations(clip, motion), positions=moved)
 
 
 def check_ending(clip: Clip, path: Path) -> None:
-    """Raise TwistError if the file name has the suffix of another format than the clip's."""
+    """Raise TwistError if the path has the suffix of a format other than the clip's."""
     if refused := not_written(path, f".{clip.format}"):
         raise TwistError(f"{path}: {refused}")
     if clip_suffix(path) not in ("", f".{clip.format}"):
@@ -244,17 +250,17 @@ def check_ending(clip: Clip, path: Path) -> None:
 def write_clip(
     clip: Clip, motion: Motion, path: str | Path, *, replace_source: bool = False
 ) -> tuple[ChannelJump, ...]:
-    """Write a clip with other rotations and positions, in its own format.
+    """Write a clip with new rotations and positions, in the format of the file it was read from.
 
-    Only numbers that differ are rewritten; all other bytes are kept. The file is written
-    atomically, and the files needed to read it are put next to it.
+    Only numbers that differ are rewritten; all other bytes stay the same. The file is written
+    atomically. Other files that are needed to read it are written next to it.
 
     Parameters
     ----------
     clip : Clip
-        The file that was read.
+        The clip as it was read.
     motion : Motion
-        Its rotations and positions, as :func:`refine` returns them.
+        The new rotations and positions, as returned by :func:`refine`.
     path : str or Path
         The file to write. An existing file is replaced.
     replace_source : bool
@@ -270,7 +276,7 @@ def write_clip(
     TypeError
         If `motion` is not a Motion.
     TwistError
-        If the clip's own source would be replaced, or `path` has the suffix of another format.
+        If the clip's source file would be replaced, or `path` has the suffix of another format.
     ValueError
         If a changed joint cannot be turned about three axes in the file.
     OSError

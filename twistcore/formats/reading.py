@@ -1,4 +1,4 @@
-"""Read a clip of any format."""
+"""Read clips of any format."""
 
 from __future__ import annotations
 
@@ -22,52 +22,53 @@ def is_clip(path: str | Path) -> bool:
 
 
 def own_name(path: str | Path) -> str:
-    """Return a prefix, unique in the folder, for the names of files that belong to a clip.
+    """Return a prefix for the names of files that belong to a clip, unique in its folder.
 
-    For a BVH this is the name without its suffix; for another format it is the whole name, since a
-    BVH may be in the same folder: 05_05.bvh has 05_05.twist.json, 05_05.amc has
-    05_05.amc.twist.json. A BVH called 05_05.amc.bvh keeps its suffix, too.
+    For a BVH this is the name without its suffix. For another format it is the whole name, since a
+    BVH with the same name may be in the folder: the session of 05_05.bvh is 05_05.twist.json, and
+    the session of 05_05.amc is 05_05.amc.twist.json. A BVH called 05_05.amc.bvh also keeps its
+    suffix.
     """
     path = Path(path)
     return path.stem if _format(path) is _format("") and not is_clip(path.stem) else path.name
 
 
 def same_format(one: str | Path, other: str | Path) -> bool:
-    """True if two file names belong to the same format."""
+    """True if two files have the same format by their names."""
     return _format(one) is _format(other)
 
 
 def _format(path: str | Path) -> FormatInfo:
-    """Return the format of a file name, or BVH if the suffix is unknown."""
+    """Return the format of a file by its name, or BVH if the suffix is unknown."""
     formats = known_formats()
     return formats.get(Path(path).suffix.lower(), formats[".bvh"])
 
 
 def _named(function: str) -> Callable[..., Any]:
-    """Load and return a function given as 'module:function'."""
+    """Import and return the function given as 'module:function'."""
     module, _, name = function.partition(":")
     found: Callable[..., Any] = getattr(import_module(module), name)
     return found
 
 
 def is_other_data(path: str | Path) -> bool:
-    """True if a file with a clip's name has no motion, such as an .npz with a body's shape.
+    """True if a file has a clip's name but no motion, such as an .npz with a body's shape.
 
     Only the archive's directory or the pickle's beginning is read. The result is False for a
-    damaged archive, so that reading it reports the error. The result is also False for a device,
-    which might block forever when opened.
+    damaged archive, so that an error is reported when it is read, and for a device, because opening
+    it might block forever.
     """
     test = _format(path).without_motion
     return bool(test) and is_file(path) and bool(_named(test)(Path(path)))
 
 
 def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> Clip:
-    """Read a motion file by its suffix: BVH, AMASS and SMPL (.npz, .pkl) or ASF/AMC.
+    """Read a motion file. The suffix decides: BVH, AMASS and SMPL (.npz, .pkl) or ASF/AMC.
 
     Parameters
     ----------
     path : str or Path
-        The file; a BVH if its suffix is unknown.
+        The file. It is read as a BVH if its suffix is unknown.
     fps : float, optional
         The frame rate, in frames per second, to use instead of the file's.
     tell : callable, optional
@@ -81,8 +82,8 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None =
     Raises
     ------
     TwistError
-        If the file cannot be read without a guess that would move a joint. The error is of a
-        subclass for the format, with the line if known.
+        If the file cannot be read without a guess that would move a joint. The error has a
+        subclass for each format, and the line if known.
 
     See Also
     --------

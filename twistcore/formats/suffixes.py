@@ -14,21 +14,21 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class FormatInfo:
-    """A clip format, as registered by its file in `known/`.
+    """A clip format, as registered by a module in `known/`.
 
     Parameters
     ----------
     suffix : str
-        Suffix of its files, in lower case, with the dot.
+        Suffix of the files, in lower case and with the dot.
     read : str
         The reader as 'module:function'; it takes a path, `fps` and `tell`, and returns a Clip.
     place : int
-        Rank in lists, from common to rare.
+        Position in lists, which go from common to rare.
     without_motion : str
-        A function as 'module:function' that returns True if a file with this suffix has other data;
+        A function as 'module:function' that returns True if a file with this suffix is not a clip;
         "" if all such files are clips.
     companion : str
-        The suffix of a file in the same folder that belongs to a clip; "" for none.
+        The suffix of a second file in the same folder that belongs to each clip; "" for none.
     """
 
     suffix: str
@@ -40,7 +40,7 @@ class FormatInfo:
 
 @cache
 def known_formats() -> Mapping[str, FormatInfo]:
-    """Return all registered formats, keyed by suffix, in order of rank."""
+    """Return all registered formats, keyed by suffix, in the order used for lists."""
     folder = import_module("twistcore.formats.known")
     names = [module.name for module in iter_modules(folder.__path__)]
     infos = [import_module(f"{folder.__name__}.{name}").FORMAT for name in names]
@@ -82,14 +82,14 @@ def clip_suffix(name: PurePath | str) -> str:
 
 
 def other_format(name: PurePath | str) -> str:
-    """Return the name of an unsupported motion format by its suffix, or '' for other suffixes."""
+    """Return the name of an unsupported motion format with this suffix, or '' for other files."""
     return _OTHERS.get(PurePath(name).suffix.lower(), "")
 
 
 def not_written(name: PurePath | str, endings: str) -> str:
     """Return a message for a file name with the suffix of an unsupported format, or ''.
 
-    `endings` are the expected suffixes, such as '.bvh'.
+    `endings` are the supported suffixes, such as '.bvh'.
     """
     kind = other_format(name)
     return kind and (

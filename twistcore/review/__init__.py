@@ -1,4 +1,7 @@
-"""A person's review of the intervals: its state, its commands with undo, and its session file."""
+"""A person's review of the intervals: its state, its commands with undo, and its session file.
+
+A review decides which of the detected intervals are errors.
+"""
 
 from twistcore.review.commands import (
     Annotate,

@@ -1,4 +1,4 @@
-"""The commands of a review as data. Each command turns one state into the next."""
+"""The commands of a review as immutable objects. Each command turns one state into the next."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from twistcore.work.frozen import dataclass
 
 
 class Command(ABC):
-    """A change of a review, with a text for the menu.
+    """A change of a review, with a name for the undo menu.
 
-    If `apply` raises an exception, nothing has changed.
+    If `apply` raises an exception, the review is unchanged.
     """
 
     @property
     @abstractmethod
     def text(self) -> str:
-        """Text in the undo menu."""
+        """Name of the command in the undo menu."""
 
     @abstractmethod
     def apply(self, state: ReviewState) -> ReviewState:
@@ -44,7 +44,7 @@ class Command(ABC):
         return ()
 
     def continues(self, earlier: Command) -> bool:
-        """True if this is the next step of the same drag, so that one undo takes back both."""
+        """True if this command is the next step of the same drag, so that one undo reverts both."""
         del earlier
         return False
 
@@ -53,7 +53,7 @@ class Command(ABC):
 class Decide(Command):
     """Set the verdict on intervals.
 
-    `in_bulk` is True if all confident intervals were decided together, without a look at each.
+    `in_bulk` is True if all confident intervals were decided together, without viewing each one.
     """
 
     ids: tuple[int, ...]
@@ -89,10 +89,10 @@ class Decide(Command):
 
 @dataclass(frozen=True)
 class Sign(Command):
-    """Add a name to decisions without one, which the person who decided gives later.
+    """Add a reviewer's name to decisions that were made without one.
 
     Adding a name is not a step of the history: `Review` adds it to the same decisions in every
-    state. An undo then takes back the last decision and keeps the names of the others.
+    state. So an undo reverts the last decision, and the other decisions stay signed.
     """
 
     ids: tuple[int, ...]
@@ -108,10 +108,10 @@ class Sign(Command):
         return self.signing(state)(state)
 
     def signing(self, now: ReviewState) -> Callable[[ReviewState], ReviewState]:
-        """Return a function that adds the name, in any state, to decisions without a name now.
+        """Return a function that adds the name, in any state, to decisions without one in `now`.
 
-        The same state always becomes the same new one; a state without such a decision is returned
-        unchanged. Raises KeyError if the review has no such interval now.
+        Repeated calls with the same state return the same new state. A state without such a
+        decision is returned unchanged. Raises KeyError if `now` does not have one of the intervals.
         """
         nobody = {
             (judged.id, judged.decided_at)
@@ -138,7 +138,10 @@ class Sign(Command):
 
 @dataclass(frozen=True, eq=False)
 class Edit(Command):
-    """Give an interval other frames or another offset. Equal `drag` numbers belong to one drag."""
+    """Change the frames or the offset of an interval.
+
+    Edits with equal `drag` numbers belong to one drag of the mouse.
+    """
 
     id: int
     interval: Interval
@@ -168,7 +171,7 @@ class Edit(Command):
         return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
 
     def continues(self, earlier: Command) -> bool:
-        """True if this belongs to the same drag of the same interval."""
+        """True if this edit belongs to the same drag of the same interval."""
         return (
             isinstance(earlier, Edit)
             and self.drag != 0
@@ -178,7 +181,7 @@ class Edit(Command):
 
 @dataclass(frozen=True)
 class Annotate(Command):
-    """Set the note on an interval, and the reason why it is rejected."""
+    """Set the note on an interval, and the reason for rejecting it."""
 
     id: int
     note: str
@@ -201,7 +204,7 @@ class Annotate(Command):
 
 @dataclass(frozen=True, eq=False)
 class Insert(Command):
-    """Add an interval made by hand."""
+    """Add an interval that the user made by hand."""
 
     interval: Interval
 
@@ -215,7 +218,7 @@ class Insert(Command):
 
 @dataclass(frozen=True)
 class Remove(Command):
-    """Remove an interval made by hand. A detected interval must be rejected instead."""
+    """Remove an interval made by hand. A detected interval can only be rejected."""
 
     id: int
 
@@ -240,10 +243,11 @@ class Remove(Command):
 class Redetect(Command):
     """Set a new τ (radians, keyed by chain name) and the intervals detected with it.
 
-    An interval that a person decided on or edited is kept. It replaces every detected interval that
-    is the same (IoU of at least 0.5) or lies inside it (at least 80 %), and is marked as
-    unsupported if there is no such interval. Every other interval is replaced by a detected one
-    that overlaps it, largest overlap first, or removed. All remaining detected intervals are new.
+    An interval on which a person has decided, or which was edited, is kept. It replaces every
+    detected interval that is the same (IoU of at least 0.5) or lies inside it (at least 80 %). If
+    there is no such interval, it is marked as unsupported. Every other interval is replaced by a
+    detected one that overlaps it, with the largest overlaps first, or removed. The remaining
+    detected intervals are added.
     """
 
     tau: Mapping[str, float]
@@ -267,7 +271,7 @@ class Redetect(Command):
         return _redetected(known, self.tau, self.found)
 
     def continues(self, earlier: Command) -> bool:
-        """True if this belongs to the same drag of the same τ line."""
+        """True if this command belongs to the same drag of the same τ line."""
         return (
             isinstance(earlier, Redetect)
             and self.drag != 0
@@ -281,8 +285,8 @@ class ChangeChains(Command):
     """Change the chains and limbs, and remove the intervals of removed chains.
 
     - rig: the new chains
-    - tau: τ of all of them in their order, radians
-    - found: intervals detected in the chains named in `again` (new chains, and chains whose
+    - tau: τ of all chains in their order, radians
+    - found: intervals detected in the chains that `again` lists (new chains, and chains whose
       neighbours changed), merged by the rules of `Redetect`
     """
 
@@ -313,9 +317,10 @@ class ChangeChains(Command):
 
 @dataclass(frozen=True, eq=False)
 class CarryOver(Command):
-    """Apply the decisions of an earlier review of this clip or of another take.
+    """Apply the decisions of an earlier review to this review.
 
-    `same_clip` is True for a review of this clip.
+    `same_clip` is True if the earlier review is of the same clip, and False if it is of another
+    take.
     """
 
     earlier: tuple[Judged, ...]
@@ -333,7 +338,7 @@ class CarryOver(Command):
 
 @dataclass(frozen=True)
 class Track(Command):
-    """Track joints with QuaMo after the twist correction, or stop tracking (None)."""
+    """Track joints with QuaMo after the twist correction. None turns tracking off."""
 
     tracking: Tracking | None
 
@@ -385,7 +390,7 @@ def _merged(
         if judged.kept or k in partner:
             interval = judged.interval if judged.kept else found[partner[k]]
             holds = not judged.kept or judged.by_hand or k in supported
-            # Unchanged intervals stay the same objects, so that they need not be redrawn.
+            # Unchanged intervals stay the same objects, so they do not need to be redrawn.
             same = interval is judged.interval and holds == judged.supported
             out.append(judged if same else replace(judged, interval=interval, supported=holds))
     new = [interval for n, interval in enumerate(found) if n not in taken]
@@ -399,7 +404,10 @@ def _replaces(kept: Interval, found: Interval, common: int) -> bool:
 
 
 def _overlaps(earlier: tuple[Judged, ...], found: list[Interval]) -> Iterator[tuple[int, int, int]]:
-    """Yield (−common frames, k, n) for all overlapping pairs, in nearly linear time."""
+    """Yield (−common frames, k, n) for each pair of overlapping intervals, in nearly linear time.
+
+    k is the index in `earlier`, n the index in `found`.
+    """
     by_start = sorted(range(len(found)), key=lambda n: found[n].start)
     starts = [found[n].start for n in by_start]
     longest = max((f.frames for f in found), default=0)

@@ -61,24 +61,23 @@ class Review:
 
     @classmethod
     def of(cls, found: Detection) -> Review:
-        """Return a review of a detection in which all intervals are undecided."""
+        """Return a new review of a detection. All intervals are undecided."""
         return cls(_started(found))
 
     @property
     def accepted(self) -> tuple[Interval, ...]:
-        """The accepted intervals to correct, without lone jumps."""
+        """The accepted intervals that can be corrected, which excludes lone jumps."""
         return self.state.chosen()
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return the review's chains and limbs in a motion, and the accepted intervals."""
+        """Return the review's chains and limbs for a motion, and the accepted intervals."""
         return self.state.to_correct(motion)
 
     def accept(self, at_least: float | None = None, *, include_open: bool = False) -> int:
-        """Accept all intervals that qualify for automatic correction, in one step; return their
-        number.
+        """Accept all intervals that qualify for automatic correction, in one step.
 
-        `at_least` is the lowest confidence, 0…1; see `automatic_corrections` in
-        twistcore.analysis.correction.
+        Returns the number of these intervals. `at_least` is the lowest confidence, 0…1; see
+        `automatic_corrections` in twistcore.analysis.correction.
         """
         ids = self.state.automatic_ids(at_least, include_open=include_open)
         if ids:
@@ -86,11 +85,11 @@ class Review:
         return len(ids)
 
     def do(self, command: Command) -> None:
-        """Carry out a command, which replaces the previous step if both are steps of one drag.
+        """Run a command as a new step, or as part of the previous step in the same drag.
 
-        The step starts from the state before the drag, so only the end of the drag matters. For
-        example, dragging a τ line up and back changes no interval. Signing is not a step, because
-        the name is added in all states.
+        During a drag, each command starts from the state before the drag, so only the end of the
+        drag matters: moving a τ line up and back changes no interval. Signing is not a step,
+        because the name is added in all states.
         """
         if isinstance(command, Sign):
             self._change_all(command.signing(self.state))
@@ -112,7 +111,7 @@ class Review:
             self.state = step.before
 
     def redo(self) -> None:
-        """Redo the last undone command, if there is one."""
+        """Redo the last command that was undone, if there is one."""
         if self._undone:
             step = self._undone.pop()
             self._done.append(step)
@@ -120,12 +119,12 @@ class Review:
 
     @property
     def undo_text(self) -> str:
-        """Name of the command that an undo would take back, or an empty string."""
+        """Name of the command that the next undo reverts, or an empty string."""
         return self._done[-1].command.text if self._done else ""
 
     @property
     def redo_text(self) -> str:
-        """Name of the command that a redo would repeat, or an empty string."""
+        """Name of the command that the next redo repeats, or an empty string."""
         return self._undone[-1].command.text if self._undone else ""
 
     @property
@@ -140,30 +139,30 @@ class Review:
 
     @property
     def history(self) -> tuple[str, ...]:
-        """Names of all steps in order; the first :attr:`position` are done, the rest undone."""
+        """Names of all steps in order. The first :attr:`position` are done, the rest are undone."""
         return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))
 
     @property
     def changed_intervals(self) -> tuple[Judged | None, ...]:
-        """The only interval that each step of :attr:`history` changes, or None.
+        """For each step of :attr:`history`, the interval that it changes.
 
-        The interval is as it is after the step, or before the step if the step removes it. The
-        value is None if a step changes several intervals or none.
+        This is the interval after the step, or before the step if the step removes it. The value is
+        None if a step changes several intervals or none.
         """
         return tuple(_changed_interval(s) for s in (*self._done, *reversed(self._undone)))
 
     @property
     def position(self) -> int:
-        """Number of steps that are done and not undone."""
+        """Number of steps that are done and not undone; an index into :attr:`history`."""
         return len(self._done)
 
     @property
     def saved(self) -> bool:
-        """True if nothing has changed since the session was saved or opened."""
+        """True if nothing has changed since the session was last saved or opened."""
         return self.state is self._saved
 
     def take_reasons(self, found: Iterable[Interval]) -> None:
-        """Add the evidence of equal detected intervals in every state, without a new step."""
+        """Add evidence from equal detected intervals to all states, without adding a step."""
         change = with_reasons(found)
         self._saved = self._saved and change(self._saved)
         self._change_all(change)
@@ -179,7 +178,7 @@ class Review:
         self._saved = self.state
 
     def mark_unsaved(self) -> None:
-        """Mark every state as unsaved, since the review was recovered from a journal."""
+        """Mark every state as unsaved. Used after a review was recovered from a journal."""
         self._saved = None
 
 
@@ -193,7 +192,7 @@ def _changed_interval(step: _Step) -> Judged | None:
 
 
 def _state_of(found: Detection | ClipAnalysis | ReviewState) -> ReviewState:
-    """Return the initial state of a review, as given or with all intervals undecided."""
+    """Return the initial state of a review: `found` itself, or all its intervals as undecided."""
     if isinstance(found, ReviewState):
         return found
     if isinstance(found, ClipAnalysis):

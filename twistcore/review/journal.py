@@ -1,10 +1,11 @@
-"""The journal of a review, which writes every command to disk before the next one.
+"""The journal of a review, in which every command is written to disk before the next one.
 
-No decision is lost in a crash. A journal is a text file with one JSON document per line. The first
-line has the session at the time when the journal began, and the number of unsaved steps before it.
-Every other line has a command, an undo, a redo, or the whole session again (after an undo of a step
-older than the journal). A line cut short by a crash is ignored, and the lines before it are used. A
-journal never replaces an existing file, and its valid lines are never removed.
+The journal ensures that no decision is lost in a crash. It is a text file with one JSON document
+per line. The first line has the session at the time when the journal began, and the number of
+unsaved steps before it. Every other line has a command, an undo, a redo, or the whole session again
+(after an undo of a step older than the journal). A last line that a crash cut short is ignored, and
+the lines before it are used. A journal never replaces an existing file, and its valid lines are
+never removed.
 """
 
 from __future__ import annotations
@@ -67,23 +68,26 @@ from twistcore.skeleton.rig import Rig, rig_from_json, rig_to_json
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.journal/1"
-_DAMAGE = FormatError, KeyError, ValueError  # the last two are for commands that do not fit
-_MOST_BYTES = 1 << 32  # largest size of a journal, which has the only copy of its contents
+_DAMAGE = FormatError, KeyError, ValueError  # the last two: a command does not fit the state
+_MOST_BYTES = 1 << 32  # high, because a journal is the only copy of its contents
 UNDO, REDO = {"undo": True}, {"redo": True}
 
 
 class Journal:
-    """An open journal. Entries that could not be written are written before the next one."""
+    """An open journal file.
+
+    If entries could not be written, they are written together with the next entry.
+    """
 
     def __init__(self, path: Path, clip: Clip, state: ReviewState, steps: int = 0) -> None:
-        """Begin a journal with `state`, which has `steps` unsaved steps.
+        """Create a journal that begins with `state`, which `steps` unsaved steps precede.
 
-        Raises FileExistsError if the file exists, and OSError if it cannot be written, in which
-        case no file remains.
+        Raises FileExistsError if the file exists, and OSError if it cannot be written. In this case
+        no file is left.
         """
         self.path = path
         self._file: BinaryIO = path.open("xb", buffering=0)
-        lock(self._file.fileno())  # shows others that the file is not a leftover
+        lock(self._file.fileno())  # tells other programs that the file is not a leftover
         self._good = 0  # bytes of complete lines on disk
         self._waiting: list[bytes] = []
         try:
@@ -97,7 +101,7 @@ class Journal:
 
     @classmethod
     def resume(cls, recovered: Recovered) -> Journal:
-        """Continue a journal from an earlier run without removing valid lines. Raises OSError.
+        """Continue a journal from an earlier run. Valid lines are never removed. Raises OSError.
 
         If some lines could not be replayed, a copy of the file is first saved next to it.
         """
@@ -105,7 +109,7 @@ class Journal:
         data = read_file(path)
         if recovered.damaged:
             write_atomically(free_name(path, ".damaged"), data)
-        try:  # a new file, since another window may still have the old one open
+        try:  # a new file, because another window may still have the old one open
             write_atomically(path, data[: recovered.size])
         except OSError:
             if is_held(path):
@@ -124,11 +128,11 @@ class Journal:
         return len(self._waiting)
 
     def do(self, command: Command) -> None:
-        """Record a command that succeeded."""
+        """Record a command that was run successfully."""
         self.append(command_to_json(command))
 
     def append(self, entry: Mapping[str, Any]) -> None:
-        """Record an entry. If this fails, keep the entry for later and raise OSError."""
+        """Write an entry. If this fails, keep the entry for later and raise OSError."""
         self._waiting.append(json_bytes(entry, indent=None))
         self.write_waiting()
 
@@ -156,19 +160,19 @@ class Journal:
         """True if the file still exists and has not been replaced."""
         try:
             return os.path.samestat(self.path.stat(), os.fstat(self._file.fileno()))
-        except (OSError, ValueError):  # ValueError if it is closed
+        except (OSError, ValueError):  # ValueError if the file is closed
             return False
 
     def close(self) -> None:
-        """Close the file and keep it."""
+        """Close the file without deleting it."""
         with suppress(OSError):  # on a full disk, the part that fits is on disk
             self._file.close()
 
     def discard(self) -> None:
-        """Close and delete the journal, whose contents were saved or deliberately discarded.
+        """Close and delete the journal, because its contents were saved or deliberately discarded.
 
-        If the file cannot be deleted, it is offered for recovery once more, although it has nothing
-        new.
+        If the file cannot be deleted, it is offered for recovery at the next start, although it has
+        nothing new.
         """
         mine = self.is_there()
         self.close()
@@ -186,7 +190,7 @@ class Recovered:
     steps
         Number of unsaved steps of the review, including steps before the journal.
     size
-        Bytes of the replayed lines.
+        Number of bytes of the replayed lines.
     damaged
         Number of lines that could not be replayed, 0 for a journal that ends in a complete line or
         in one cut short.
@@ -275,7 +279,10 @@ def _check(
     state: ReviewState | None,
     frames: int | None,
 ) -> None:
-    """Raise FormatError if the review has no such chain or the clip has no such frame."""
+    """Raise FormatError if a chain is not in the review, or a frame not in the clip.
+
+    None for `state` or `frames` skips the check.
+    """
     intervals = tuple(intervals)
     named = {*chains, *(interval.chain for interval in intervals)}
     if state is not None and not named <= state.tau.keys():
@@ -285,7 +292,7 @@ def _check(
 
 
 def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
-    """Raise FormatError unless τ is given for all chains of the rig. Limbs may have a τ, too."""
+    """Raise FormatError unless τ has all chains of the rig. It may have limbs, but nothing else."""
     if motion is None:
         return
     try:
@@ -302,7 +309,7 @@ def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
     return {"session": session_document(clip, state)}
 
 
-# Tracking both ways or tracking the position: programs that support neither must stop here.
+# The name of commands that track both ways or the position. Programs without this must stop here.
 _BOTH_WAYS = "TrackBothWays"
 _SPLINE = "Smooth"  # the same for programs without the spline
 _KINDS: Mapping[str, Callable[..., Command]] = {
@@ -346,7 +353,7 @@ _NAMES = {"tau": "tau_deg"}
 
 
 def command_to_json(command: Command) -> dict[str, Any]:
-    """Return a command as a list with its verb, usually the class name, and its fields in order."""
+    """Return a command as a dict of its fields in order, with its name as "do"."""
     fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
     verb = type(command).__name__
     if isinstance(command, Track) and needs_both_ways_schema(command.tracking):
@@ -355,9 +362,9 @@ def command_to_json(command: Command) -> dict[str, Any]:
 
 
 def command_from_json(entry: Any) -> Command:
-    """Return the command in an entry of :func:`command_to_json`. Raises FormatError if damaged."""
+    """Return the command in a dict from :func:`command_to_json`. Raises FormatError if damaged."""
     kind: Any = _KINDS[one_of(has(entry, "do")["do"], "do", _KINDS)]
-    # Fields that the first journals did not have.
+    # Defaults for fields that the first journals did not have.
     entry = {"same_clip": False, "in_bulk": False, **entry}
     names = {field.name: _NAMES.get(field.name, field.name) for field in fields(kind)}
     has(entry, *names.values())

@@ -1,4 +1,4 @@
-"""Frames that a person excludes from tuning, so that they have no influence on τ."""
+"""Frames that the user excludes from tuning, so that they have no influence on τ."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
 
 
 def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
-    """Return the parts of `spans` that are not covered by any of `others`."""
+    """Return the parts of `spans` that none of `others` covers."""
     out: list[Span] = []
     taken = joined_spans(others)
     for start, stop in joined_spans(spans):

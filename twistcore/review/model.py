@@ -1,4 +1,4 @@
-"""The state of a review. It is immutable, so that an undo can restore an earlier state."""
+"""The state of a review. States are immutable, so an undo can simply restore an earlier one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-SEEN = "seen"  # verdict shown for an accepted interval that nothing corrects
+SEEN = "seen"  # verdict shown for an accepted interval that cannot be corrected
 Span = tuple[int, int]  # frames [start, stop)
 APPLIED = "applied automatically"  # verdict shown for automatic corrections
 
@@ -53,13 +53,13 @@ class Tracking:
     Parameters
     ----------
     joints
-        Names, in the skeleton's order, empty if only the position is tracked.
+        The joints' names, in the skeleton's order; empty if only the position is tracked.
     learned
-        True to use the gains of the shipped networks instead of κP (1/s²), κD (1/s) and κA.
+        True to use gains from the included networks instead of κP (1/s²), κD (1/s) and κA.
     weights
-        The first 16 digits of the SHA-256 of the networks' file, '' with gains set by hand.
+        The first 16 digits of the SHA-256 of the networks' file, or '' for gains set by hand.
     causal
-        False to track forward and backward.
+        True to track only forward in time, False to track forward and backward.
     place
         True to track also the figure's position.
     spline
@@ -100,17 +100,17 @@ class Judged:
     Parameters
     ----------
     id
-        Number that stays the same during the review.
+        A number that identifies the interval during the whole review.
     by_hand
         True if a person created it.
     edited
-        True if its frames or offset were changed.
+        True if a person has changed its frames or offset.
     supported
-        True if the detector still finds it at the present τ.
+        True if the detector still finds it at the current τ.
     reviewer, decided_at, note, reason
-        The name, the time (ISO 8601), the note and, for a rejection, the reason, as entered.
+        The reviewer's name, the time (ISO 8601), the note, and the reason for a rejection.
     in_bulk
-        True if accepted together with all equally confident intervals, without a look at each.
+        True if accepted together with other confident intervals, without viewing each one.
     """
 
     id: int
@@ -132,17 +132,17 @@ class Judged:
 
     @property
     def counts(self) -> bool:
-        """True if summaries include the interval as one that can be corrected.
+        """True if summaries count the interval among the intervals that can be corrected.
 
-        An error of a single joint is included only after a person has accepted it.
+        An error of a single joint is counted only after a person has accepted it.
         """
         return self.interval.repairable or self.corrects
 
     @property
     def reported(self) -> Interval:
-        """The interval as reports list it.
+        """The interval as it is listed in reports.
 
-        In reports, an error of a single joint has an offset only after a person has accepted it.
+        An error of a single joint is listed with an offset only after a person has accepted it.
         """
         if self.counts or not self.interval.kind.info.repairer:
             return self.interval
@@ -150,10 +150,10 @@ class Judged:
 
     @property
     def verdict(self) -> str:
-        """The decision in the words shown to people.
+        """The decision in the words that users see.
 
-        An accepted lone jump is 'seen', not corrected. A twist error accepted without a name and a
-        time is an automatic correction that nobody looked at.
+        An accepted lone jump is 'seen', because it is not corrected. A twist error that was
+        accepted without a name and a time is an automatic correction that nobody has looked at.
         """
         if self.decision == Decision.ACCEPTED and not self.interval.correctable:
             return SEEN
@@ -184,9 +184,9 @@ class ReviewState:
     tau
         τ in radians, keyed by the name of the chain or limb.
     tracking
-        The tracking after the twist correction, None for none.
+        The settings for tracking after the twist correction, or None.
     rig
-        The chains and limbs that the names refer to.
+        The user's changes to the chains and limbs of the skeleton.
     left_out
         Spans excluded from tuning.
     """
@@ -205,14 +205,14 @@ class ReviewState:
         return f"<ReviewState by {self.method}: {decided} of {len(self.intervals)} decided>"
 
     def find(self, interval_id: int) -> Judged:
-        """Return the interval with an id. Raises KeyError if there is none."""
+        """Return the interval with this id. Raises KeyError if there is none."""
         for judged in self.intervals:
             if judged.id == interval_id:
                 return judged
         raise KeyError(interval_id)
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return the review's chains and limbs in a motion, and the accepted intervals."""
+        """Return the review's chains and limbs for a motion, and the accepted intervals."""
         return self.rig.chains(motion), self.chosen()
 
     def of_chain(self, chain: str) -> tuple[Judged, ...]:
@@ -220,7 +220,7 @@ class ReviewState:
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
     def same_frames(self, interval: Interval) -> Judged | None:
-        """Return a not rejected interval with the same chain, kind and frames, or None."""
+        """Return an interval with the same chain, kind and frames that is not rejected, or None."""
         wanted = interval.kind, interval.start, interval.stop
         for judged in self.of_chain(interval.chain):
             own = judged.interval
@@ -231,8 +231,7 @@ class ReviewState:
     def chosen(self, *, undecided: bool = False) -> tuple[Interval, ...]:
         """Return the accepted intervals or, with `undecided`, all that are not rejected.
 
-        Lone jumps are left out: a person has only looked at an accepted lone jump, and it cannot be
-        corrected.
+        Lone jumps are left out, because they cannot be corrected even if a person accepts them.
         """
         wanted = {Decision.ACCEPTED} | ({Decision.UNDECIDED} if undecided else set())
         return tuple(
@@ -261,10 +260,11 @@ class ReviewState:
         undecided: bool = False,
         order: Sequence[int] = (),
     ) -> int | None:
-        """Return the id of the next (+1) or previous (−1) interval, wrapping around, or None.
+        """Return the id of the next (+1) or previous (−1) interval, or None if there is no other.
 
-        Set `undecided` to True to skip decided intervals. `order` lists ids in the order of a list;
-        by default, intervals are sorted by chain and start.
+        At the end, the search continues at the beginning. Set `undecided` to True to skip decided
+        intervals. `order` lists ids in the order of a list on the screen; by default, intervals are
+        sorted by chain and start.
         """
         by_id = {j.id: j for j in self.intervals}
         ids = [
@@ -282,7 +282,7 @@ class ReviewState:
     def with_intervals(
         self, intervals: Iterable[Judged], next_id: int | None = None
     ) -> ReviewState:
-        """Return a copy of the review with the given intervals, sorted."""
+        """Return a copy of the state with the given intervals, sorted by chain and start."""
         order = self.chain_order
         ordered = sorted(
             intervals,
@@ -300,7 +300,7 @@ def start_review(
     chains: Iterable[str],
     rig: Rig = AS_FOUND,
 ) -> ReviewState:
-    """Return a review in which all intervals are undecided."""
+    """Return the state of a new review, in which all intervals are undecided."""
     judged = [Judged(k, interval.for_review) for k, interval in enumerate(found, start=1)]
     state = ReviewState(
         method, MappingProxyType(dict(tau)), chain_order=chain_places(chains), rig=rig
@@ -314,24 +314,22 @@ def chain_places(chains: Iterable[str]) -> Mapping[str, int]:
 
 
 def as_written(interval: Interval) -> Interval:
-    """Return the interval with its offset rounded as in a session: nine decimals of degrees.
+    """Return the interval with its offset rounded as in a session, to nine decimals of degrees.
 
-    −0.0 becomes 0.0. The rounding ensures that the program and `twistcore apply` correct by exactly
-    the same numbers.
+    −0.0 becomes 0.0. With this rounding, the window and `twistcore apply` correct by exactly the
+    same numbers.
     """
     return interval.as_written
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """Return the interval over [start, stop); new frames get the nearest old offset."""
+    """Return the interval over [start, stop). New frames get the nearest frame's offset."""
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
 
 
 def same_offsets(one: Interval, other: Interval) -> bool:
-    """True if two intervals of a chain have the same frames and, up to rounding, the same
-    offsets.
-    """
+    """True if two intervals of a chain have the same frames and offsets, up to rounding."""
     frames = (one.start, one.stop, one.carried) == (other.start, other.stop, other.carried)
     return frames and np.allclose(one.offset, other.offset, atol=1e-12)
 
@@ -339,8 +337,8 @@ def same_offsets(one: Interval, other: Interval) -> bool:
 def levelled(interval: Interval, delta: float) -> Interval:
     """Return the interval with all offsets shifted so that their median is `delta`, in radians.
 
-    An interval with soft ends is scaled so that its ends stay soft and `delta` is its largest
-    offset.
+    An interval with soft ends is scaled instead: its ends stay soft, and `delta` becomes its
+    largest offset.
     """
     if interval.soft_ended:
         return interval.with_offset(interval.start, interval.offset * (delta / interval.largest))
@@ -348,14 +346,14 @@ def levelled(interval: Interval, delta: float) -> Interval:
 
 
 def flattened(interval: Interval) -> Interval:
-    """Return the interval with its median offset in all frames."""
+    """Return the interval with its median offset as the offset of all frames."""
     return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
 
 
 def following(interval: Interval, theta_p: Array) -> Interval:
     """Return the interval with an offset in each frame that makes P's twist a straight line.
 
-    `theta_p` is the twist of P in radians, shape (frames,). This is useful for errors that drift or
+    `theta_p` is the twist of P in radians, shape (frames,). This corrects errors that drift or
     jitter.
     """
     if interval.frames >= len(theta_p):
@@ -364,10 +362,10 @@ def following(interval: Interval, theta_p: Array) -> Interval:
 
 
 def off_line(theta: Array, start: int, stop: int) -> Array:
-    """Return the twist in [start, stop) relative to a line between its neighbours, in (−π, π].
+    """Return the twist in [start, stop) relative to the line between its neighbours, in (−π, π].
 
-    At an end of the clip, which has only one neighbour, the line is level. For the whole clip, the
-    line has the level of the last frame.
+    At an end of the clip there is only one neighbour, and the line is horizontal. If the span is
+    the whole clip, the line is at the level of the last frame.
     """
     outside = [t for t in (start - 1, stop) if 0 <= t < len(theta)] or [len(theta) - 1]
     before, behind = float(theta[outside[0]]), float(theta[outside[-1]])
@@ -380,11 +378,12 @@ def carried_over(
 ) -> ReviewState:
     """Apply the decisions of an earlier review to this one, matching intervals by their overlap.
 
-    An interval without a person's work takes the verdict, reviewer, note and reason from the
-    earlier interval of its chain with the most common frames, and also the frames and offset if
-    they were edited. An interval that a person has changed in this review stays. Intervals made by
-    hand are added. If `same_clip` is True, all other kept intervals that overlap none here are
-    added as well, marked as unsupported by the detector. In another take, the error may not exist.
+    An interval that nobody has changed in this review gets the verdict, reviewer, note and reason
+    of the earlier interval of its chain with the most common frames, and also the frames and offset
+    if these were edited. An interval that a person has changed in this review stays the same.
+    Earlier intervals made by hand are added. If `same_clip` is True, other earlier intervals with a
+    decision that overlap no interval of this review are added as well, marked as unsupported by the
+    detector. In another take, the error may not exist.
     """
     left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
     by_hand = {_frames(j) for j in state.intervals if j.by_hand}
@@ -413,7 +412,7 @@ def carried_over(
 def _common(one: Interval, other: Interval) -> int:
     """Return the number of common frames, or a number ≤ 0 if there are none.
 
-    The result is also ≤ 0 for errors that cannot be the same.
+    It is also ≤ 0 if the intervals cannot be the same error.
     """
     if not one.may_be_same(other):
         return 0
@@ -425,9 +424,12 @@ def _frames(judged: Judged) -> tuple[str, int, int]:
 
 
 def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
-    """Return the ids of intervals that overlap another one of their chain and are not rejected."""
+    """Return the ids of intervals that overlap another interval of the same chain.
+
+    Rejected intervals are ignored.
+    """
     out: set[int] = set()
-    reach: Judged | None = None  # the previous interval that reaches furthest
+    reach: Judged | None = None  # the previous interval with the last end
     wanted = (j for j in intervals if j.decision != Decision.REJECTED and j.interval.repairable)
     for judged in sorted(wanted, key=_frames):
         if reach is None or reach.interval.chain != judged.interval.chain:

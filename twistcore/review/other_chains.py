@@ -1,4 +1,4 @@
-"""Change the chains of a review, with their τ, and list the chains to detect again."""
+"""Change the chains of a review with their τ, and list the chains in which to detect again."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ def changed_chains(
 ) -> ChangeChains:
     """Return the command that changes a review from the chains `before` to the chains `after`.
 
-    A chain that stays keeps its τ, unless it was the automatic one, which is then computed again.
-    Chains of one line are explained together, so a neighbour of an added or removed chain may have
-    other intervals now. Such chains are detected again. `what` is the name of the command.
+    A chain that is in both keeps its τ, unless this was the automatic τ, which is then computed
+    again. The errors of neighbouring chains are explained together, so a neighbour of an added or
+    removed chain may have other intervals now. Such a chain is detected again. `what` is the name
+    of the command.
     """
     method = before.usable(state.method)
     old, new = before.detector(method), after.detector(method)
@@ -40,12 +41,12 @@ def changed_chains(
 
 
 def _was_automatic(tau: float, before: float, now: float) -> bool:
-    """True if τ was the automatic one and the automatic τ has changed."""
+    """True if τ was the automatic one before, and the automatic τ has changed."""
     return math.isclose(tau, before) and not math.isclose(before, now)
 
 
 def _alike(some: tuple[Interval, ...], others: tuple[Interval, ...]) -> bool:
-    """True if a review would store the same data for both."""
+    """True if a review would store the same data for both lists of intervals."""
     return len(some) == len(others) and all(
         (a.start, a.stop, a.confidence, a.open, a.kind, a.carried)
         == (b.start, b.stop, b.confidence, b.open, b.kind, b.carried)

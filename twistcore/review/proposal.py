@@ -1,4 +1,4 @@
-"""Propose an interval for a person who makes one by hand."""
+"""Propose the frames and the offset of an interval that the user adds by hand."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
 from twistcore.skeleton.signals import TwistSignals
 
-_REACH = 0.5  # seconds to each side in which edges are searched
-_HALF = 0.05  # seconds to each side if there are no edges
+_REACH = 0.5  # seconds before and after the frame in which edges are searched for
+_HALF = 0.05  # seconds before and after the frame if there are no edges
 _FAINT, _FAINT_FLIP = np.radians(1.0), np.radians(25.0)
 
 
 def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float) -> Interval:
-    """Return an interval between the strongest counter-rotations before and after a frame.
+    """Return an interval from the strongest counter-rotation before a frame to the one after it.
 
     If there is no counter-rotation of 1° or more, the interval is 0.1 s long. Its offset is the
     level of θp inside, relative to the line between the frames before and after.
@@ -38,17 +38,20 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
 
 
 def interval_over(chain: str, signals: TwistSignals, start: int, stop: int) -> Interval:
-    """Return an interval over [start, stop) with the offset of θp from its neighbours' line."""
+    """Return an interval over [start, stop).
+
+    The offset is the level of θp relative to the line between the neighbouring frames.
+    """
     level = median(off_line(signals.theta_p, start, stop))
     return constant(chain, start, stop, level)
 
 
 def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
-    """Return a flip of a limb around a frame, from the nearest jump before to the nearest after.
+    """Return a flip of a limb around a frame, between the nearest jumps before and after it.
 
     If there is no jump of 25° or more within half a second, the interval is 0.1 s long. Its offset
-    is the level of φ inside, relative to the line between the frames before and after; for a
-    straight limb, it is the jump at its start.
+    is the level of φ inside, relative to the line between the frames before and after. For a
+    straight limb, the offset is the jump at the start.
     """
     jumps = np.flatnonzero(np.abs(limb.departures) >= _FAINT_FLIP)
     near = jumps[np.abs(jumps - frame) <= max(2, round(_REACH * limb.fps))]
@@ -68,7 +71,7 @@ def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
 
 
 def proposed_stretch(motion: Motion, jump: Interval, others: Iterable[Interval]) -> Interval:
-    """Return the stretch that a lone jump begins or ends, as an unconfirmed suggestion.
+    """Return the stretch that a lone jump begins or ends, as a suggestion that is not confirmed.
 
     The stretch ends at the nearest other lone jump of the joint, or at the nearest end of the clip.
     `others` are the other intervals of the clip. Raises TwistError if the clip has no such joint.
@@ -93,7 +96,11 @@ def proposed_stretch(motion: Motion, jump: Interval, others: Iterable[Interval])
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
-    """Return the edges; a missing edge, −1, is placed 0.1 s away or around the frame."""
+    """Return the edges of a proposed interval, replacing missing ones, which are −1.
+
+    A missing edge is placed 0.1 s from the other edge. If both are missing, the interval is placed
+    around the frame.
+    """
     half = max(1, round(_HALF * fps))
     if start < 0:
         start = max(0, (stop if stop >= 0 else frame + half + 1) - 2 * half - 1)

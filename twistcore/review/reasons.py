@@ -1,4 +1,4 @@
-"""Restore the evidence for intervals from a file, which does not store it."""
+"""Restore the evidence for the intervals of a session, since session files do not store it."""
 
 from __future__ import annotations
 
@@ -13,10 +13,9 @@ from twistcore.review.model import Judged, ReviewState
 def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
     """Return the intervals that the detector finds at a review's τ.
 
-    No long computation is started: chains that the detector has not processed yet give no
-    intervals.
+    No long computation is started. Chains that the detector has not processed yet are left out.
     """
-    # The review's detector may be missing or may fail on the clip.
+    # The review's detector may be missing, or it may fail on the clip.
     method = analysis.usable(state.method)
     ready = method == state.method and analysis.kept(method) is not None
     detector = analysis.detector(method, frozenset(Kind) if ready else {Kind.LIMB_FLIP})
@@ -25,11 +24,11 @@ def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[In
 
 
 def with_reasons(found: Iterable[Interval]) -> Callable[[ReviewState], ReviewState]:
-    """Return a function that adds evidence from equal intervals (chain, kind, frames) to a review.
+    """Return a function that adds evidence to the intervals of a review.
 
-    An interval keeps its existing evidence, and an interval made by hand gets none. Repeated calls
-    with the same state return the same objects. If there is nothing to add, the state is returned
-    unchanged.
+    The evidence comes from intervals in `found` with the same chain, kind and frames. An interval
+    keeps its existing evidence, and an interval made by hand gets none. Repeated calls with the
+    same state return the same objects. If there is nothing to add, the state is returned unchanged.
     """
     known = {_place(i): i.explain for i in found if i.explain is not None}
     states: dict[ReviewState, ReviewState] = {}

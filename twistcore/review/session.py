@@ -1,4 +1,4 @@
-"""The session file, which stores a review so that it can be continued or replayed."""
+"""The session file, which stores a review so that it can be continued or replayed later."""
 
 from __future__ import annotations
 
@@ -48,14 +48,14 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.session/1"
-# A session with tracking: a program that cannot track must not replay the rest.
+# Sessions with tracking: programs that cannot track must not replay the rest.
 TRACKING_SCHEMA = "twistcore.session/2"
-# A session with limbs, whose flips an older program would take for twists, or with edited chains,
-# whose intervals it would not know.
+# Sessions with limbs, whose flips an older program would read as twists, or with edited chains,
+# whose intervals it would not find.
 LIMBS_SCHEMA = "twistcore.session/3"
-# A session that tracks both ways or the position, which an older program would track differently.
+# Sessions that track both ways or the position, which an older program would track differently.
 BOTH_WAYS_SCHEMA = "twistcore.session/4"
-# A session with accepted errors of single joints, which an older program would not correct.
+# Sessions with accepted errors of single joints, which an older program would not correct.
 JOINTS_SCHEMA = "twistcore.session/5"
 # A session that smooths with the spline, which an older program does not have.
 SPLINE_SCHEMA = "twistcore.session/6"
@@ -70,7 +70,10 @@ _JUDGED: Mapping[str, Callable[[Any, str], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """A review and its clip: the clip's path as saved, and the SHA-256 of its bytes."""
+    """A review and its clip, as stored in a file.
+
+    The clip is identified by its path when the session was saved and by the SHA-256 of its bytes.
+    """
 
     clip: str
     sha256: str
@@ -78,15 +81,15 @@ class Session:
     state: ReviewState
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """Return the review's chains and limbs in a motion, and the accepted intervals."""
+        """Return the review's chains and limbs for a motion, and the accepted intervals."""
         return self.state.to_correct(motion)
 
 
 def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
-    """Return the session as JSON data, in frames and degrees with nine decimals.
+    """Return the session as JSON data, with frame numbers, and degrees with nine decimals.
 
-    The oldest possible schema is used, so that older programs can read sessions that use no newer
-    features.
+    The oldest possible schema is used, so that older programs can read all sessions that use no
+    newer features.
     """
     tracking = state.tracking
     otherwise = needs_both_ways_schema(tracking)
@@ -103,7 +106,7 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
     }
     if state.rig:
         document["rig"] = rig_to_json(state.rig)
-    if state.left_out:  # does not affect a replay, so an older program may ignore it
+    if state.left_out:  # does not affect a replay, so older programs may ignore it
         document["left_out"] = [list(span) for span in state.left_out]
     if tracking is not None:
         document["tracking"] = tracking_to_json(tracking)
@@ -119,7 +122,10 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
 
 
 def _needs_kinds(clip: Clip, state: ReviewState) -> bool:
-    """True if any interval is not a counter-twist, or if there is a τ for a limb."""
+    """True if a session must store kinds of errors or τ of limbs, which the first schemas lack.
+
+    This is the case if any interval is not a counter-twist, or if there is a τ for a limb.
+    """
     joints = set(clip.motion.skeleton.names)
     of_limb = any(name not in joints for name in state.tau)
     return of_limb or any(j.interval.kind != Kind.COUNTER_TWIST for j in state.intervals)
@@ -134,7 +140,7 @@ def session_bytes(clip: Clip, state: ReviewState) -> bytes:
 def write_session(clip: Clip, review: Review | ReviewState, path: str | Path) -> None: ...
 
 
-@overload  # the order of arguments up to version 0.2
+@overload  # the order of the arguments up to version 0.2
 def write_session(clip: str | Path, review: Clip, path: Review | ReviewState) -> None: ...
 
 
@@ -239,7 +245,10 @@ def read_session_file(path: Path) -> tuple[Session, str]:
 
 
 def session_from_document(document: Any) -> Session:
-    """Return the session in a JSON document. Raises FormatError with the missing or wrong part."""
+    """Return the session in a JSON document.
+
+    Raises FormatError, which names the missing or wrong part.
+    """
     if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
     has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
@@ -266,7 +275,7 @@ def session_from_document(document: Any) -> Session:
 
 
 def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
-    """Return the tracking, if the document's schema has one."""
+    """Return the tracking settings, or None if the document's schema has none."""
     schema = document["schema"]
     may_be = schema in _WITH_KINDS and document.get("tracking") is not None
     if schema == TRACKING_SCHEMA or may_be:
@@ -293,7 +302,7 @@ def tau_from_json(entry: Any) -> dict[str, float]:
 def needs_both_ways_schema(tracking: Tracking | None) -> bool:
     """True if the position is tracked, or if tracking runs forward and backward.
 
-    The first programs with tracking ignore the keys for these settings, so a newer schema is
+    The first programs with tracking would ignore the keys for these settings, so a newer schema is
     needed.
     """
     return tracking is not None and (tracking.place or not tracking.causal)
@@ -316,10 +325,10 @@ def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
 
 
 def tracking_from_json(entry: Any) -> Tracking:
-    """Return the tracking in JSON data. Raises FormatError if it is damaged."""
+    """Return the tracking settings in JSON data. Raises FormatError if they are damaged."""
     has(entry, "joints", "gains", "kp", "kd", "ka", "weights", what="tracking")
     joints = texts(entry["joints"], "joints")
-    causal = flag(entry.get("causal", True), "causal")  # the first files have neither of these
+    causal = flag(entry.get("causal", True), "causal")  # the first files have neither of these two
     place = flag(entry.get("place", False), "place")
     if not (joints or place):
         raise FormatError("expected joints to track, found an empty list")
@@ -348,7 +357,7 @@ def _burst_from_json(entry: Any) -> tuple[str, int, int]:
 
 
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval as JSON data; its offset in degrees is one number or one per frame.
+    """Return an interval as JSON data. Its offset, in degrees, is one number or one per frame.
 
     Set `kinds` to True to write the kind also for a counter-twist.
     """
@@ -370,7 +379,7 @@ def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, An
 def interval_from_json(entry: Any) -> Interval:
     """Return the interval in JSON data. Raises FormatError if it is damaged.
 
-    A constant offset needs the memory of only one number, since damaged frame numbers may be huge.
+    A constant offset is stored as one number in memory, because damaged frame numbers may be huge.
     """
     has(entry, "chain", "start", "stop", "offset_deg", "confidence", "open", "residual_deg")
     start, stop = frames(entry)
@@ -390,16 +399,19 @@ def interval_from_json(entry: Any) -> Interval:
 
 
 def _kind(entry: Any) -> Kind:
-    """Return a kind of error, which may come from a later version."""
+    """Return the kind of error with this name, which may be from a later version.
+
+    Raises FormatError for anything else.
+    """
     if not text(entry, "kind").strip():
         raise unexpected("a string", "kind", entry)
-    if (kind := Kind(entry)) != entry:  # another spelling counts as damage
+    if (kind := Kind(entry)) != entry:  # any other spelling counts as damage
         raise unexpected(repr(kind.value), "kind", entry)
     return kind
 
 
 def _offset(entry: Any, frames: int) -> Array:
-    """Return the offset in radians, given as one number or as one per frame."""
+    """Return an offset in radians, (frames,), from one number or one per frame in degrees."""
     listed = entry if isinstance(entry, list) else [entry]
     degrees = [number(one, "offset_deg", -DEGREES, DEGREES) for one in listed]
     if len(degrees) not in (1, frames):
@@ -417,7 +429,7 @@ def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
         **interval_to_json(judged.interval, kinds=kinds),
         "decision": judged.decision.value,
         **{key: getattr(judged, key) for key in _JUDGED},
-        **({"in_bulk": True} if judged.in_bulk else {}),  # an older program may ignore it
+        **({"in_bulk": True} if judged.in_bulk else {}),  # older programs may ignore it
     }
 
 

@@ -1,4 +1,4 @@
-"""Describe an error with a soft onset in words."""
+"""Describe in words how an error with a soft onset begins."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from twistcore.detection.interval import Interval
 from twistcore.skeleton.rotation import Array
 
-SOFT = "a soft onset"  # marks the evidence of such an interval
-BEGUN, THERE = 0.05, 0.9  # shares of the largest offset at which the onset begins and ends
+SOFT = "a soft onset"  # marks the evidence of an interval with a soft onset
+BEGUN, THERE = 0.05, 0.9  # shares of the largest offset at the start and end of the onset
 
 
 def is_soft(interval: Interval) -> bool:
-    """True if the interval was found as a soft error, which begins and ends without a jump."""
+    """True if the interval was found as a soft error, which begins and ends gradually."""
     offset = interval.offset  # constant between jumps: most intervals need no evidence here
     if not len(offset) or (offset[0] == offset).all():
         return False
@@ -22,7 +22,7 @@ def is_soft(interval: Interval) -> bool:
 
 
 def soft_onset(interval: Interval) -> str:
-    """Return text on how an error begins, its size, and the size relative to its scale, or ''."""
+    """Return text on how a soft error begins and how large it is, or '' for other errors."""
     if not is_soft(interval):
         return ""
     sigma = (interval.evidence or {})["sigma_deg"]
@@ -38,9 +38,7 @@ def soft_onset(interval: Interval) -> str:
 
 
 def onset_frames(offset: Array) -> tuple[int, int]:
-    """Return how many frames an offset, (frames,), takes to nearly reach its maximum and to
-    decay.
-    """
+    """Return in how many frames an offset, (frames,), rises to its maximum and falls again."""
     size = np.abs(offset)
     if not size.any():
         return 0, 0

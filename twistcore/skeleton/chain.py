@@ -29,9 +29,9 @@ from twistcore.work.frozen import dataclass
 
 SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
 
-_NEAR = 0.75  # smallest ratio of difflib for a name with a possible typing error
+_NEAR = 0.75  # minimum ratio of difflib for a name to be suggested after a typing error
 _COLLINEAR = np.cos(np.radians(20.0))
-VARYING = np.cos(np.radians(1.0))  # bones that vary more have an axis in each frame
+VARYING = np.cos(np.radians(1.0))  # a bone that varies more has one axis per frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Chain:
     name : str
         The parent joint's name.
     parent, child, grandchild : int
-        Joint indices; `grandchild` is −1 where `arm` is C's own axis or an End Site.
+        Joint indices; `grandchild` is −1 if `arm` is an axis of C or points to an End Site.
     axis : ndarray, shape (3,) or (frames, 3)
         Unit vector a from P to C in P's coordinates, (x, y, z); one per frame if position
         channels make it vary.
@@ -52,11 +52,11 @@ class Chain:
     side : {'Left', 'Right', ''}
         The side of the body.
     segment : str
-        'Shoulder', 'Arm', 'ForeArm', 'UpLeg', 'Leg', 'Foot' or the like, '' if unknown.
+        'Shoulder', 'Arm', 'ForeArm', 'UpLeg', 'Leg', 'Foot' etc., '' if unknown.
     warnings : tuple of str
         Assumptions made for the chain.
     pieces : int
-        Number of pieces of the bone; every piece has a chain.
+        Number of pieces into which the bone is divided; every piece has a chain.
     ends : bool
         False if C is the next piece of the same bone.
     person : str
@@ -91,8 +91,9 @@ class Chain:
 
     @property
     def label(self) -> str:
-        """Return the label for tables: 'Left ForeArm', or 'B · Left ForeArm' with several
-        people.
+        """Return the label for tables, such as 'Left ForeArm'.
+
+        If there are several people, it begins with the person: 'B · Left ForeArm'.
         """
         return f"{self.person} · {self.part}" if self.person else self.part
 
@@ -100,7 +101,7 @@ class Chain:
     def part(self) -> str:
         """Return the part of the body, such as 'Left ForeArm', or the joint's name if unknown.
 
-        For a bone in pieces, the piece is added, as in 'Left Arm · upperarm02.L'.
+        For a bone in pieces, the joint's name is added, as in 'Left Arm · upperarm02.L'.
         """
         if not self.segment:
             return self.name
@@ -113,12 +114,12 @@ class Chain:
         return self.label
 
     def sliced(self, start: int, stop: int) -> Chain:
-        """Return the chain in frames [start, stop)."""
+        """Return the chain with the axes of frames [start, stop) only."""
         axis, arm = (v if v.ndim == 1 else v[start:stop] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
     def at(self, frames: NDArray[np.intp] | slice) -> Chain:
-        """Return the chain at the given frames only."""
+        """Return the chain with the axes of the given frames only."""
         axis, arm = (v if v.ndim == 1 else v[frames] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
@@ -135,7 +136,7 @@ SomeChain = TypeVar("SomeChain", bound="Chain")
 
 
 def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Chain, ...]:
-    """Find the chains of a clip: one for every bone of its limbs, and for every piece of a bone.
+    """Find the chains of a clip: one for every bone of its limbs or, if divided, for every piece.
 
     Parameters
     ----------
@@ -171,10 +172,10 @@ def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Cha
 
 
 def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
-    """Yield, in order, the chains of a limb's bones that have a length."""
+    """Yield the chains of a limb's bones, in order, without bones of length 0."""
     below = [*(bone.child for bone in line.bones[1:]), line.below]
     for bone, grandchild in zip(line.bones, below, strict=True):
-        # Pieces are in one line, so only C's own axis shows its turn about that line.
+        # Pieces are in one line, so C's turn about that line is measured by an axis of C.
         joints = bone.parent, bone.child, grandchild if bone.ends else -1
         chain = make_chain(motion, *joints, line.side, bone.segment)
         if chain is not None:
@@ -184,7 +185,7 @@ def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
 def make_chain(
     motion: Motion, parent: int, child: int, grandchild: int = -1, side: str = "", segment: str = ""
 ) -> Chain | None:
-    """Return the chain of three joints, or None if P→C has no length and so no axis.
+    """Return the chain of three joints, or None if P→C has no length and therefore no axis.
 
     Without a grandchild, the direction b depends on the joint. For a hand, b is the unit Z of C's
     frame [Choi26 §4.1.3] or, if Z is within 20° of a, the axis of C that is least parallel to a.
@@ -209,9 +210,9 @@ def make_chain(
 
 
 def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
-    """Group the chains that change the same joint, directly or through other chains.
+    """Group the chains that change a common joint, directly or through other chains.
 
-    An error in one group changes nothing in another group.
+    An error in one group does not affect another group.
     """
     changers: dict[int, list[int]] = {}
     changed = [chain.changed_joints(skeleton) for chain in chains]
@@ -250,7 +251,7 @@ _NAME, _LABELS = ("name",), ("label", "list_label")
 
 
 def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain:
-    """Return the chain or limb with a name or label, as `twistcore info` lists them.
+    """Return the chain or limb with a name or label that `twistcore info` lists.
 
     Case and spaces are ignored unless chains differ only in these. `where` is the name of the clip
     for messages. Raises TwistError if not exactly one chain has the name; the message lists similar
@@ -260,7 +261,7 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
     for key, attributes in (
         (str, _NAME),
         (str, _LABELS),
-        (str.casefold, _NAME),  # before labels: 'leftleg' is LeftLeg, not the limb 'Left leg'
+        (str.casefold, _NAME),  # names before labels: 'leftleg' is LeftLeg, not the limb 'Left leg'
         (_without_spaces, (*_NAME, *_LABELS)),
         (_folded, (*_NAME, *_LABELS)),
     ):
@@ -270,7 +271,7 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
         if alike:
             listed = " or ".join(c.name for c in alike)
             raise TwistError(f"{where}: the chain name {name!r} is ambiguous; choose {listed}")
-    # A chain that a limb begins with may have the limb's label, and goes before it.
+    # The first chain of a limb may have the same label as the limb, and has priority.
     known = {_folded(word): c.name for c in reversed(chains) for word in (c.label, c.name)}
     from difflib import get_close_matches  # slow to load, and rarely needed
 
@@ -291,7 +292,7 @@ def _folded(name: str) -> str:
 
 
 def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
-    """Return the chains of each person, in the given order."""
+    """Return the chains grouped by person, in the given order."""
     own: dict[str, list[SomeChain]] = {}
     for chain in chains:
         own.setdefault(chain.person, []).append(chain)
@@ -299,16 +300,14 @@ def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
 
 
 def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
-    """Return the assumptions made about chains, without repetitions by chains that share a
-    joint.
-    """
+    """Return the assumptions made about chains, each only once if chains share a joint."""
     return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))
 
 
 def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
-    """Return the unit direction from a joint's parent to the joint, or None without a length.
+    """Return the unit direction from a joint's parent to the joint, or None if it has no length.
 
-    The shape is (3,), or (frames, 3) if the direction varies.
+    The shape is (3,), or (frames, 3) if the direction varies. Assumptions are added to `warnings`.
     """
     skeleton = motion.skeleton
     offset = bone_offset(motion, joint)

@@ -1,4 +1,4 @@
-"""The up direction, height and heading of a figure."""
+"""The up direction, the height and the heading of a figure."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from twistcore.skeleton.rotation import Array
 def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:
     """Return the unit vector that points up, (3,): Y, or Z if the figure is upright along Z.
 
-    The axis is guessed from the direction from the knees to the shoulders in the positions (frames,
-    joints, 3), since the rest pose may be arbitrary. Without limbs, the rest pose is used.
+    It is guessed from the direction from the knees to the shoulders in `positions`, (frames,
+    joints, 3), because the rest pose may be arbitrary. Without limbs, the rest pose is used.
     """
     knees = [c.parent for c in chains if c.segment == "Leg"]
     shoulders = [c.parent for c in chains if c.segment == "Arm"]
@@ -31,9 +31,9 @@ def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) ->
 
 
 def figure_size(positions: Array, skeleton: Skeleton) -> float:
-    """Return the height of a figure's largest pose, in the file's unit.
+    """Return the height of a figure, in the file's unit, in the frame in which it is largest.
 
-    The height is at most the height of the rest pose. `positions` has the shape (frames, joints,
+    The result is at most the height of the rest pose. `positions` has the shape (frames, joints,
     3); about 200 of the frames are used. If there are several people, the tallest one is used.
     """
     some = positions[:: max(1, len(positions) // 200)]

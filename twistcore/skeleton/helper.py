@@ -1,6 +1,6 @@
 """Twist bones next to a chain, as in Unreal rigs, which distribute the roll of a limb's bone.
 
-A helper is a child of the joint P of a bone, next to C, and turns about the bone. A helper that
+A helper is a child of P, the joint where a bone starts, and turns about that bone. A helper that
 turns wrongly twists the skin like a candy wrapper although no joint of the limb is wrong.
 """
 
@@ -44,7 +44,7 @@ class Helper(Chain):
         return f"{self.label} · helper"
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return the helper and its children."""
+        """Return the helper and its children, which are the joints that a correction changes."""
         del carried
         return self.parent, *skeleton.children[self.parent]
 
@@ -60,7 +60,7 @@ def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
 
 
 def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator[Helper]:
-    """Yield the helpers of a bone: leaf joints on the bone, and children with a helper's name."""
+    """Yield the helpers of a bone: leaf joints on the bone, and children named as a helper."""
     skeleton, parent, child = motion.skeleton, bone.parent, bone.child
     chain = make_chain(motion, parent, child, side=line.side, segment=bone.segment)
     if chain is None:
@@ -75,7 +75,7 @@ def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator
 
 
 def _lies_on(motion: Motion, joint: int, child: int) -> bool:
-    """True for a leaf joint strictly between the two ends of the bone to `child`."""
+    """True for a leaf joint on the bone to `child`, strictly between the ends of the bone."""
     if motion.skeleton.children[joint]:
         return False
     place, bone = (bone_offset(motion, j).reshape(-1, 3).mean(axis=0) for j in (joint, child))

@@ -47,22 +47,25 @@ HANDS = ("wrist", "hand")
 FEET = ("ankle", "foot")
 TOES = ("toe", "ball", "foot")
 
-_SHARED = 0.6  # share of the joints: an unknown first or last word of so many is the rig's name
-_FEWEST = 3  # number of additional bones that a language must name
-_ENOUGH = 6  # number of named bones from which no other language is tried
-_SHORTEST = 3  # letters of a word that may be found within a longer word
+_SHARED = 0.6  # share of the joints; an unknown first or last word of so many is the rig's name
+_FEWEST = 3  # minimum number of additional bones that a language must recognise
+_ENOUGH = 6  # if this many bones are named, no other language is tried
+_SHORTEST = 3  # minimum number of letters of a word that is searched for within a longer word
 _SHORTEST_SIDE = 4
-_LONGEST = 60  # letters of a word that may be split
+_LONGEST = 60  # maximum number of letters of a word that is split
 _LAST = 3  # the rank of a word that is used only if there is no other
 
 
 def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
-    """Return the meaning of each joint name of a skeleton, by default from the built-in words."""
+    """Return the meaning of each joint name of a skeleton.
+
+    The built-in vocabulary is used if none is given.
+    """
     return list(_understood(tuple(names), vocabulary or default_vocabulary()))
 
 
 def own_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
-    """Return the joints that a person's vocabulary interprets in another way than the built-in one.
+    """Return the joints that a user's vocabulary interprets differently from the built-in one.
 
     The result maps joint names to words for :func:`joint_as_said`.
     """
@@ -95,7 +98,7 @@ def _understood(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointNa
 
 
 def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """Return the meanings of the names in the language that recognises most bones."""
+    """Return the meanings of the names in the language that recognises the most bones."""
     found = _read(words, vocabulary)
     if _limb_words(found) >= _ENOUGH:
         return found
@@ -144,7 +147,10 @@ class _Piece:
 
 
 def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """Return the meaning of each joint's words, read alone and then compared with other joints."""
+    """Return the meaning of each joint's words.
+
+    Names are first read one by one, and then compared with the names of other joints.
+    """
     numbers = [_number(w, vocabulary) for w in words]
     letters = [[w for w in joint if not w.isdigit()] for joint in words]
     pieces = [_pieces(joint, vocabulary) for joint in letters]
@@ -158,7 +164,7 @@ def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
 
 
 def _number(words: list[str], vocabulary: Vocabulary) -> str:
-    """Return all digits of a name except those of the rig's own prefix, such as Bip01."""
+    """Return all digits of a name except those of the rig's prefix, such as Bip01."""
     out = ""
     for k, word in enumerate(words):
         if word.isdigit():
@@ -197,7 +203,7 @@ def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
-    """Split a word for a side off the beginning or end of a word, if there is one."""
+    """Split a word for a side, such as 'left', off the beginning or end of a word."""
     meaning = vocabulary.words.get(word)
     if meaning is not None:
         return [_Piece(word, meaning, upper)] if meaning.side else [_Piece(word, None, upper)]
@@ -210,7 +216,7 @@ def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _may_join(word: str, shortest: int) -> bool:
-    """True if a word may be searched for within another; short alphabetic words may not."""
+    """True if a word may be searched for within a longer word. Short alphabetic words may not."""
     return len(word) >= shortest or not _has_case(word)
 
 
@@ -245,7 +251,10 @@ def _taken_apart(word: str, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]]:
-    """Remove unknown first (place 0) or last (−1) words that most joints share, except sides."""
+    """Remove unknown first (place 0) or last (−1) words that most joints share.
+
+    Words for sides are ignored and never removed.
+    """
     while True:
         rest = [[p for p in joint if not p.side] for joint in pieces]
         ends = Counter(r[place].word for r in rest if len(r) > 1 and not r[place])
@@ -261,7 +270,10 @@ def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]
 
 
 def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabulary) -> list[str]:
-    """Return sides from words that mean a side only in pairs of mirrored names, or ''."""
+    """Return 'Left', 'Right' or '' for each joint, from words that mean a side only in pairs.
+
+    Such a word counts only if the skeleton also has the mirrored name.
+    """
     out = [""] * len(pieces)
     for pair in vocabulary.pairs:
         seen: tuple[dict[Any, int], dict[Any, int]] = ({}, {})
@@ -283,7 +295,7 @@ def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabu
 def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
     side = mirrored or _side(pieces)
     rest = [p for p in pieces if not p.side]
-    if not any(p.roles for p in rest if not p.has("noise")):  # French "main", if there is no other
+    if not any(p.roles for p in rest if not p.has("noise")):  # such as French "main"
         stem = [p for p in rest if not p.has("noise") or (p.roles and side)]
     else:
         stem = [p for p in rest if not p.has("noise")]
@@ -313,7 +325,7 @@ def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
 
 
 def _side(pieces: list[_Piece]) -> str:
-    """Return the side: a word precedes a letter, and a capital precedes a small letter."""
+    """Return the side in a name. Words precede letters, and capitals precede small letters."""
     sides = [p for p in pieces if p.side]
     if len(sides) == len(pieces):
         return ""  # Xsens' L5 is a vertebra
@@ -322,10 +334,10 @@ def _side(pieces: list[_Piece]) -> str:
 
 
 def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName]:
-    """Choose roles by comparing joints, and drop a role if another word on that side fits it
-    better.
+    """Choose roles by comparing joints.
 
-    If a word has several meanings, a meaning that no other word on its side has comes first.
+    A joint loses a role if another name on that side fits the role better. If a name has several
+    meanings, a meaning that no other name on its side has comes first.
     """
     ranks = [_rank(p) for p in pieces]
     best: dict[tuple[str, str], int] = {}
@@ -357,8 +369,7 @@ def _without_roles(joint: JointName, pieces: list[_Piece]) -> JointName:
 
 
 def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
-    """Return the joints with their likeliest roles first, and the (side, role) pairs that are
-    certain.
+    """Return the joints with the most likely roles first, and the certain (side, role) pairs.
 
     Roles that are certain for another joint come last.
     """
@@ -383,7 +394,7 @@ def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str
 
 
 def _rank(pieces: list[_Piece]) -> int:
-    """Return the distance of a name from a plain name of known words, which has rank 0."""
+    """Return how far a name is from a plain name of known words, which has rank 0."""
     if any(p.has("third") for p in pieces):
         return _LAST
     bare = [p for p in pieces if p or len(p.word) > 1]

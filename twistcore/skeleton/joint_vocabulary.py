@@ -1,4 +1,4 @@
-"""Words in joint names and their meanings, from `joint_names.toml` and a person's own file."""
+"""Words in joint names and their meanings, from `joint_names.toml` and the user's file."""
 
 from __future__ import annotations
 
@@ -53,15 +53,15 @@ class JointName:
     side
         'Left', 'Right' or ''.
     stem
-        The rest of the name in lower-case letters, without accents.
+        The name without side and number, in lower-case letters, without accents.
     number
         The digits of the name.
     roles
-        The ROLES that the word can mean, the likeliest first, () for none.
+        The ROLES that the word can mean, the most likely first, () for none.
     helper
         True if the joint only distributes the twist of its bone.
     other
-        True if the joint belongs to the head or hand, or to a prop, and so never to an arm or leg.
+        True if the joint is part of the head or hand, or of a prop, and so never of an arm or leg.
     trunk
         True if the joint is the pelvis, spine or neck.
     word
@@ -79,7 +79,7 @@ class JointName:
 
     @property
     def no_limb(self) -> bool:
-        """True for a part of the head or hand, or of a prop."""
+        """True for a joint that is part of the head or hand, or of a prop."""
         return self.other
 
 
@@ -92,7 +92,7 @@ class Meaning:
     marks: frozenset[str] = frozenset()  # 'sided', 'other', …
 
     def joined(self, other: Meaning) -> Meaning:
-        """Return the union of two meanings of a word that is in two lists."""
+        """Return the union of this meaning and another meaning of the same word."""
         roles = tuple(dict.fromkeys(self.roles + other.roles))
         return Meaning(self.side or other.side, roles, self.marks | other.marks)
 
@@ -108,7 +108,7 @@ class Vocabulary:
     languages
         Vocabularies whose words are used only if the whole skeleton is named in that language.
     joints
-        A person's meanings of single joints, keyed by their full names.
+        The user's meanings of single joints, keyed by their full names.
     """
 
     words: Mapping[str, Meaning]
@@ -117,7 +117,7 @@ class Vocabulary:
     joints: Mapping[str, JointName] = field(default_factory=dict)
 
     def over(self, other: Vocabulary) -> Vocabulary:
-        """Return a vocabulary with these words, and with words of `other` that are missing here."""
+        """Return a vocabulary with these words and all words of `other` that are missing in it."""
         return Vocabulary(
             {**other.words, **self.words},
             tuple(dict.fromkeys(self.pairs + other.pairs)),
@@ -154,14 +154,15 @@ def _meanings(groups: Iterable[tuple[str, str, str, str]]) -> dict[str, Meaning]
 
 
 def default_words() -> Vocabulary:
-    """Return the words read from `joint_names.toml`, more slowly than
-    :func:`default_vocabulary`.
+    """Return the words parsed from `joint_names.toml`.
+
+    This is slower than :func:`default_vocabulary`.
     """
     return _vocabulary(parsed_toml(DEFAULT_WORDS.read_bytes()))
 
 
 def read_vocabulary(path: Path) -> Vocabulary:
-    """Return a person's words from a file, added to the default words.
+    """Return the words in a user's file, added to the default words.
 
     Raises TwistError or FormatError if the file is damaged.
     """
@@ -169,7 +170,7 @@ def read_vocabulary(path: Path) -> Vocabulary:
 
 
 def read_words(path: Path) -> dict[str, Any]:
-    """Read and check a person's file of words.
+    """Read and check a user's file of words.
 
     Raises the same errors as :func:`read_vocabulary`.
     """
@@ -184,12 +185,18 @@ def read_words(path: Path) -> dict[str, Any]:
 
 
 def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
-    """Return a file's words, added to the default words. Raises FormatError if damaged."""
+    """Return the words of a parsed file, added to the default words.
+
+    Raises FormatError if they are damaged.
+    """
     return _vocabulary(words).over(default_vocabulary())
 
 
 class _WordsError(FormatError):
-    """Raised for an error in a file of words. The words `at` are near it and show its line."""
+    """Raised for an error in a file of words.
+
+    `at` are words in the faulty line or near it, with which the line number is found.
+    """
 
     def __init__(self, message: str, *at: str) -> None:
         super().__init__(message)
@@ -197,7 +204,7 @@ class _WordsError(FormatError):
 
 
 def _place(data: bytes, at: tuple[str, ...]) -> str:
-    """Return text such as 'line 7: ' for the first line with these words in this order, or ''."""
+    """Return text such as 'line 7: ' for the first lines with these words in this order, or ''."""
     found = 0
     lines = data.decode("utf-8", "replace").splitlines()
     for word in at:
@@ -270,9 +277,9 @@ def _table(
 
 
 def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
-    """Return `check` applied to a table's value.
+    """Return `check` applied to a value of a table in the file.
 
-    Raises _WordsError with the position if it fails.
+    Raises _WordsError with the position if the check fails.
     """
     try:
         return check(value, key)
@@ -299,14 +306,14 @@ def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
 
 
 def _phrase(words: str) -> str:
-    """Return a phrase as one word, the form in which it is looked up."""
+    """Return a phrase as one word, as it is stored in a vocabulary."""
     if words.isascii():
         return "".join(filter(str.isalnum, words)).lower()
     return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")
 
 
 def _without_side(phrase: str) -> str:
-    """Return a phrase without 'left' or 'right' at its ends, since a full name may be given."""
+    """Return a phrase without 'left' or 'right' at its ends, as users may enter a full name."""
     for side in _SIDES:
         rest = phrase.removeprefix(side).removesuffix(side)
         if rest:
@@ -315,7 +322,7 @@ def _without_side(phrase: str) -> str:
 
 
 def _own_joints(table: Mapping[str, Any]) -> dict[str, JointName]:
-    """Return a person's meanings of single joints, keyed by joint name."""
+    """Return the user's meanings of single joints, keyed by joint name."""
     return {name: _checked(_as_said, said, "joints", name) for name, said in table.items()}
 
 
@@ -324,7 +331,7 @@ def _as_said(said: Any, name: str) -> JointName:
 
 
 def joint_as_said(name: str, said: str) -> JointName:
-    """Return the meaning of a person's word for a joint, such as 'left hand', 'helper', 'unknown'.
+    """Return the meaning of the user's word for a joint: 'left hand', 'helper', 'unknown' etc.
 
     Raises FormatError for any other word.
     """

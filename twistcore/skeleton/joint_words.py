@@ -7,13 +7,16 @@ import unicodedata
 from collections.abc import Sequence
 from contextlib import suppress
 
-_WORDS = 12  # number read from either end of a name; no rig has longer names
-# Shift-JIS, Windows' Chinese, Korean and Cyrillic, and latin-1, which accepts every byte.
+_WORDS = 12  # number of words read from either end of a name; no rig has longer names
+# Shift-JIS, Windows' Chinese, Korean and Cyrillic encodings, and latin-1, which accepts any byte.
 _ENCODINGS = ("cp932", "gb18030", "cp949", "cp1251", "latin-1")
 
 
 def words_of(name: str) -> list[str]:
-    """Return the runs of letters or digits in a name, without namespaces, paths and brackets."""
+    """Return the words in a name: runs of letters or of digits.
+
+    Namespaces, paths and brackets are left out.
+    """
     plain = "".join(
         c for c in unicodedata.normalize("NFKC", name) if unicodedata.category(c) != "Cf"
     )
@@ -48,7 +51,7 @@ def _runs(name: str) -> list[str]:
 
 
 def _is_side_and_letter(capitals: str) -> bool:
-    """True if two capitals before a word are a side and a first letter, as in LUArm and RFArm."""
+    """True if two capitals before a word are a side and an initial, as in LUArm and RFArm."""
     return len(capitals) == 2 and capitals[0] in "LR"
 
 
@@ -65,9 +68,9 @@ def _kind(c: str) -> str:
 
 
 def decodings(names: Sequence[str]) -> list[tuple[str, ...]]:
-    """Return the names, decoded in each encoding that may have been used for them.
+    """Return the names, decoded in each encoding in which they may have been written.
 
-    A byte outside UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). Names
+    A byte that is not UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). Names
     without such bytes are returned unchanged.
     """
     if not any(_is_byte(c) for name in names if not name.isascii() for c in name):

@@ -1,6 +1,6 @@
 """Write `known_words.py` from `joint_names.toml`: python -m twistcore.skeleton.known_words_file.
 
-The program loads the Python file in a tenth of the time that it takes to read TOML.
+Loading the Python file takes a tenth of the time of parsing the TOML file.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _Pairs: TypeAlias = "tuple[tuple[str, str], ...]"
 
 # fmt: off
 VOCABULARIES: tuple[tuple[_Groups, _Pairs], ...] = ("""
-_WIDTH, _WIDTH_OF_SIGNS = 80, 40  # letters of a line's words; Chinese characters are twice as wide
+_WIDTH, _WIDTH_OF_SIGNS = 80, 40  # letters per line; Chinese characters are twice as wide
 
 
 def known_words() -> str:

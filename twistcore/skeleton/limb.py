@@ -1,4 +1,4 @@
-"""Limbs of three joints, which flips turn about the line from the first joint to the end.
+"""Limbs of three joints. A limb flip turns a limb about the line from its first joint to its end.
 
 The angle of the middle joint about that line is the *swivel angle* of inverse kinematics.
 """
@@ -19,19 +19,19 @@ from twistcore.work.frozen import dataclass
 _SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
 _MIDDLES = {"Arm": "elbow", "UpLeg": "knee"}
 _ENDS = {"Arm": "hand", "UpLeg": "foot"}
-_SHORTEST = 0.3  # share of the other bone; a shorter bone is a stump, and the limb has no knee
+_SHORTEST = 0.3  # share of the other bone; a limb with a shorter bone has no knee or elbow
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Limb(Chain):
-    """A whole limb as a chain: hip P, knee C and ankle E, or shoulder, elbow and wrist.
+    """A whole limb: hip P, knee C and ankle E, or shoulder, elbow and wrist.
 
     The errors of a limb turn about the line from P to E, not about the bone from P to C.
 
     Parameters
     ----------
     name : str
-        Names of P and E, such as 'LeftUpLeg-LeftFoot'; the chain has only P's name.
+        Names of P and E, such as 'LeftUpLeg-LeftFoot'. (A chain is named after P alone.)
     parent, child, grandchild : int
         Joint indices of P, C and E.
     axis, arm, side, segment, warnings, pieces, ends, person
@@ -54,9 +54,9 @@ class Limb(Chain):
         return self.grandchild
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return P, and E unless E was carried along.
+        """Return the joints that a flip or its correction changes: P, and E unless it was carried.
 
-        A flip does not change C's own rotation.
+        The local rotation of C does not change.
         """
         del skeleton
         return (self.parent,) if carried else (self.parent, self.end)
@@ -85,9 +85,9 @@ class Limb(Chain):
 def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) -> tuple[Limb, ...]:
     """Find the arms and legs of a clip, by names or by the shape of the skeleton.
 
-    Without known names, a limb is the two neighbouring bones of a line with the largest total
-    length. A limb ends in a joint, its bones have similar lengths, and a bone in pieces is one
-    bone.
+    Without known names, a limb consists of the two neighbouring bones with the largest total length
+    in a line of joints. A limb ends in a joint, its bones have similar lengths, and the pieces of a
+    bone count as one.
 
     Parameters
     ----------
@@ -129,14 +129,14 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
 
 
 def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
-    """Yield chains from P through C to E, each of two successive whole bones.
+    """Yield chains from P through C to E, each over two successive whole bones.
 
     `line` are the chains of one limb.
     """
     by_parent = {c.parent: c for c in line}
     inner = {c.child for c in line if not c.ends}
     for chain in line:
-        if chain.parent in inner:  # a bone begins with its first piece
+        if chain.parent in inner:  # not the first piece of a bone
             continue
         last = _last_piece(chain, by_parent)
         below = by_parent.get(last.child)
@@ -176,7 +176,10 @@ def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
 
 
 def along(motion: Motion, joints: Sequence[int]) -> Array:
-    """Return the last joint's position in the frame of the first joint's parent, (frames, 3)."""
+    """Return the last joint's position in the frame of the first joint's parent, (frames, 3).
+
+    `joints` is a path down the hierarchy.
+    """
     place = np.zeros((motion.frames, 3))
     for joint in joints[::-1]:
         if joint != joints[-1]:

@@ -17,7 +17,7 @@ from twistcore.work.frozen import dataclass
 Of = TypeVar("Of")  # a motion or a skeleton
 Known = TypeVar("Known")
 
-_ELEMENTS = 1 << 16  # numbers of one kind in a block
+_ELEMENTS = 1 << 16  # maximum number of rotations in a block of frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,7 @@ class Skeleton:
     parents : ndarray of int, shape (joints,)
         Index of the parent, −1 for a root.
     offsets : ndarray, shape (joints, 3)
-        From the parent, in the parent's coordinates, (x, y, z) in the file's length unit.
+        Offset from the parent in the parent's coordinates, (x, y, z) in the file's length unit.
     ends : tuple of (int, (float, float, float))
         End Sites: the joint that has one, and its offset.
     rotatable : ndarray of bool, shape (joints,), optional
@@ -72,8 +72,9 @@ class Skeleton:
 
     @cached_property
     def end_offsets(self) -> dict[int, Array]:
-        """Return the offset of the first End Site of each joint that has one, (3,), keyed by
-        joint.
+        """Return the offset of each joint's first End Site, (3,), keyed by joint.
+
+        Joints without an End Site are missing.
         """
         return {joint: np.array(offset) for joint, offset in reversed(self.ends)}
 
@@ -98,7 +99,7 @@ class Skeleton:
         return extent if extent > 0.0 else 1.0
 
     def index(self, name: str) -> int:
-        """Return the index of the joint with a name. Raises KeyError if there is none."""
+        """Return the index of the joint with this name. Raises KeyError if there is none."""
         try:
             return self.names.index(name)
         except ValueError:
@@ -122,7 +123,7 @@ class Motion:
     frame_time : float
         Seconds from one frame to the next.
     angle_step : float
-        Smallest difference of two angles in the file, radians; 0 if it is too fine to matter.
+        Step of rounded angles in the file, radians; 0 if it is too fine to matter.
 
     Examples
     --------
@@ -179,7 +180,7 @@ class Motion:
         return offset
 
     def with_rotations(self, rotations: Array) -> Motion:
-        """Return the motion with different local rotations, shape (frames, joints, 4)."""
+        """Return a copy of the motion with other local rotations, shape (frames, joints, 4)."""
         return replace(self, rotations=rotations)
 
     def at(self, frames: NDArray[np.intp]) -> Motion:
@@ -211,10 +212,10 @@ def motion_of(clip: Motion | HasMotion) -> Motion:
 
 
 def once_each(work: Callable[[Of], Known]) -> Callable[[Of], Known]:
-    """Cache a function's result for each motion or skeleton, for as long as that exists.
+    """Cache a function's result for each motion or skeleton during the lifetime of that object.
 
-    Each call returns the same object, so callers must not change it. The object must not refer to
-    the motion or skeleton, or else this would never be released.
+    Each call returns the same result, so callers must not change it. The result must not refer to
+    the motion or skeleton, because then neither would ever be released.
     """
     known: WeakKeyDictionary[Of, Known] = WeakKeyDictionary()
 
@@ -229,7 +230,7 @@ def once_each(work: Callable[[Of], Known]) -> Callable[[Of], Known]:
 
 
 def check_motion(thing: object) -> None:
-    """Raise TypeError for anything but a motion. For a clip, the message suggests its motion."""
+    """Raise TypeError for anything but a motion. For a clip, the message suggests `clip.motion`."""
     if not isinstance(thing, Motion):
         inside = isinstance(getattr(thing, "motion", None), Motion)
         its = "; use its .motion" if inside else ""
@@ -242,7 +243,7 @@ def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
     positions = np.empty((motion.frames, joints, 3))
     rotations = np.empty((motion.frames, joints, 4))
     offsets = np.ascontiguousarray(motion.skeleton.offsets.T)[..., None]
-    # Blocks of frames, with components and joints as leading axes: all passes use contiguous frames
+    # Blocks of frames, with components and joints as leading axes: all steps use contiguous frames
     # that are still in the cache.
     step = max(64, _ELEMENTS // max(joints, 1))
     for a in range(0, motion.frames, step):
@@ -259,10 +260,10 @@ def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
 
 
 def _descend(q: Array, p: Array, level: NDArray[np.int64], above: NDArray[np.int64]) -> None:
-    """Convert local to global values for the joints of one depth, in place.
+    """Convert local to global values, in place, for the joints of one level of the hierarchy.
 
-    `q` has the shape (4, joints, n), and `p` has the shape (3, joints, n). `above` are the parents'
-    indices.
+    `q` has the shape (4, joints, n), and `p` has the shape (3, joints, n). `above` are the indices
+    of the parents.
     """
     aw, ax, ay, az = q[:, above]
     bw, bx, by, bz = q[:, level]

@@ -1,7 +1,7 @@
-"""Recognise coarse notation in a clip: angles in whole degrees, held frames and linear keys.
+"""Recognise coarsely written clips: angles in whole degrees, held frames and linear keys.
 
-Artefacts of a notation are neither motion nor errors. The notation is recognised from the clip
-itself, and a clip in plain notation is never mistaken for a clip in a coarse one.
+Artefacts of such a notation are neither motion nor errors. The notation is recognised from the
+numbers. A clip in ordinary notation is never mistaken for a clip in a coarse one.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ Frames = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 KIND = "notation"  # kind of the notes
-# Steps of written angles, degrees, that are coarse: finer steps are lost in any motion.
+# Coarse steps of written angles, degrees. Finer steps make no difference in any motion.
 STEPS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)
 MULTIPLES, FEWEST = 0.9, 60  # share of the changed angles, and their minimum number
-_ENOUGH = 400  # number of changed angles that is enough to recognise a plain clip
-_SAME = 1e-7  # degrees
+_ENOUGH = 400  # number of changed angles that is enough to recognise an ordinary clip
+_SAME = 1e-7  # degrees; a smaller difference counts as 0
 SAMPLE = 1024  # frames in the middle of a clip from which its notation is recognised
-HELD_SHARE, HELD_ALIKE = 0.4, 0.9  # share of repeated frames; of runs as long as most, ±1 frame
-STILL = 3.0  # ratio to the length of most runs above which the figure is still
-FEWEST_HELD, FEWEST_KEYS = 8, 6  # minimum number of runs and of keys for a rule
-USUAL = 0.35  # quantile of the changes of pace in one frame of n that is compared
-MOVES = 0.05  # share of the usual change of pace below which the figure is still between keys
+HELD_SHARE, HELD_ALIKE = 0.4, 0.9  # shares of repeated frames and of runs of usual length, ±1
+STILL = 3.0  # times the usual length of runs; in a longer run, the figure is still
+FEWEST_HELD, FEWEST_KEYS = 8, 6  # minimum number of runs and of keys for a pattern
+USUAL = 0.35  # quantile of the changes of pace at every n-th frame that is compared
+MOVES = 0.05  # share of the usual change of pace; below it, the figure is still between keys
 # Minimum number of frames between keys. With fewer, the pace changes in most frames, as in natural
 # motion, and the frames between two keys cannot outvote a jump among them.
 LEAST_BETWEEN, MOST_BETWEEN = 5, 60
-FEWEST_A_SECOND = 7.5  # keys; with fewer, intervals are never corrected automatically
-BETWEEN_KEYS = math.radians(60.0)  # per second; natural motion deviates less between keys
-# The part of all changes of pace that one frame in n has in excess, 0…1. 87 captures have at most
-# 0.05, pieces of them with 30 to 200 frames have 0.14; with linear keys they have at least 0.46.
+FEWEST_A_SECOND = 7.5  # with fewer keys per second, intervals are never corrected automatically
+BETWEEN_KEYS = math.radians(60.0)  # per second; natural motion deviates less than this between keys
+# How far the share of every n-th frame in all changes of pace exceeds chance, 0…1. 87 captures have
+# at most 0.05, their excerpts of 30 to 200 frames 0.14, and clips with linear keys at least 0.46.
 KEYED = 0.3
 UNSEEN = 3.0  # steps of written angles; a smaller error may be rounding
 
@@ -80,18 +80,18 @@ def _middle(frames: int) -> slice:
 
 @dataclass(frozen=True, eq=False)
 class DistinctFrames:
-    """The frames that determine a clip, because they are not repeated or are linear keys.
+    """The frames that determine a clip: those that are not repeated, or the linear keys.
 
     Attributes
     ----------
     motion
-        The motion in these frames only, at their own rate.
+        The motion in these frames only, at the frame rate of these frames.
     first
         Index of each kept frame in the clip, shape (kept,).
     frames
         Number of frames of the clip.
     even
-        True if the motion between these frames is linear, False if it is held.
+        True if the clip interpolates linearly between these frames, False if it repeats them.
     """
 
     motion: Motion
@@ -106,20 +106,20 @@ class DistinctFrames:
 
     @property
     def smallest(self) -> float:
-        """Return the lowest τ, in radians, that distinguishes an error from motion between keys.
+        """Return the lowest τ, in radians, at which an error differs from motion between keys.
 
         The result is 0 if frames are held.
         """
         return BETWEEN_KEYS / self.motion.fps if self.even else 0.0
 
     def begin(self, kept: int) -> int:
-        """Return the first clip frame that an interval beginning at a kept frame changes."""
+        """Return the first frame of the clip that changes if an interval begins at a kept frame."""
         if self.even and kept:
             return int(self.first[kept - 1]) + 1
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def end(self, kept: int) -> int:
-        """Return the first clip frame after an interval that ends before a kept frame."""
+        """Return the first frame of the clip after an interval that ends before a kept frame."""
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def of(self, frame: int) -> int:
@@ -129,8 +129,8 @@ class DistinctFrames:
     def spread(self, start: int, offset: Array) -> Array:
         """Return an offset of kept frames [start, start + n) for all clip frames that it changes.
 
-        The offset is in radians. It is held with its frame or, between linear keys, rises linearly
-        from 0 at the previous key and falls to 0 at the next key.
+        The offset is in radians. In held frames it stays the same. Between linear keys it rises
+        linearly from 0 at the previous key and falls to 0 at the next key.
         """
         stop = start + len(offset)
         if not self.even:
@@ -150,8 +150,8 @@ class DistinctFrames:
 def without_held(motion: Motion) -> DistinctFrames | None:
     """Return the motion without regularly repeated frames, or None if most are not repeated.
 
-    A frame that differs in any way from the previous one is kept, so that an error begins in its
-    own frame. While the figure is still, the frames that fit the pattern are kept.
+    A frame that differs in any way from the previous one is kept, so that an error begins in the
+    right frame. While the figure is still, the frames that fit the pattern are kept.
     """
     starts = _run_starts(motion.rotations[_middle(motion.frames)])
     if _held_often(starts) is None:
@@ -171,18 +171,18 @@ def without_held(motion: Motion) -> DistinctFrames | None:
 
 
 def _run_starts(rotations: Array) -> Frames:
-    """Return the first frame of each run of equal frames, followed by the end, (runs + 1,)."""
+    """Return the first frame of each run of equal frames, and finally the end, (runs + 1,)."""
     differs = (rotations[1:] != rotations[:-1]).any(axis=(1, 2))
     return np.concatenate([[0], np.flatnonzero(differs) + 1, [len(rotations)]]).astype(np.intp)
 
 
 def _held_often(starts: Frames) -> float | None:
-    """Return the usual length of the runs of equal frames, or None without a pattern."""
+    """Return the usual length of runs of equal frames, or None if there is no pattern."""
     lengths = np.diff(starts)
     if len(lengths) < FEWEST_HELD or len(lengths) > (1.0 - HELD_SHARE) * starts[-1]:
         return None
     usual = int(np.bincount(lengths).argmax())
-    lengths = lengths[1:-1]  # a clip may begin or end within a run
+    lengths = lengths[1:-1]  # the first and the last run may be incomplete
     moving = lengths[lengths <= STILL * usual]
     alike = np.abs(moving - usual) <= 1
     if usual < 2 or len(moving) < FEWEST_HELD - 2 or alike.mean() < HELD_ALIKE:
@@ -195,18 +195,18 @@ def _held_often(starts: Frames) -> float | None:
 
 @dataclass(frozen=True)
 class Keys:
-    """Linear keys, one every `spacing` frames, beginning at frame `first`."""
+    """Linear keys at every `spacing`-th frame, beginning with frame `first`."""
 
     spacing: int
     first: int
 
     def mask(self, frames: int) -> Mask:
-        """Return a mask that is True at keys, (frames,)."""
+        """Return a mask of the frames that are keys, (frames,)."""
         mask: Mask = (np.arange(frames) - self.first) % self.spacing == 0
         return mask
 
     def alone(self, motion: Motion) -> DistinctFrames:
-        """Return the motion reduced to its keys. The first frame is always a key."""
+        """Return the motion reduced to its keys. The first frame always counts as a key."""
         first = np.flatnonzero(self.mask(motion.frames))
         if first[0] > 0:
             first = np.concatenate([[0], first])
@@ -216,11 +216,11 @@ class Keys:
 
 @once_each
 def linear_keys(motion: Motion) -> Keys | None:
-    """Return the keys between which all joints turn evenly, or None if there are none.
+    """Return the keys between which all joints turn at a constant speed, or None without keys.
 
-    The speed of the joints changes at keys and hardly between them. If the frames are numbered
-    modulo n, one number has nearly all changes of speed. Since there are many keys, errors, cuts
-    and a rest pose at the start have little influence.
+    The speed of the joints changes at keys and hardly changes between them. If the frames are
+    numbered modulo n, nearly all changes of speed have the same number. Since there are many keys,
+    errors, cuts and a rest pose at the start have little influence.
     """
     middle = _middle(motion.frames)
     q = motion.rotations[middle]
@@ -241,7 +241,7 @@ def linear_keys(motion: Motion) -> Keys | None:
         rows = rows[rows.mean(axis=1) > MOVES]
         if len(rows) < FEWEST_KEYS:
             continue
-        # A quantile below the median: if only every other row has a key, the spacing is doubled.
+        # A quantile below the median is low if only every other row has a key.
         folded = np.sort(rows, axis=0)[int(USUAL * len(rows))]
         most = int(folded.argmax())
         share = (folded[most] / max(float(folded.sum()), 1e-12) - 1.0 / spacing) * (
@@ -256,7 +256,7 @@ def linear_keys(motion: Motion) -> Keys | None:
 
 
 def notation_notes(motion: Motion) -> tuple[Note, ...]:
-    """Return sentences about the notation that was recognised."""
+    """Return sentences about the notations that were recognised."""
     said = []
     if motion.angle_step:
         step = math.degrees(motion.angle_step)

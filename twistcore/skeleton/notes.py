@@ -1,11 +1,11 @@
-"""Notes about an analysed clip: sentences that every command shows once."""
+"""Notes about an analysed clip: sentences that each command shows once."""
 
 from __future__ import annotations
 
 from twistcore.work.frozen import dataclass
 
-NOT_EXAMINED = "not examined"  # the whole clip
-UNEXAMINED = "unexamined"  # a limb, or some frames
+NOT_EXAMINED = "not examined"  # about the whole clip
+UNEXAMINED = "unexamined"  # about a limb, or about some frames
 CONSTANT_OFFSET = "constant offset"  # a bone that is turned against its child in every frame
 NOISE = "noise burst"
 SMOOTHED = "smoothed"  # joints that lost their fine movement for a while
@@ -16,7 +16,7 @@ RESTLESS_CLIP = "restless"  # too many lone jumps for any interval to be certain
 
 @dataclass(frozen=True)
 class Note:
-    """A sentence about a clip. Notes on the same subject have the same `kind`, a short word."""
+    """A sentence about a clip, with a short word `kind` that notes on the same subject share."""
 
     kind: str
     text: str

@@ -1,4 +1,4 @@
-"""A person's own words for joints, given with `--joint-names`."""
+"""The user's words for joints, given with `--joint-names`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from twistcore.skeleton.rig import Rig
 
 
 def with_own_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) -> Rig:
-    """Return the rig with a person's words for joints; names in the rig have priority.
+    """Return the rig with the user's words for joints. Names in the rig have priority.
 
     `words` come from :func:`twistcore.skeleton.joint_names.read_words`, or are None.
     """

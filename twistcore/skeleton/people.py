@@ -1,8 +1,8 @@
-"""Find several people in one skeleton, with their joints and names.
+"""Find the people in a skeleton, with their joints and names.
 
-People are siblings in the hierarchy, under their own roots or under one joint, and have the same
-limbs. Their joints differ by a namespace (`A:Hips`), by words before or after the joint's own
-(`P1_Hips`, `Hips_B`), or by the number that a reader adds to a duplicate name (`Hips #2`).
+People are siblings in the hierarchy: they have separate roots or a common parent joint, and the
+same limbs. Their joints differ by a namespace (`A:Hips`), by words before or after the rest of the
+name (`P1_Hips`, `Hips_B`), or by the number that a reader adds to a duplicate name (`Hips #2`).
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+")
 _NUMBERED = re.compile(r"(.+) #([0-9]+)")  # the names that readers give to duplicates
 _BREAKS = " _-.:|"
 _SIDES = frozenset(("l", "r", "left", "right"))
-_MOST = 0.6  # share of a person's joints that have the person's word
-# A person whose hands and feet have unknown names:
-_FEWEST = 8  # joints
+_MOST = 0.6  # minimum share of a person's joints whose names contain the person's word
+# For a person whose hands and feet have unknown names:
+_FEWEST = 8  # minimum number of joints
 _LINES, _LONG = (
     3,
     3,
 )  # minimum number of lines of joints that begin at two joints or more; a cape's begin at one
-_ALIKE = 0.7  # share of common words with the other person below the same joint
-_EVERY = 0.9  # share of the skeleton's joints that such people have together
+_ALIKE = 0.7  # minimum share of words in common with another person below the same joint
+_EVERY = 0.9  # minimum share of the skeleton's joints that such people have together
 _ENDS = ("hand", "foot")
-_SHORTEST = 3  # joints of a limb
-_LEVELS = 5  # levels of branching below the roots in which people are searched for
+_SHORTEST = 3  # minimum number of joints of a limb
+_LEVELS = 5  # number of branching levels below the roots in which people are searched for
 _CROWD = 50  # maximum number of people in a file; damaged files have more
 _LATEST = 8  # maximum number of people to whom another limb may belong
 
@@ -84,8 +84,8 @@ class _Top:
 def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
     """Return the people in a skeleton, in file order. A single person has the name ''.
 
-    Two sibling joints each begin a person if both have a limb of the same kind and side. If no hand
-    or foot has a known name, both must be whole figures: roots, or joints with similar names.
+    Two sibling joints begin two people if both have a limb of the same kind and side. If no hand or
+    foot has a known name, both must be whole figures, that is, roots or joints with similar names.
     """
     roots = [joint for joint, parent in enumerate(skeleton.parents.tolist()) if parent < 0]
     groups = _split(skeleton, roots, _sizes(skeleton))
@@ -103,7 +103,7 @@ def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
 
 
 def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]:
-    """Return the meaning of each joint's name, read without its person's mark.
+    """Return the meaning of each joint's name, read without the part that identifies the person.
 
     Joints above several people belong to no person, and their names are read as written.
     """
@@ -120,9 +120,9 @@ def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]
 def _split(
     skeleton: Skeleton, begin: Sequence[int], sizes: Sequence[int], levels: int = _LEVELS
 ) -> list[list[_Top]]:
-    """Split sibling joints and their subtrees into people, each a list of tops.
+    """Split sibling joints and their subtrees into people, each given as a list of tops.
 
-    The result is empty if there are not at least two people.
+    The result is empty if there are fewer than two people.
     """
     begin = [joint for joint in begin if sizes[joint] >= _SHORTEST]
     while len(begin) == 1:
@@ -144,8 +144,8 @@ def _split(
 def _with_equal_limbs(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
     """Group tops into people by their limbs.
 
-    Tops with different limbs and the same mark are one person. A single limb next to a person is
-    not another person, unless it has its own root.
+    Tops with the same mark and different limbs are one person. A top with a single limb next to a
+    person is not another person, unless it is a root.
     """
     if max(Counter(limb for top in tops for limb in top.limbs).values(), default=0) < 2:
         return []
@@ -170,7 +170,10 @@ def _limbs_of(tops: Sequence[_Top]) -> frozenset[tuple[str, str]]:
 
 
 def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """Return the people whose hands and feet have unknown names: roots or similar names."""
+    """Return the people among figures whose hands and feet have unknown names.
+
+    They must be roots or have similar names.
+    """
     figures = [top for top in tops if _is_figure(skeleton, top)]
     if len(figures) < 2 or sum(len(t.joints) for t in figures) < _EVERY * len(skeleton):
         return []
@@ -180,7 +183,7 @@ def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]
 
 
 def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
-    """True if long lines begin at two of a figure's joints, such as hips and chest."""
+    """True if long lines begin at two or more joints, such as hips and chest."""
     if len(top.joints) < _FEWEST:
         return False
     leave, own = [], set(top.joints)
@@ -196,7 +199,7 @@ def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
 
 
 def _likeness(one: _Top, other: _Top) -> float:
-    """Return the share of words that both names have."""
+    """Return the share of words that two tops have in common."""
     a, b = Counter(one.words), Counter(other.words)
     return (a & b).total() / (a | b).total()
 
@@ -265,9 +268,9 @@ def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
 
 
 def _before(name: str, names: Sequence[str]) -> str:
-    """Return the name before another: 'A' for 'B', '1' for '2', 'P1' for 'P2'.
+    """Return the name that precedes another one: 'A' for 'B', '1' for '2', 'P1' for 'P2'.
 
-    The result is '' if there is no such name or if it is taken.
+    The result is '' if there is no such name or if `names` contains it.
     """
     found = ""
     if len(name) == 1 and name.isalpha():
@@ -310,7 +313,7 @@ def _marks(names: Sequence[Sequence[str]]) -> list[tuple[_Mark, tuple[str, ...]]
 
 
 def _of_most(values: Sequence[str]) -> str:
-    """Return the value that most entries have, or ''."""
+    """Return the most frequent value, or '' if it is not frequent enough."""
     value, count = Counter(values).most_common(1)[0]
     return value if count >= _MOST * len(values) else ""
 
@@ -332,7 +335,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """Return the number of first words that all runs share, or 0 for a single run."""
+    """Return how many words at the start all runs share, or 0 for a single run."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1
@@ -340,7 +343,10 @@ def _in_common(runs: Sequence[Sequence[str]]) -> int:
 
 
 def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
-    """Return a person's name in reading order, such as 'B', or 'Person1' instead of '1'."""
+    """Return a person's name in reading order, such as 'B', or 'Person1' instead of '1'.
+
+    `shared` are the words that all people have next to it.
+    """
     if words and shared and all(word.isdigit() for word in words):
         words = [shared[-1], *words]
     return "".join(words)

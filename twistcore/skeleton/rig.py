@@ -1,4 +1,4 @@
-"""A person's changes to the chains of a skeleton, which add or remove chains."""
+"""The user's changes to the chains of a skeleton: added and removed chains."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import normalise
 from twistcore.work.frozen import dataclass
 
-_ZERO = 1e-6  # share of the skeleton's height
+_ZERO = 1e-6  # share of the skeleton's height; a shorter bone has no direction
 _EXPECTED = (
     "expected [[chain]] tables with two or three joints each, and optionally a list of "
     "chain names in 'remove'"
@@ -44,7 +44,7 @@ _EXPECTED = (
 
 @dataclass(frozen=True)
 class OwnChain:
-    """A chain that a person added, given by the names of its joints.
+    """A chain that the user added, given by the names of its joints.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class OwnChain:
         return f"{self.joints[0]}-{self.joints[-1]}" if self.limb else self.joints[0]
 
     def made(self, motion: Motion) -> Chain:
-        """Return the chain or limb in a motion.
+        """Return this chain or limb for a motion.
 
         Raises TwistError with the reason if that is impossible.
         """
@@ -104,7 +104,7 @@ class OwnChain:
 
 @dataclass(frozen=True)
 class Rig:
-    """The chains of a skeleton, with a person's additions and without the removed chains.
+    """The chains of a skeleton, with those that the user added and without those removed.
 
     A limb and its first chain are added and removed separately.
 
@@ -131,7 +131,7 @@ class Rig:
     names: Mapping[str, str] = field(default_factory=dict, hash=False)
 
     def __bool__(self) -> bool:
-        """True if anything was changed."""
+        """True if the rig adds, removes or names anything."""
         return bool(self.add or self.remove or self.names)
 
     def body(self, motion: Motion) -> Body:
@@ -139,16 +139,19 @@ class Rig:
         return find_body(motion, said=self.names)
 
     def with_names(self, names: Mapping[str, str]) -> Rig:
-        """Return the rig with these meanings of joints. Raises FormatError if one is unknown."""
+        """Return the rig with these meanings of joints.
+
+        Raises FormatError if a meaning is unknown.
+        """
         for joint, said in names.items():
             joint_as_said(joint, said)
         return replace(self, names=dict(names))
 
     def chains(self, motion: Motion) -> tuple[Chain, ...]:
-        """Return the chains of a motion, then its limbs; found ones precede added ones.
+        """Return the chains of a motion followed by its limbs. Chains that were found come first.
 
-        Raises TwistError if the skeleton lacks a named joint or chain, or if a name would be
-        repeated.
+        Raises TwistError if the skeleton lacks a named joint or chain, or if two chains would have
+        the same name.
         """
         found = self._found(motion)
         names = {chain.name for chain in found}
@@ -189,7 +192,7 @@ class Rig:
         return replace(self, remove=(*self.remove, name))
 
     def own(self, name: str) -> OwnChain | None:
-        """Return the chain that was added with a name, or None for a found chain."""
+        """Return the added chain with this name, or None if the chain was found in the skeleton."""
         return next((own for own in self.add if own.name == name), None)
 
     def _found(self, motion: Motion) -> tuple[Chain, ...]:
@@ -234,7 +237,7 @@ def rig_from_json(entry: Any) -> Rig:
 
 
 def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
-    """Write a TOML file for :func:`read_rig` atomically. Raises OSError."""
+    """Write a rig as a TOML file for :func:`read_rig`, atomically. Raises OSError."""
     lines = [
         f"# Chains of a rig, for twistcore --rig, made on {legible(source)}.",
         f'skeleton = "{skeleton_mark(skeleton)}"',
@@ -305,7 +308,7 @@ def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
 
 
 def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
-    """Return the chain with b pointing to a joint that is below C but not a child of C.
+    """Return the chain with b pointing to a joint below C that is not a child of C.
 
     b varies over the frames if the joints in between bend. If b has no length, the chain has no
     grandchild.

@@ -1,6 +1,6 @@
-"""Unit quaternions, swing-twist and angles.
+"""Unit quaternions, swing-twist decomposition and angles.
 
-Quaternions are Hamilton, scalar first ``(w, x, y, z)``. Quaternions act on column vectors and
+Quaternions are Hamilton quaternions, scalar first: ``(w, x, y, z)``. They act on column vectors and
 compose like matrices, so ``multiply(p, q)`` rotates by q, then by p. Angles are in radians. Leading
 axes broadcast.
 """
@@ -18,21 +18,21 @@ _AXIS_INDEX = {"X": 0, "Y": 1, "Z": 2}
 
 
 def wrap(angle: ArrayLike) -> Array:
-    """Add full turns to angles to bring them into (−π, π], and keep the shape."""
+    """Wrap angles into (−π, π] by adding full turns. The shape stays the same."""
     a = np.asarray(angle, dtype=np.float64)
     if a.size < 64:
         return _wrap(a)
     wrapped = a.copy()
-    outside = np.abs(a) >= np.pi  # usually few, and rounding all takes 8 times as long
+    outside = np.abs(a) >= np.pi  # usually few angles; rounding all of them takes 8 times as long
     if outside.any():
         wrapped[outside] = _wrap(a[outside])
     return wrapped
 
 
 def largest_and_rms(angles: ArrayLike) -> tuple[float, float]:
-    """Return the largest and the RMS of wrapped angles (n,) in degrees, or 0 if there are none.
+    """Return the largest absolute value and the RMS of wrapped angles (n,), in degrees.
 
-    `angles` are in radians.
+    `angles` are in radians. The result is (0, 0) if there are none.
     """
     sizes = np.degrees(np.abs(wrap(angles)))
     if not sizes.size:
@@ -68,7 +68,7 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     """Rotate vectors v, shape (…, 3), by unit quaternions q, shape (…, 4)."""
     q, v = np.asarray(q, dtype=np.float64), np.asarray(v, dtype=np.float64)
     w, x, y, z = (q[..., i] for i in range(4))
-    # Written out: np.cross is several times slower for the few joints of one frame.
+    # Written without np.cross, which is several times slower for the few joints of one frame.
     a, b, c = (v[..., i] for i in range(3))
     tx, ty, tz = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     out = np.empty((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1]), 3))
@@ -86,7 +86,10 @@ def normalise(v: ArrayLike) -> Array:
 
 
 def continuous(q: ArrayLike) -> Array:
-    """Make quaternion signs continuous over frames, (frames, …, 4), without changing rotations."""
+    """Choose the signs of quaternions (frames, …, 4) so that they are continuous over frames.
+
+    The rotations do not change.
+    """
     q = np.asarray(q, dtype=np.float64)
     opposed = np.einsum("t...i,t...i->t...", q[:-1], q[1:]) < 0.0
     flips = np.zeros(q.shape[:-1], dtype=bool)
@@ -194,7 +197,7 @@ def euler_from_quaternion(order: str, q: ArrayLike) -> Array:
 
 
 def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
-    """Return angles (…, 3) with a given third angle.
+    """Return Euler angles (…, 3) of q with a given third angle, in radians.
 
     The result is exact in gimbal lock, where any third angle is possible.
     """
@@ -273,7 +276,7 @@ def swing_twist(q: ArrayLike, axis: ArrayLike) -> tuple[Array, Array]:
 
 
 def geodesic_angle(p: ArrayLike, q: ArrayLike) -> Array:
-    """Return the angle of the rotation between p and q, radians in [0, π], (…, 4) -> (…)."""
+    """Return the angle of the rotation from p to q, radians in [0, π], (…, 4) -> (…)."""
     d = multiply(conjugate(p), q)
     angle: Array = 2.0 * np.arctan2(np.linalg.norm(d[..., 1:], axis=-1), np.abs(d[..., 0]))
     return angle

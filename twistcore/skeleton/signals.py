@@ -1,4 +1,4 @@
-"""The signals of [Choi26] in a chain: θp, θc, their increments and m(t)."""
+"""The signals of [Choi26] for a chain: θp, θc, their increments and m(t)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Remove twist errors from a motion, and show the corrected clip."""
+"""Removal of twist errors from a motion, and computation of the corrected clip."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

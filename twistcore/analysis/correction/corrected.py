@@ -1,5 +1,6 @@
-"""The corrected clip for a set of intervals: offsets, poses, paths and angles, computed on
-request.
+"""The corrected clip for a set of intervals: its offsets, poses, joint paths and angles.
+
+Everything is computed on request.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ _SAME_AXIS = 1.0 - 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Angles:
-    """The angles θp, θc, Δθp and Δθc of a chain, radians, (frames,) each, as in TwistSignals."""
+    """The angles θp, θc, Δθp and Δθc of a chain as in TwistSignals, each (frames,), radians."""
 
     theta_p: Array
     theta_c: Array
@@ -48,9 +49,10 @@ class Angles:
 
 
 class Corrected:
-    """A clip without the errors of the intervals that :meth:`take` sets.
+    """A clip without the errors in the intervals that :meth:`take` sets.
 
-    Unchanged sums and closed forms are reused, because they are needed quickly while τ is dragged.
+    Offsets and closed forms of unchanged chains are reused, because the result must update quickly
+    while a user drags τ.
     """
 
     def __init__(self, analysis: ClipAnalysis) -> None:
@@ -67,14 +69,15 @@ class Corrected:
         self._carried: dict[str, Array] = {}
         self._repairs = JointRepairs(())
         self._alone: list[Interval] = []  # the intervals of single joints
-        # the intervals that each of them is the sum of
+        # the intervals of which each offset is the sum, keyed by chain name
         self._summed: dict[str, list[Interval]] = {}
         self._forms: dict[str, _ClosedForm | None] = {}
         self._last: tuple[int, tuple[Array, Array]] | None = None  # a frame and its pose
 
     def take(self, intervals: Iterable[Interval]) -> bool:
-        """Set the intervals to correct, and return whether that changes anything; the sums of
-        unchanged chains are reused.
+        """Set the intervals to correct, and return True if they differ from the previous ones.
+
+        The offsets of unchanged chains are reused.
         """
         chosen: dict[str, list[Interval]] = {}
         alone: list[Interval] = []
@@ -115,7 +118,7 @@ class Corrected:
     def pose(self, frame: int) -> tuple[Array, Array]:
         """Return the global rotations (joints, 4) and positions (joints, 3) of a frame.
 
-        Every part of a picture asks for the same pose, so the last one is kept. It is read-only.
+        The arrays are read-only. The last pose is cached, because all parts of a picture need it.
         """
         if (last := self._last) is None or last[0] != frame:
             rotations, positions = (part[0].view() for part in self._poses(frame, frame + 1))
@@ -156,10 +159,10 @@ class Corrected:
         return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
 
     def swivel(self, limb: Limb) -> Array:
-        """Return the angle φ of a limb minus its offset, radians, (frames,).
+        """Return the swivel angle φ of a limb minus its offset, radians, (frames,).
 
-        A correction of a chain whose child is P turns the frame in which φ is measured, so that φ
-        is computed again. The height does not change.
+        If the chain above, whose child is P, is corrected, the frame in which φ is measured turns.
+        Then φ is computed from the corrected pose. The height does not change.
         """
         swivel = self._analysis.flips.limbs[limb.name].swivel
         angle, children = swivel.angle, self._motion.skeleton.children
@@ -179,9 +182,9 @@ class Corrected:
         return angle
 
     def _turned_otherwise(self, chain: Chain) -> bool:
-        """True if a correction other than a twist's turns a joint of the chain.
+        """True if a joint of the chain is turned by a correction that is not a twist correction.
 
-        Such a correction belongs to a limb that begins or ends there, or to a single joint.
+        Such a correction belongs to a limb that begins or ends at the joint, or to a single joint.
         """
         ends = {chain.parent, chain.child}
         flipped = any(
@@ -193,7 +196,7 @@ class Corrected:
         return flipped or bool(self._repairs_among(ends))
 
     def _repairs_among(self, joints: Iterable[int]) -> list[Interval]:
-        """Return the intervals of single joints whose correction turns one of the joints."""
+        """Return the intervals of single joints whose correction turns any of the given joints."""
         own, skeleton = set(joints), self._motion.skeleton
         every = self._repairs.intervals
         return [i for i in every if not own.isdisjoint(repaired_joints(skeleton, i))]
@@ -202,10 +205,10 @@ class Corrected:
 class _ClosedForm:
     """The angles of one chain after a correction, computed from the offsets alone.
 
-    A correction turns P back by the offset about its own axis and C forward by the same angle, so
+    A correction turns P back about the bone axis by the offset and C forward by the same angle, so
     θp decreases by the offset and the child's azimuth increases by it. No quaternion of P or C is
-    needed. The correction of a chain whose child is P multiplies P's rotation from the left. Only
-    in this case, and only in the corrected frames, θp is computed from quaternions.
+    needed. Only the correction of the chain above, whose child is P, multiplies P's rotation from
+    the left; in these frames θp is computed from quaternions.
     """
 
     def __init__(self, analysis: ClipAnalysis, chain: Chain, free: set[str]) -> None:
@@ -221,7 +224,7 @@ class _ClosedForm:
         self._defined = defined & np.roll(defined, 1)
 
     def angles(self, corrected: Corrected) -> Angles:
-        """Return the angles without the offsets of this chain and of the chains above it."""
+        """Return the angles after the corrections of this chain and of the chains above it."""
         own = corrected.offset(self._chain.name)
         theta_p = self._signals.theta_p
         for chain in self._above:
@@ -246,7 +249,10 @@ class _ClosedForm:
 
 
 def _has_closed_form(analysis: ClipAnalysis, chain: Chain, free: set[str]) -> bool:
-    """False if an axis varies, or if C is turned about an axis that is not its own bone."""
+    """Return True if the angles of a corrected chain follow from the offsets alone.
+
+    This is not the case if an axis varies, or if C is turned about an axis other than its bone.
+    """
     others = [c for c in analysis.chains if c is not chain and c.name in free]
     below = [c for c in others if c.parent == chain.child]
     return (

@@ -1,7 +1,7 @@
-"""Correct errors of a single joint, which only a person can accept.
+"""Correction of errors of a single joint, which are corrected only if a person accepts them.
 
-A kind of error names its repair in :attr:`KindInfo.repairer`. Repairs come after the removal of
-twists and flips, in the order of the kinds, and change nothing outside the intervals.
+A kind of error names its repair in :attr:`KindInfo.repairer`. Repairs are applied after twists and
+flips have been removed, in the order of the kinds, and change nothing outside the intervals.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-_ASIDE = 1e-4  # of the height: a correction moves a child this far from the axis
+_ASIDE = 1e-4  # share of the height: a child farther from the axis is moved by a correction
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class JointRepair:
 def repair_of(kind: Kind) -> JointRepair | None:
     """Return the repair of a kind, or None if the kind has none.
 
-    Raises TwistError if it cannot be loaded.
+    Raises TwistError if the module with the repair cannot be loaded.
     """
     module, _, name = kind.info.repairer.partition(":")
     if not module:
@@ -62,7 +62,7 @@ def repair_of(kind: Kind) -> JointRepair | None:
 
 
 class JointRepairs:
-    """The repairs of the given intervals that are errors of single joints."""
+    """The repairs for those of the given intervals that are errors of single joints."""
 
     def __init__(self, intervals: Iterable[Interval]) -> None:
         own = (i for i in intervals if i.kind.info.repairer)
@@ -73,13 +73,13 @@ class JointRepairs:
         return tuple(i for i in self.intervals if i.start < stop and start < i.stop)
 
     def needed(self, start: int, stop: int, frames: int) -> tuple[int, int]:
-        """Return the frames [low, high) that are needed to make frames [start, stop).
+        """Return the range of frames [low, high) needed to compute frames [start, stop).
 
         `frames` is the number of frames of the clip.
         """
         low, high = start, stop
         known: tuple[Interval, ...] = ()
-        while (there := self.at(low, high)) != known:  # adjacent intervals are bridged as one
+        while (there := self.at(low, high)) != known:  # adjacent intervals are bridged together
             known = there
             for interval in there:
                 repair = repair_of(interval.kind)
@@ -89,7 +89,7 @@ class JointRepairs:
         return low, high
 
     def applied(self, motion: Motion, low: int = 0) -> Motion:
-        """Return the motion with all its repairs. Its first frame is frame `low` of the clip."""
+        """Return the motion with all repairs applied; `low` is the clip's frame at its start."""
         here = self.at(low, low + motion.frames)
         for kind in dict.fromkeys(i.kind for i in here):
             if (repair := repair_of(kind)) is not None:
@@ -99,17 +99,17 @@ class JointRepairs:
 
 
 def repaired_joints(skeleton: Skeleton, interval: Interval) -> tuple[int, ...]:
-    """Return the joints whose own rotation a repair changes.
+    """Return the joints whose local rotation a repair changes.
 
-    These are the joint, and its children if they did not turn with it. Raises TwistError if there
-    is no such joint.
+    These are the interval's joint and, if they did not turn with it, its children. Raises
+    TwistError if there is no such joint.
     """
     joint = joint_of(skeleton, interval)
     return (joint,) if interval.carried else (joint, *skeleton.children[joint])
 
 
 def moves_joints(motion: Motion, interval: Interval) -> bool:
-    """True if a repair moves other joints, unlike a turn about a bone."""
+    """True if a repair moves other joints. A turn about the bone does not."""
     skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
     children = skeleton.children[joint]
     axis = own_axis(skeleton, joint)
@@ -132,7 +132,7 @@ def joint_of(skeleton: Skeleton, interval: Interval) -> int:
 
 
 def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
-    """Turn joints back about their own bones: q' = q ⊗ R_b(−offset).
+    """Turn joints back about their bones: q' = q ⊗ R_b(−offset).
 
     Children that did not turn with the joint keep their orientation: q'_X = R_b(offset) ⊗ q_X. The
     joint at the end of the bone keeps its position.
@@ -154,10 +154,10 @@ def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
 
 
 def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
-    """Replace a joint's rotation by the slerp of the frames before and after; joints below follow.
+    """Replace a joint's rotation by interpolation (slerp) between the frames before and after.
 
-    At an end of the clip, the rotation of the only neighbour is held. Frames without an offset are
-    not changed.
+    The joints below follow. At an end of the clip, the rotation of the only neighbouring frame is
+    used. Frames without an offset are not changed.
     """
     rotations = motion.rotations.copy()
     for joint, own in _by_joint(motion.skeleton, intervals):

@@ -1,6 +1,6 @@
 """Measures of the limb and its neighbours that a correction must not make worse.
 
-There are five, and none of them needs a visual check. Each is measured only in the frames around
+All five measures are computed without a visual check. Each is measured only in the frames around
 the interval, except the hinge, which is determined from the rest of the clip.
 """
 
@@ -33,21 +33,21 @@ NAMES = HINGE, TURNS, ROLL, PATH, ENDS
 UNITS = {HINGE: "°", TURNS: "frames", ROLL: "° a frame", PATH: "%", ENDS: "%"}
 EXACT = 3.0  # degrees; a joint has a hinge if 95 % of a clip is this close to it
 TOLERANCE = {HINGE: 1.0, TURNS: 0.0, ROLL: 5.0, PATH: 0.1, ENDS: 0.1}
-SHARE = {ROLL: 0.5}  # share of the value before the correction, if larger than the tolerance
+SHARE = {ROLL: 0.5}  # tolerance as a share of the value before, used if it is the larger one
 _LAST = {"Arm": "ForeArm", "UpLeg": "Leg"}  # the last bone of a limb, keyed by the first
 _BESIDE = 3  # frames on either side of an interval
-_BENT = 30.0  # degrees: a straighter limb is judged by its path, not by its hinge
+_BENT = 30.0  # degrees of bend below which the path is checked instead of the hinge
 
 
 @dataclass(frozen=True)
 class ProtectedMeasure:
-    """One measure of one correction.
+    """One measure of one correction, before and after it.
 
     - name: one of NAMES
     - unit: one of UNITS
-    - before, after: the values as captured and corrected
+    - before, after: the values as captured and after the correction
     - worse: True if the value grew by more than its tolerance
-    - joint: the skeleton's name of the joint where it was measured
+    - joint: the name in the skeleton of the joint where the value was measured
     - word: the everyday name of that joint
     """
 
@@ -66,7 +66,7 @@ class ProtectedMeasure:
 
     @property
     def doubt(self) -> str:
-        """The reason to doubt the correction, as a clause."""
+        """The reason to doubt the correction, as a clause for a sentence."""
         if self.name == HINGE:
             return f"the {self.word} would bend {self.growth:.0f}° away from its hinge plane"
         if self.name == TURNS:
@@ -85,10 +85,10 @@ class ProtectedMeasure:
 
 @dataclass(frozen=True, eq=False)
 class Hinges:
-    """The joints of a clip that move like exact hinges, each determined on first use.
+    """The joints of a clip that bend like an exact hinge, each determined on first use.
 
     - motion: the clip
-    - finds: all its intervals, whose frames are not used to determine a hinge
+    - finds: all intervals of the clip; their frames are not used to determine a hinge
     - known: signals that were already computed, keyed by chain name
     """
 
@@ -98,10 +98,10 @@ class Hinges:
     _exact: dict[str, Array | None] = field(default_factory=dict)
 
     def off(self, chain: Chain) -> Array | None:
-        """Return how far a joint is from its exact hinge in degrees, (frames,), or None without a
-        hinge.
+        """Return the angle by which a joint is off its exact hinge, degrees, (frames,).
 
-        The value is NaN in frames in which the limb is too straight to measure it.
+        The value is NaN in frames in which the limb is too straight to measure it. Returns None if
+        the joint has no exact hinge.
         """
         if chain.name not in self._exact:
             self._exact[chain.name] = self._made(chain)
@@ -122,9 +122,9 @@ class Hinges:
 
 
 def shown_at(interval: Interval, frames: NDArray[np.intp]) -> Interval:
-    """Return an interval reduced to the given frames of its clip, in ascending order.
+    """Return an interval restricted to the given frames, which are sorted in ascending order.
 
-    The interval is empty if it has none of these frames.
+    The result counts these frames only, and is empty if the interval contains none of them.
     """
     start, stop = np.searchsorted(frames, [interval.start, interval.stop]).tolist()
     return interval.with_offset(start, interval.offset[frames[start:stop] - interval.start])
@@ -141,7 +141,7 @@ def protected_measures(
 
     The measures, each with its tolerance:
 
-    - *hinge*: how far the joint that is turned is from its exact hinge, on average over the frames
+    - *hinge*: how far the corrected joint is off its exact hinge, on average over the frames
       in which the limb is bent by more than 30°; only if 95 % of the clip is within 3° of one.
       Tolerance: 1°.
     - *impossible turns*: frames in which a joint of the limb turns about its own axis faster than
@@ -153,9 +153,9 @@ def protected_measures(
     - *ends*: the movement of a joint that should stay in place, % of the skeleton's height.
       Tolerance: 0.1 %. Leaf joints off the bone, such as helpers, turn with it.
 
-    `chains` are the chains of the motion, including limbs. `hinges` are the clip's hinges, which
-    all its corrections can share; if not given, they are determined from the motion alone. `others`
-    are other intervals, which are corrected both before and after. Nothing is measured for an
+    `chains` are the chains of the motion, including limbs. `hinges` are the clip's hinges; pass the
+    same object for all corrections. Without it, they are determined from the motion. `others`
+    are intervals that count as corrected both before and after. Nothing is measured for an
     interval that cannot be corrected.
     """
     every = tuple(chains)
@@ -182,9 +182,9 @@ def protected_measures(
 def _bone_of(
     motion: Motion, chains: Sequence[Chain], owner: Chain, interval: Interval
 ) -> Chain | None:
-    """Return the chain that begins at the joint of a single-joint error, or else the joint's bone.
+    """Return the bone as a chain for an error of a single joint, or None if it has no bone.
 
-    None if the joint has no bone. `owner` is the chain with which the error is listed.
+    If a chain begins at the joint, it is returned. `owner` is the chain that lists the error.
     """
     skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
     for chain in chains:
@@ -197,7 +197,7 @@ def _bone_of(
 
 
 class _Around:
-    """The frames around an interval, as captured and corrected."""
+    """The frames around an interval, before and after its correction."""
 
     def __init__(
         self,
@@ -228,12 +228,15 @@ class _Around:
 
     @cached_property
     def own(self) -> Array:
-        """The rotations of the limb's joints in their parents' frames, (frames, 2, joints, 4)."""
+        """The local rotations of the limb's joints, (frames, 2, joints, 4), before and after."""
         return np.stack([m.rotations[:, self.joints] for m in self.both], axis=1)
 
     @cached_property
     def from_above(self) -> Array:
-        """The rotations of the limb's joints relative to P's parent, (frames, 2, joints, 4)."""
+        """The rotations of the limb's joints relative to P's parent, (frames, 2, joints, 4).
+
+        As in all these arrays, the second axis is before and after the correction.
+        """
         out = self.own.copy()
         for k in range(1, len(self.joints)):
             out[:, :, k] = multiply(out[:, :, k - 1], out[:, :, k])
@@ -251,15 +254,13 @@ class _Around:
 
     @cached_property
     def axes(self) -> Array:
-        """The axis of each joint, (joints, 3), which is 0 for a joint without an axis."""
+        """The bone axis of each joint, (joints, 3), zeros for a joint without one."""
         axes = (own_axis(self.skeleton, joint) for joint in self.joints)
         return np.array([np.zeros(3) if a is None else a for a in axes])
 
     @cached_property
     def turns(self) -> Array:
-        """The rotation of each joint about its own axis in its parent's frame, (frames, 2,
-        joints).
-        """
+        """The local rotation of each joint about its bone axis, (frames, 2, joints)."""
         return turns_about(self.own, self.axes)
 
     @cached_property
@@ -269,7 +270,7 @@ class _Around:
         return [places(m, self.chain) for m in self.both]
 
     def measure(self, name: str, before: float, after: float, joint: int) -> ProtectedMeasure:
-        """Return the measure at a joint, including whether it became worse."""
+        """Return a measure at a joint and whether it became worse."""
         worse = after > before + max(TOLERANCE[name], SHARE.get(name, 0.0) * before)
         joint_name = self.skeleton.names[joint]
         return ProtectedMeasure(
@@ -277,7 +278,7 @@ class _Around:
         )
 
     def _word(self, joint: int) -> str:
-        """Return the everyday name of a joint of the limb."""
+        """Return the everyday name of a joint of the limb, such as 'elbow'."""
         segment = self.chain.segment
         if isinstance(self.chain, Limb):
             if joint == self.chain.child:
@@ -287,7 +288,7 @@ class _Around:
 
 
 def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> ProtectedMeasure | None:
-    """Measure how far the rotated joint is from its exact hinge while the limb is bent."""
+    """Measure how far the corrected joint is off its exact hinge while the limb is bent."""
     interval = around.interval
     chain = next((c for c in chains if _turns_in(c, around.next_joint)), None)
     if chain is None or (off := hinges.off(chain)) is None:
@@ -309,7 +310,7 @@ def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Prot
 
 
 def _turns_in(chain: Chain, joint: int) -> bool:
-    """True if the chain's signals show the direction in which a joint bends."""
+    """True if the chain's signals contain the direction in which this joint bends."""
     return not isinstance(chain, Limb | Helper) and chain.child == joint and chain.grandchild >= 0
 
 
@@ -345,7 +346,7 @@ def _path(around: _Around) -> ProtectedMeasure | None:
 
 
 def _ends(around: _Around) -> ProtectedMeasure | None:
-    """Measure the movement of joints that should stay in place, as % of the skeleton's height."""
+    """Measure how far joints that should not move are moved, as % of the skeleton's height."""
     chain, skeleton, kind = around.chain, around.skeleton, around.interval.kind
     largest: dict[int, float] = {}
     turning: Sequence[int] = around.joints
@@ -371,5 +372,5 @@ def _ends(around: _Around) -> ProtectedMeasure | None:
 
 
 def _carries(skeleton: Skeleton, joint: int, chain: Chain) -> bool:
-    """False for a child of P that is only a helper: a leaf joint off the bone."""
+    """Return False for a child of P that is only a helper, that is, a leaf joint off the bone."""
     return joint == chain.child or bool(skeleton.children[joint])

@@ -1,6 +1,6 @@
-"""Remove errors from a motion and change nothing else [Choi26 Eq. 14-15].
+"""Removal of errors from a motion, without any other change [Choi26 Eq. 14-15].
 
-The errors of single joints that a person accepts come last: see `joint_repairs.py`.
+Errors of single joints that a person has accepted are removed last: see `joint_repairs.py`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from twistcore.skeleton.rotation import (
 )
 
 SURE_ENOUGH = 0.5  # default confidence from which an interval is corrected automatically
-_FOLDED = 1e-6  # of the skeleton's height: a shorter line has no direction
+_FOLDED = 1e-6  # share of the skeleton's height: a shorter line has no direction
 _ON_AXIS = np.sin(np.radians(0.5))
 
 
@@ -43,7 +43,7 @@ def automatic_corrections(
     include_open: bool = False,
     confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
 ) -> tuple[Interval, ...]:
-    """Return the intervals that are corrected automatically; no other rule decides this.
+    """Return the intervals that are corrected automatically. This is the only place that decides.
 
     Lone jumps are left out because they have no offset to remove. Helper rolls, stretches and
     spikes are left out because their confidence is not measured. An interval needs a confidence of
@@ -80,7 +80,10 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
 
 
 def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return the sum of the offsets that the limb's end, or C, followed, in the same form."""
+    """Return the sum of the offsets that C, or the end of the limb, followed.
+
+    The result has the same form as :func:`offsets_by_chain`.
+    """
     return offsets_by_chain((i for i in intervals if i.carried), frames)
 
 
@@ -89,7 +92,7 @@ class Correctable(Protocol):
     """An object that knows which intervals to correct, such as a detection or a review."""
 
     def to_correct(self, motion: Motion) -> tuple[Sequence[Chain], Sequence[Interval]]:
-        """Return the chains and limbs, and the intervals to correct in them."""
+        """Return the chains and limbs of the motion, and the intervals to correct."""
         ...
 
 
@@ -173,7 +176,7 @@ def refine(
 def refiner(
     motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval]
 ) -> Callable[[int, int], Motion]:
-    """Return a function that makes only frames [start, stop) of the result of :func:`refine`."""
+    """Return a function that computes only frames [start, stop) of the result of :func:`refine`."""
     by_name, frames = {chain.name: chain for chain in chains}, motion.frames
     intervals = [
         i
@@ -191,9 +194,9 @@ def removal(
     carried: Mapping[str, Array],
     repairs: JointRepairs,
 ) -> Callable[[int, int], Motion]:
-    """Return a function that makes frames [start, stop) without some errors.
+    """Return a function that computes frames [start, stop) of a corrected motion.
 
-    `offsets` and `carried` are the same as for :func:`remove_twist`. `repairs` are the errors of
+    `offsets` and `carried` are the same as for :func:`remove_twist`. `repairs` are the repairs of
     single joints.
     """
 
@@ -212,7 +215,10 @@ def removal(
 
 
 def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[Interval]]:
-    """Return the chains of a motion and the intervals to remove, if no chains are given."""
+    """Return the chains of a motion and the intervals to remove from it.
+
+    `found` is a detection, a review or an iterable of intervals.
+    """
     if isinstance(found, Correctable):
         return found.to_correct(motion)
     intervals = [*found] if isinstance(found, Iterable) else [found]
@@ -242,7 +248,7 @@ def remove_twist(
     offsets: Mapping[str, Array],
     carried: Mapping[str, Array] = MappingProxyType({}),
 ) -> Motion:
-    """Remove offsets from chains and limbs; frames with an offset of 0 are returned bit by bit.
+    """Remove offsets from chains and limbs. Frames with an offset of 0 stay the same bit by bit.
 
     `offsets` are the angles to remove, radians, (frames,), keyed by name. `carried` is the part of
     the offset that a limb's end, or a chain's C, followed.
@@ -253,8 +259,8 @@ def remove_twist(
     about its own bone: G's joint does not move, and everything below C turns back with it.
 
     Limbs: q'_P = R_u(−offset) ⊗ q_P about the limb's line u in the frame of P's parent. E keeps its
-    position, and its global rotation except for the carried part; C keeps its own rotation and
-    moves. Corrections commute: no twist moves a limb's line in world space.
+    position, and its global rotation except for the carried part; C keeps its local rotation and
+    moves. The order of corrections does not matter: no twist moves a limb's line in world space.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -262,7 +268,7 @@ def remove_twist(
         if offset is None or uncorrectable_joints(motion, chain, carried=True):
             continue
         at, along = np.flatnonzero(offset), carried.get(chain.name)
-        if uncorrectable_joints(motion, chain):  # an end that was carried need not be turned
+        if uncorrectable_joints(motion, chain):  # a carried end does not need to be turned
             at = at[offset[at] == along[at]] if along is not None else at[:0]
         if not len(at):
             continue
@@ -287,7 +293,7 @@ def remove_twist(
 
 
 def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Array) -> None:
-    """Turn C back about its own bone by the angle by which it rolled with P. G does not move."""
+    """Turn C back about its bone by the angle by which it rolled with P. G does not move."""
     arm = chain.arm if chain.arm.ndim == 1 else chain.arm[at]
     back = quaternion_from_axis_angle(arm, -rolled[at])
     rotations[at, chain.child] = normalise(multiply(rotations[at, chain.child], back))
@@ -296,7 +302,7 @@ def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Arr
 def _turn_helper(
     motion: Motion, rotations: Array, helper: Helper, at: NDArray[np.intp], offset: Array
 ) -> None:
-    """Turn a helper back about its bone; joints below it keep their orientation."""
+    """Turn a helper back about its bone; the joints below it keep their orientation."""
     axis = helper.axis if helper.axis.ndim == 1 else helper.axis[at]
     before = rotations[at, helper.parent]
     after = normalise(multiply(quaternion_from_axis_angle(axis, -offset), before))
@@ -316,9 +322,9 @@ def _turn_limb(
 ) -> None:
     """Turn a limb back about its line in the frames `at`, and turn its end forward by `kept`.
 
-    The line is in the current frame of P's parent: the correction of a twist moves no joint, but a
-    correction of the chain above turns that frame. A folded limb, whose end coincides with its
-    first joint, has no line and is not turned.
+    The line is measured in the current frame of P's parent, because a correction of the chain above
+    turns that frame. A folded limb, whose end coincides with its first joint, has no line and is
+    not turned.
     """
     _, to_end = places(motion.at(at).with_rotations(rotations[at]), limb)
     length = np.linalg.norm(to_end, axis=1)
@@ -330,7 +336,7 @@ def _turn_limb(
         above = multiply(above, rotations[at, joint])
     back = quaternion_from_axis_angle(line, -offset)
     ahead = quaternion_from_axis_angle(rotate(conjugate(above), line), kept)
-    # An end that turned with the limb keeps its bits, and so its text.
+    # The numbers of an end that turned with the limb stay exactly the same, even as text.
     for joint, turn, by in ((limb.parent, back, offset), (limb.end, ahead, kept)):
         turned = np.flatnonzero(by)
         frames = at[turned]
@@ -338,11 +344,11 @@ def _turn_limb(
 
 
 def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
-    """Return the unit axis of the turn in the frames `at`, (3,) or (n, 3).
+    """Return the unit axis of the correction in the frames `at`, (3,) or (n, 3).
 
-    With position channels it points to the child's exact position in each frame, even if its
-    direction varies by less than the 1° that detection ignores, because a turn about a mean axis
-    would move the child.
+    If the joints have position channels, the axis points to the child's exact position in each
+    frame, even if its direction varies by less than the 1° that detection ignores. A rotation about
+    a mean axis would move the child.
     """
     if chain.child in motion.positioned:
         place = motion.translation(chain.child)[at]
@@ -354,8 +360,8 @@ def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
 def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
     """Return the children of P off the bone axis, which a correction moves.
 
-    The result maps joint names to distances from the axis, in the file's unit. The result is empty
-    for an ordinary limb.
+    The result maps joint names to distances from the axis, in the file's unit. It is empty for an
+    ordinary limb.
     """
     out: dict[str, float] = {}
     if isinstance(chain, Limb):  # a limb's children are meant to move with it

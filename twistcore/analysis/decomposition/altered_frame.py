@@ -1,4 +1,4 @@
-"""A frame with a person's changes, as a motion of one frame."""
+"""A frame with changes made by a user, as a motion of one frame."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ from twistcore.skeleton.rotation import (
 
 @dataclass(frozen=True)
 class WhatIf:
-    """The changes to a frame; angles in radians, None to leave a quantity as captured.
+    """The changes to a frame. Angles are in radians; None leaves a quantity as captured.
 
     - twist: the angle by which P is twisted about its bone
     - counter: True if C turns back by the same angle, False if it turns with P
-    - toward: the unit vector w to which the bone points, in the coordinates of P's rotation
+    - toward: the unit vector w, the direction of the bone, in the coordinates of P's rotation
     - swing: the angle α between a and w, applied after `toward`
     - bend: the angle between v and a
     - nudge: the angle by which the bone and v are tipped sideways, out of the planes in which α and
@@ -67,9 +67,9 @@ def altered(
 
     Bend, swing and nudge are applied before the twist, because they do not change the twist's own
     quaternion. With `counter`, every child of P turns back, as in a twist error (Eq. 14). Finally,
-    the fraction `applied` of `offset`, in radians, is removed. `stage` is the part of P's rotation
-    that is included, which the children follow: 0 for none, 1 for the whole swing, 2 for the whole
-    twist as well.
+    the fraction `applied` of `offset`, in radians, is removed. `stage` selects the part of P's
+    rotation that is included and that the children follow: 0 for none, 1 for the swing, 2 for the
+    twist as well, and fractions in between.
     """
     one = motion.sliced(frame, frame + 1)
     here = replace(chain, axis=at_frame(chain.axis, frame), arm=at_frame(chain.arm, frame))
@@ -90,7 +90,7 @@ def altered(
 
 
 def staged(q: Array, axis: Array, stage: float) -> Array:
-    """Return the part of a rotation that belongs to a stage, (4,).
+    """Return the part of a rotation up to a stage, (4,).
 
     This is the identity at stage 0, the swing at stage 1, and the whole rotation at stage 2.
     """
@@ -102,13 +102,16 @@ def staged(q: Array, axis: Array, stage: float) -> Array:
 
 
 def _swing_turn(swing: Array) -> tuple[Array, float]:
-    """Return the unit normal of a swing, zeros if there is no swing, and its angle in [0, π]."""
+    """Return the unit normal of a swing and its angle in [0, π].
+
+    The normal is zeros if there is no swing.
+    """
     vector = swing[1:] * (1.0 if swing[0] >= 0.0 else -1.0)
     return direction(vector), float(2.0 * np.arctan2(np.linalg.norm(vector), abs(swing[0])))
 
 
 def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
-    """Return P's rotation with another swing and the same twist, tipped by the nudge."""
+    """Return P's rotation with a changed swing and the same twist, tipped by the nudge."""
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
     if what_if.toward is not None:
@@ -125,7 +128,7 @@ def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
 
 
 def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
-    """Return C's rotation with another angle between v and a, tipped by the nudge."""
+    """Return C's rotation with a changed angle between v and a, tipped by the nudge."""
     v = rotate(q, chain.arm)
     normal = direction(np.cross(chain.axis, v))
     if not normal.any():
@@ -137,5 +140,5 @@ def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
 
 
 def _tip(tip: Array, normal: Array, angle: float) -> Array:
-    """Return the rotation that tips a unit vector by an angle towards a perpendicular one."""
+    """Return the rotation that tips the unit vector `tip` by an angle towards `normal`."""
     return quaternion_from_axis_angle(np.cross(tip, normal), angle)

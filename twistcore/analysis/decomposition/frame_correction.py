@@ -1,4 +1,4 @@
-"""Correct one frame of one chain by err(t), offset(t) and Eq. 14-15 of [Choi26 §3.3]."""
+"""Correction of one frame of one chain by err(t), offset(t) and Eq. 14-15 of [Choi26 §3.3]."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class FrameCorrection:
     - before, tau: the quantities from which the error is detected, and the threshold
     - err: err(t), 0 without an event
     - offset_before: offset(t−1), the paper's running sum
-    - whole: the offset of which a fraction is removed, in (−π, π]
+    - whole: the full offset, of which a fraction is removed, in (−π, π]
     - applied: that fraction, 0…1
     - q_parent, q_child: the rotations before the correction
     - parent_after, child_after: q'_P and q'_C
@@ -40,7 +40,7 @@ class FrameCorrection:
 
     @property
     def offset(self) -> float:
-        """The paper's running sum offset(t), not wrapped [Choi26 §3.3.1]."""
+        """The paper's running sum offset(t), not wrapped to (−π, π] [Choi26 §3.3.1]."""
         return self.offset_before + self.err
 
     @property
@@ -65,10 +65,10 @@ def correct_frame(
     offset_before: float,
     own: float | None = None,
 ) -> FrameCorrection:
-    """Detect an error with τ in a captured or altered frame, and correct it as the what-if asks.
+    """Detect an error in a captured or altered frame with the threshold τ, and correct it.
 
-    `offset_before` is offset(t−1) in radians. `own` is the offset of a known interval to remove, or
-    None to remove offset(t).
+    `what_if` has the changes to the frame. `offset_before` is offset(t−1) in radians. `own` is the
+    offset of a known interval to remove, or None to remove offset(t).
     """
     untouched = replace(what_if, applied=0.0)
     before = decompose(motion, chain, frame, untouched if untouched.changes else None)

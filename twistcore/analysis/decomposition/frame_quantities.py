@@ -1,7 +1,7 @@
-"""All quantities of one frame of one chain, by Eq. 1-13 of [Choi26 §3], for learners.
+"""All quantities of one frame of one chain, by Eq. 1-13 of [Choi26 §3], for teaching.
 
-:func:`twistcore.skeleton.signals.twist_signals` returns the same angles for a whole clip at a time.
-This module keeps every intermediate vector and quaternion.
+:func:`twistcore.skeleton.signals.twist_signals` computes the same angles for a whole clip. This
+module also returns every intermediate vector and quaternion.
 """
 
 from __future__ import annotations
@@ -25,13 +25,12 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.skeleton.signals import azimuth_increments, counter_rotation
 
-UNDEFINED = 1e-6  # reliability up to which an angle is only rounding noise
+UNDEFINED = 1e-6  # an angle with at most this reliability is only rounding noise
 
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """The quantities of Eq. 1-13 at one frame: vectors (3,), quaternions (4,) and angles in
-    radians.
+    """The quantities of Eq. 1-13 in one frame: vectors (3,), quaternions (4,), angles (radians).
 
     - a: the bone in P's coordinates
     - q: P's rotation, with the sign for which q = swing ⊗ twist
@@ -76,7 +75,9 @@ class Decomposition:
 
     @property
     def product(self) -> float:
-        """Δθp·Δθc in square radians; negative if the two turn against each other [Choi26 Eq. 1]."""
+        """Δθp·Δθc in square radians [Choi26 Eq. 1], negative if the joints turn against each
+        other.
+        """
         return self.dtheta_p * self.dtheta_c
 
     @property
@@ -86,7 +87,7 @@ class Decomposition:
 
     @property
     def n_is_defined(self) -> bool:
-        """True if a × w has a direction [Choi26 Eq. 4], which it lacks at 0° and 180°."""
+        """True if a × w has a direction [Choi26 Eq. 4]. At 0° and 180° it has none."""
         return self.swing_is_one and bool(self.n.any())
 
     @property
@@ -96,8 +97,9 @@ class Decomposition:
 
     @property
     def dtheta_c_is_defined(self) -> bool:
-        """True if v⊥ has a direction in this frame and the previous one, so the limb is not
-        straight.
+        """True if v⊥ has a direction in this frame and the previous one.
+
+        It has none if the limb is straight.
         """
         before = float(np.linalg.norm(self.across_before))
         return min(self.azimuth_reliability, before) > UNDEFINED
@@ -117,11 +119,10 @@ def decompose(
     offset: float = 0.0,
     stage: float | None = None,
 ) -> Decomposition:
-    """Return the quantities of a chain at a frame, altered or as captured, and of the previous
-    frame.
+    """Return the quantities of a chain at a frame and at the previous frame.
 
-    For `offset` and `stage`, see :func:`altered`. Frame 0 is compared with itself as captured, so
-    that its increments are 0.
+    `what_if` changes the frame; None leaves it as captured. For `offset` and `stage`, see
+    :func:`altered`. Frame 0 is compared with itself as captured, so that its increments are 0.
     """
     before = max(frame - 1, 0)
     captured = what_if is None and stage is None

@@ -10,21 +10,24 @@ from numpy.typing import ArrayLike
 from twistcore.formats.bvh.euler_branch import continuous_angles
 from twistcore.skeleton.rotation import Array, conjugate, multiply, swing_twist
 
-LOCK = float(np.radians(5.0))  # between the outer axes: their channels do nearly the same
+LOCK = float(np.radians(5.0))  # outer axes closer than this count as locked
 
 
 def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
-    """Return both factors of q = twist ⊗ swing', (4,) each, with the same twist but another swing.
+    """Return both factors of q = twist ⊗ swing', (4,) each.
 
-    The angle of the swing is the same; its normal is the normal of the first swing turned back by
-    the twist.
+    The twist and the angle of the swing are the same as in q = swing ⊗ twist. The normal of the
+    swing is turned back by the twist.
     """
     _, twist = swing_twist(q, axis)
     return twist, multiply(conjugate(twist), q)
 
 
 def unwrapped_twist(q: ArrayLike, axis: Array) -> float:
-    """Return 2·atan2(v·a, w), radians in (−2π, 2π], which differs by a full turn for q and −q."""
+    """Return 2·atan2(v·a, w), radians in (−2π, 2π].
+
+    The values for q and −q differ by a full turn.
+    """
     q = np.asarray(q, dtype=np.float64)
     return float(2.0 * np.arctan2(q[1:] @ axis, q[0]))
 
@@ -40,7 +43,7 @@ class EulerChannels:
     angles
         In radians, shape (3,).
     between
-        The angle from the first axis to the last axis as turned by the middle angle, [0, π/2]. At 0
+        The angle between the first axis and the last axis after the middle rotation, [0, π/2]. At 0
         both turn about the same line (gimbal lock).
     """
 
@@ -55,7 +58,10 @@ class EulerChannels:
 
 
 def euler_channels(order: str, q: Array, near: Array) -> EulerChannels:
-    """Return the Euler angles of q, (4,), by choosing the solution nearest to `near`, (3,)."""
+    """Return the Euler angles of q, (4,).
+
+    Of all solutions, the one nearest to `near`, (3,), is used.
+    """
     angles = continuous_angles(order, q[None], near[None], near, None)[0]
     between = float(np.arctan2(abs(np.cos(angles[1])), abs(np.sin(angles[1]))))
     return EulerChannels(order, angles, between)

@@ -1,1 +1,1 @@
-"""Quality measures of a motion without ground truth. A high value alone is not an error."""
+"""Quality measures of a motion without ground truth. A high value is not proof of an error."""

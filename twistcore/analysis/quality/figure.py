@@ -21,7 +21,7 @@ CONTACT_MM = 30.0
 
 @dataclass(frozen=True)
 class FigureQuality:
-    """Quality measures of a figure; a high value is not in itself an error.
+    """Quality measures of a figure. A high value is not proof of an error.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class FigureQuality:
 def quality(places: Array, given: Array | None = None) -> FigureQuality:
     """Return the quality of positions (frames, 24, 3) in mm.
 
-    `given` is the input for comparison.
+    `given` is the input with which the deviation is measured, or None.
     """
     third = np.diff(places, n=3, axis=0)
     return FigureQuality(
@@ -55,8 +55,10 @@ def quality(places: Array, given: Array | None = None) -> FigureQuality:
 def quality_before_and_after(
     before: Motion, after: Motion, unit: float | None = None
 ) -> tuple[FigureQuality, FigureQuality] | None:
-    """Return jitter, foot slide and deviation at 25 Hz in mm, or None if the 24 joints are
-    missing.
+    """Return the quality before and after a correction, at 25 Hz in mm.
+
+    The result is None if the skeleton lacks any of the 24 joints. `unit` is the length of the
+    file's unit.
     """
     try:
         topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)
@@ -68,8 +70,9 @@ def quality_before_and_after(
 
 
 def figure_quality(motion: Motion) -> FigureQuality | None:
-    """Return the quality of a motion alone, at 25 Hz in mm, or None if the 24 joints are
-    missing.
+    """Return the quality of a motion, at 25 Hz in mm.
+
+    The result is None if any of the 24 joints is missing.
     """
     try:
         topology, scale = find_topology(motion.skeleton), metres_per_unit(motion.skeleton, None)
@@ -82,8 +85,9 @@ def figure_quality(motion: Motion) -> FigureQuality | None:
 def in_contact(places: Array) -> NDArray[np.bool_]:
     """Return a mask of the frames in which each foot is on the ground, (frames, 2).
 
-    A foot is on the ground while its ankle and its toe are less than 3 cm above their low height.
-    The low height is the 2nd percentile over the clip, separately for each foot's ankle and toe.
+    A foot is on the ground while its ankle and its toe are less than 3 cm above ground level.
+    Ground level is the 2nd percentile of the height over the clip, separately for each foot's ankle
+    and toe.
     """
     out = np.ones((len(places), 2), dtype=np.bool_)
     for foot in range(2):
@@ -94,8 +98,7 @@ def in_contact(places: Array) -> NDArray[np.bool_]:
 
 
 def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
-    """Return the percentage of frame pairs in which a foot on the ground moves ≥ 20 mm
-    horizontally.
+    """Return the percentage of frame pairs in which a grounded foot moves ≥ 20 mm horizontally.
 
     The percentages of both feet are added.
     """
@@ -113,7 +116,7 @@ def root_aligned(places: Array) -> Array:
 
 
 def mean_distance(a: Array, b: Array) -> float:
-    """Return the mean distance between positions (…, 3), 0 if there are none."""
+    """Return the mean distance between positions (…, 3), or 0 if there are no positions."""
     return float(np.linalg.norm(a - b, axis=-1).mean()) if len(a) else 0.0
 
 

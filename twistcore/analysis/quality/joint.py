@@ -1,7 +1,7 @@
-"""Jitter, speed, number jumps and foot slide of every joint.
+"""Jitter, speed, jumps of written numbers, and foot slide of every joint.
 
-The measures need no ground truth, and a high value is not in itself an error. The module `figure`
-has the measures of the whole figure.
+The measures need no ground truth, and a high value is not proof of an error. For measures of the
+whole figure, see the module `figure`.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 
 SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s: 20 mm between two frames of 25 Hz
 _SHORTEST = 4  # frames needed for a third difference
-_TALL = 1.75  # metres: a person's height, if a clip does not give the length of its unit
-_JUMP = 90.0  # degrees between the change of a written angle and the turn of the joint
+_TALL = 1.75  # metres: height of a person, assumed if a clip does not give the length of its unit
+_JUMP = 90.0  # degrees by which the change of a written angle exceeds the joint's turn in a jump
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class JointQuality:
     - jitter: size of the third difference of the local rotation, degrees per frame³, (frames,
       joints), at the second of the four frames
     - speed: local angular speed since the previous frame, degrees/s
-    - excess: how much the largest step of a written Euler angle exceeds the joint's turn since the
+    - excess: by how much the largest change of an Euler angle exceeds the joint's turn since the
       previous frame, degrees ≥ 0
     - flipped: True if the quaternion made of these angles is in another hemisphere than in the
       previous frame
@@ -54,7 +54,7 @@ class JointQuality:
     def usual_jitter(self) -> Array:
         """The median jitter of each joint, degrees per frame³, (joints,).
 
-        The edges of a twist error do not affect a median.
+        A median is not affected by the jumps at the edges of a twist error.
         """
         known = self.jitter[np.isfinite(self.jitter).all(axis=1)]
         if not len(known):
@@ -63,14 +63,15 @@ class JointQuality:
 
     @property
     def top_speed(self) -> Array:
-        """The top speed of each joint, degrees/s, (joints,)."""
+        """The highest angular speed of each joint, degrees/s, (joints,)."""
         top: Array = np.nan_to_num(self.speed).max(axis=0)
         return top
 
     @property
     def jumps(self) -> NDArray[np.int64]:
-        """The number of frames, (joints,), with number jumps > 90° or flips although the pose is
-        the same.
+        """The number of frames, (joints,), in which written numbers jump but the pose does not.
+
+        Counted are jumps > 90° and quaternions that change hemisphere.
         """
         far = np.nan_to_num(self.excess) > _JUMP
         count: NDArray[np.int64] = (far | self.flipped).sum(axis=0)
@@ -152,7 +153,7 @@ def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
 
 
 def _slide(places: Array, dt: float, up: int) -> Array:
-    """Return the horizontal speed of a joint since the previous frame, m/s, (frames,).
+    """Return a joint's horizontal speed since the previous frame, m/s, (frames,).
 
     The speed is NaN while the joint is in the air.
     """

@@ -1,4 +1,4 @@
-"""The reason why the consistency detector has no interval at a frame."""
+"""The reason why the consistency detector found no interval at a frame."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import wrap
 
 ONE_JOINT = 0.25  # share of the larger turn below which the other joint does not respond
-UNDONE = 4.0  # σ between increment and residual if an effect was removed
-_NEAR = 4  # frames on either side that show how a joint turns anyway
-_EACH = 0.5 * PRIOR  # nats that the evidence of each of two edges must reach
+UNDONE = 4.0  # difference of increment and residual, in σ, from which an effect was removed
+_NEAR = 4  # frames on either side that show how much a joint usually turns
+_EACH = 0.5 * PRIOR  # minimum evidence of each of two edges, in nats
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def no_counter_twist(
 
 
 def _motion(place: AskedFrame, interval: Interval) -> Reason:
-    """Return the reason why opposite turns of both joints are motion according to the evidence."""
+    """Return the reason that opposite turns of both joints are natural motion by the evidence."""
     told = interval.evidence or {}
     why = "; ".join(told.get("doubts", ()))
     frames = place.span(interval.start, interval.stop)
@@ -97,7 +97,7 @@ def _motion(place: AskedFrame, interval: Interval) -> Reason:
 
 
 def _cut(place: AskedFrame, cut: Mask) -> str:
-    """Describe a frame whose step from the previous frame is not motion."""
+    """Describe why the step from the previous frame to this one is not motion, but a cut."""
     t = place.frame
     low, high = t, t + 1
     while low and cut[low - 1]:
@@ -175,7 +175,7 @@ def _error_nearby(
 def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
     """Return the joint whose turn was removed because another chain's error causes it.
 
-    1 is the parent, 2 is the child, and 0 is neither.
+    The result is 1 for the parent, 2 for the child and 0 for neither.
     """
     c, row = own.limb, own.row
     around = slice(max(t - _NEAR, 1), t + _NEAR + 1)
@@ -189,7 +189,7 @@ def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
     return 0
 
 
-# --- past τ ---------------------------------------------------------------------------------------
+# --- above τ --------------------------------------------------------------------------------------
 
 
 def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge | None:
@@ -215,7 +215,7 @@ def _image(place: AskedFrame, near: Sequence[tuple[Interval, Chain]], edge: _Edg
 
 
 def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
-    """Return the reason for a frame above τ within a run of frames that is below τ as a whole."""
+    """Return the reason for a frame above τ in a run of frames that as a whole is below τ."""
     e, t = own.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop))
     if not len(at):
@@ -227,9 +227,7 @@ def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
 
 
 def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
-    """Return the reason if only one joint turns, if the turns do not cancel, or if they are
-    motion.
-    """
+    """Return the reason if only one joint turns, the turns do not cancel, or they are motion."""
     turns = _turns(place, edge.x, edge.y)
     span = place.span(edge.start, edge.stop) if edge.stop - edge.start > 1 else ""
     sizes = abs(edge.x), abs(edge.y)
@@ -263,7 +261,7 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
 
 
 def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -> Reason:
-    """Return the reason for a clear jump with no partner, or with a partner in another interval."""
+    """Return the reason for a clear jump without a partner, or with one in another interval."""
     e, numbers = edge.table.edges, _numbers(edge)
     turns = _turns(place, edge.x, edge.y)
     passing = {k: g for k, g in edge.table.partners(edge.index).items() if _passes(place, e, k)}

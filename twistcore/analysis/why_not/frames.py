@@ -29,7 +29,7 @@ _ENOUGH = 0.5  # share of the strength that a soft error's change must reach to 
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
     """Return why no interval has an edge at a frame of a chain or limb.
 
-    `found` holds the existing intervals with their τ, such as a detection or a review. `first` is
+    `found` is a detection or a review, with its intervals and τ. `first` is
     the number by which the sentence refers to the clip's first frame. Raises TwistError for a name
     that the clip does not have.
     """
@@ -63,9 +63,7 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
 
 
 def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
-    """Return why m(t) of the paper's detector is not an event, since every event opens an
-    interval.
-    """
+    """Return why m(t) of the paper's detector is not an event. Every event starts an interval."""
     p, c = float(signals.dtheta_p[place.frame]), float(signals.dtheta_c[place.frame])
     parent, child = place.joints
     numbers = {"dtheta_p_deg": math.degrees(p), "dtheta_c_deg": math.degrees(c)}
@@ -73,7 +71,7 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
         f"{parent} twists by {signed_degrees(p)}, and the azimuth of {child} changes by "
         f"{signed_degrees(c)}"
     )
-    if place.strength >= place.tau:  # a review with other intervals than the detector's
+    if place.strength >= place.tau:  # a review whose intervals differ from the detector's
         return place.reason(
             Why.NO_PARTNER, (f"the review has no interval here any more: {turns}"), **numbers
         )
@@ -99,7 +97,7 @@ def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
 def _in_notation(
     place: AskedFrame, analysis: NotatedAnalysis, near: EdgesIn, chains: Sequence[Chain]
 ) -> Reason:
-    """Return the reason from the kept frames, or from all frames if the kept ones show nothing."""
+    """Return the reason from the kept frames or, if these show nothing, from all frames."""
     kept, frame = analysis.kept, place.frame
     at = kept.of(frame)
     if analysis.fine is not None:
@@ -122,7 +120,7 @@ def _in_notation(
 
 
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
-    """Return the reasons for :func:`unexplained_peaks`.
+    """Return the reason for each of the :func:`unexplained_peaks`.
 
     `first` has the same meaning as in :func:`why_not`.
     """
@@ -132,8 +130,8 @@ def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> li
 def unexplained_peaks(found: Detection, name: str) -> list[int]:
     """Return the frames of peaks above τ that are outside intervals and their edges.
 
-    A peak is the highest frame (the first, if several are equal) of a run of frames with at least
-    τ.
+    A peak is the highest frame in a run of frames that reach τ; of several equal frames, it is the
+    first.
     """
     strength = found.analysis.detector(found.method).strength(name)
     past = np.concatenate([[False], strength >= found.tau[name], [False]])
@@ -180,9 +178,9 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
 def _edges_near(
     found: Detection, chain: Chain, strength: float, start: int, stop: int
 ) -> list[tuple[Interval, Chain]]:
-    """Return other chains' intervals with an edge in [start, stop) that turn the chain's joints.
+    """Return other chains' intervals with an edge in [start, stop) that turn joints of this chain.
 
-    Soft intervals are included if they change there by enough to account for the strength.
+    Soft intervals are included if their offset changes there by enough to explain the strength.
     """
     others = {c.name: c for c in found.chains_and_limbs if c.name != chain.name}
     skeleton = found.analysis.motion.skeleton
@@ -199,13 +197,13 @@ def _edges_near(
 
 
 def _change(interval: Interval, start: int, stop: int) -> float:
-    """Return how much an offset changes from frames [start, stop) to the next ones, in radians."""
+    """Return how much an offset changes in or next to frames [start, stop), in radians."""
     low, high = (min(max(t - interval.start, 0), interval.frames) for t in (start - 2, stop + 1))
     return float(np.ptp(interval.offset[low:high])) if low < high else 0.0
 
 
 def _wrong(interval: Interval, chain: Chain, skeleton: Skeleton) -> set[str]:
-    """Return the names of the joints that an error of a chain or limb turns."""
+    """Return the names of the joints that are wrong in an interval of a chain or limb."""
     if not interval.repairable:
         return {interval.joint}
     joints = chain.changed_joints(skeleton) if isinstance(chain, Limb) else _turned(chain)
@@ -213,7 +211,7 @@ def _wrong(interval: Interval, chain: Chain, skeleton: Skeleton) -> set[str]:
 
 
 def _turned(chain: Chain) -> tuple[int, ...]:
-    """Return the joints of a chain or limb whose turns show an error."""
+    """Return the joints of a chain or limb whose rotation reveals an error."""
     if isinstance(chain, Limb):
         return chain.parent, chain.child, chain.end
     return chain.parent, chain.child

@@ -11,19 +11,19 @@ from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
 from twistcore.skeleton.chain import Chain
 
-BESIDE = 1  # frames from an interval's edge within which a jump belongs to the interval
+BESIDE = 1  # maximum distance in frames between an interval's edge and a jump that belongs to it
 
 
 @dataclass(frozen=True, eq=False)
 class SoftErrors:
-    """The dropped intervals of a chain, and the soft errors of the chain and its neighbours."""
+    """Dropped intervals of a chain, and the soft errors of the chain and its neighbours."""
 
     place: AskedFrame
     analysis: ConsistencyAnalysis
     chains: Sequence[Chain]
 
     def given_up(self) -> Iterator[Interval]:
-        """Return the intervals between the chain's jumps at τ that soft errors replace."""
+        """Yield the intervals between the chain's jumps at τ that were replaced by soft errors."""
         own = self.analysis.chains[self.place.chain.name]
         return (i for i in own.between_edges(self.place.tau) if own.gives_way(i))
 
@@ -42,9 +42,9 @@ class SoftErrors:
         given
             The dropped interval, or None for any interval.
         numbers
-            The numbers of the reason.
+            The numbers for the reason, keyed by name.
         what
-            The grammatical subject, which would be an edge of the interval.
+            The subject of the sentence: the jump that would have been an edge of the interval.
         """
         place, found = self.place, list(self._soft_errors())
         low, high = (given.start, given.stop) if given else (place.frame, place.frame)
@@ -64,7 +64,7 @@ class SoftErrors:
         return place.reason(Why.IMAGE, because, of=chain.name, **numbers)
 
     def _soft_errors(self) -> Iterator[tuple[Interval, Chain]]:
-        """Yield the soft errors above τ with their chains, beginning with this chain."""
+        """Yield all soft errors above τ with their chains, starting with this chain."""
         chain = self.place.chain
         joints = {chain.parent, chain.child}
         near = [c for c in self.chains if joints & {c.parent, c.child}]

@@ -73,7 +73,7 @@ def _below(
 def _left(
     place: AskedFrame, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
 ) -> Reason:
-    """Return the reason why a jump above τ stays unexplained, with the costs."""
+    """Return the reason why a jump above τ is left unexplained, with the costs."""
     left = flips.left(jumps, jump)
     numbers = numbers | {"cost_left": left.cost}
     if left.run is None:
@@ -110,7 +110,7 @@ def _no_partner(
     jump: Jump,
     numbers: dict[str, Any],
 ) -> Reason:
-    """Return the reason for a jump that no other jump within reach can end."""
+    """Return the reason for a jump with no other jump near enough to end the flip."""
     reach = LONGEST * flips.fps
     others = [
         (abs(float(wrap(j.turn + jump.turn))), j)

@@ -15,29 +15,29 @@ from twistcore.skeleton.notation import DistinctFrames
 
 
 class Why(StrEnum):
-    """The word for the reason why a frame is not at an edge of an interval, as used in files."""
+    """The keyword in files for the reason why a frame is not at an edge of an interval."""
 
     INTERVAL = "interval"  # the frame is in an interval or at its edge
-    MOVED = "moved"  # the detector has one here, which was moved in the review
+    MOVED = "moved"  # the detector has an interval here, but the review moved it
     BELOW = "below tau"
-    CUT = "cut"  # all joints jump at once: a T-pose, a cut
+    CUT = "cut"  # all joints jump in the same frame: a T-pose or a cut
     SHORT = "short piece"  # too few frames between two cuts
     IMAGE = "image"  # an error of another chain or limb turns a joint of this one
     ONE_JOINT = "one joint"
-    UNEQUAL = "unequal"  # both turn, but do not cancel
-    MOTION = "motion"  # predicted by the motion, within its usual deviations
+    UNEQUAL = "unequal"  # both joints turn, but the turns do not cancel
+    MOTION = "motion"  # natural motion: the turns are predicted within the usual deviations
     NO_PARTNER = "no partner"
     OTHER = "other interval"  # the jump's partner belongs to an interval that explains more
 
 
 _FRAMES = ("start", "stop", "partner")  # numbers that are frame numbers
 
-# The cause is elsewhere or already named, so a person need not check it again.
+# The cause is elsewhere or already named, so nobody needs to check the frame.
 _SETTLED = frozenset({Why.INTERVAL, Why.MOVED, Why.BELOW, Why.CUT, Why.SHORT, Why.IMAGE})
 
 
-# Returns intervals of other chains that turn a joint of the chain and have an edge in [start,
-# stop).
+# A function that returns the intervals of other chains that have an edge in frames [start, stop)
+# and turn a joint of this chain.
 EdgesIn = Callable[[int, int], Sequence[tuple[Interval, Chain]]]
 
 
@@ -52,7 +52,7 @@ class Reason:
     text
         The sentence.
     numbers
-        The numbers in the sentence, keyed by their names in JSON, with angles in degrees.
+        The numbers in the sentence, keyed by their names in JSON; angles are in degrees.
     suspicious
         True if the frame is above τ and a person should check it.
     """
@@ -108,7 +108,7 @@ class AskedFrame:
         return frame if self.kept is None else self.kept.end(frame)
 
     def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
-        """Return a reason whose sentence has the curve's strength and τ, followed by the cause."""
+        """Return a reason whose sentence gives the strength and τ, and then the cause `because`."""
         strength, tau = distinct_sizes(self.strength, self.tau)
         past = self.strength >= self.tau
         here = self.called(self.frame)
@@ -138,7 +138,7 @@ class AskedFrame:
     def span(self, start: int, stop: int) -> str:
         """Return frames [start, stop) as tables show them, such as 'frames 323–329'.
 
-        Frame 329 is excluded.
+        As in the tables, the second number is `stop`, which is excluded.
         """
         if stop - start == 1:
             return self.called(start)
@@ -152,7 +152,7 @@ class AskedFrame:
         return f"the interval in {span} ({size})"
 
     def error(self, interval: Interval, other: Chain) -> str:
-        """Describe the error of another chain or limb."""
+        """Describe the error of another chain or limb, with its frames."""
         if not interval.repairable:
             return self.named(interval)
         span = self.span(interval.start, interval.stop)
@@ -160,17 +160,17 @@ class AskedFrame:
 
 
 def signed_degrees(angle: float) -> str:
-    """Format an angle given in radians as signed degrees, such as '+1.2°'."""
+    """Format an angle in radians as signed degrees, such as '+1.2°'."""
     return f"{math.degrees(angle):+.1f}°".replace("-", "−")
 
 
 def size(angle: float, digits: int = 1) -> str:
-    """Format the size of an angle given in radians in degrees, such as '1.2°'."""
+    """Format the absolute value of an angle in radians as degrees, such as '1.2°'."""
     return f"{abs(math.degrees(angle)):.{digits}f}°"
 
 
 def distinct_sizes(one: float, other: float) -> tuple[str, str]:
-    """Return two sizes as text, with as many digits as are needed to distinguish them."""
+    """Format two angles' absolute values with as many digits as are needed to tell them apart."""
     for digits in range(1, 6):
         said = size(one, digits), size(other, digits)
         if said[0] != said[1]:

@@ -32,7 +32,7 @@ _OF_BONE = frozenset(
 
 @dataclass(frozen=True, eq=False)
 class Asf:
-    """A skeleton, and the layout of the numbers in an AMC for its bones.
+    """A skeleton, and the layout of the numbers for its bones in an AMC file.
 
     Parameters
     ----------
@@ -41,10 +41,10 @@ class Asf:
     skeleton
         A joint at the start of every bone, the root first.
     channels
-        Columns of each joint's numbers in a frame. The axes and their columns are in reverse order,
-        since Acclaim's X Y Z turns about fixed axes: R = R_z · R_y · R_x.
+        Columns of each joint's numbers in a frame. The axes and their columns are reversed,
+        since Acclaim's X Y Z are rotations about fixed axes: R = R_z · R_y · R_x.
     axes
-        C of every bone, shape (joints, 4); the local rotation is C · R · C⁻¹.
+        The axis rotation C of every bone, shape (joints, 4); the local rotation is C · R · C⁻¹.
     start
         Offset added to the root's translation, shape (3,).
     radians
@@ -89,7 +89,7 @@ class _Bone:
 
 @dataclass
 class _Read:
-    """The data read so far from a skeleton file."""
+    """The data of a skeleton file that has been read so far."""
 
     path: str
     bones: dict[str, _Bone] = field(default_factory=dict)
@@ -117,7 +117,7 @@ class _Read:
 
 
 def read_asf(path: str | Path) -> Asf:
-    """Read a skeleton file. Raises AmcError if it is not valid."""
+    """Read a skeleton file. Raises AmcError if the file is not valid."""
     path = Path(path)
     try:
         return parse_asf(read_file(path), path)
@@ -138,7 +138,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
             raise AmcError(str(path), f"expected a section {needed} of an ASF, found none", line=1)
     if ":units" in named:
         _read_units(read, named[":units"][1])
-    # Angles of the skeleton need the units, which may come later in the file.
+    # Angles of the skeleton need the units, which may be given later in the file.
     _read_root(read, *named[":root"])
     _read_bones(read, *named[":bonedata"])
     _read_hierarchy(read, *named[":hierarchy"])
@@ -146,7 +146,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
 
 
 def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list[_Word]]]]:
-    """Yield each keyword's line and the lines below it, as words without comments."""
+    """Yield each keyword's line with the lines below it, split into words without comments."""
     if not data or data.isspace():
         raise AmcError(read.path, "expected an ASF, but the file is empty", line=1, column=1)
     head: list[_Word] | None = None
@@ -169,7 +169,7 @@ def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list
 
 
 def _words(raw: bytes, line: int) -> list[_Word]:
-    """Return the words of a line with their positions, up to a '#'."""
+    """Return the words of a line with their positions. A '#' starts a comment."""
     text = raw.decode("utf-8", "surrogateescape")
     out, at = [], 0
     for word in text.split():
@@ -308,7 +308,7 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
 
 
 def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
-    """Build the Asf, with parents before children and each branch completed before the next."""
+    """Build the Asf, in which each joint is followed by all joints below it."""
     children: dict[str, list[str]] = {}
     for name, parent in read.parents.items():
         children.setdefault(parent, []).append(name)

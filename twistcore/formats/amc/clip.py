@@ -23,20 +23,20 @@ _UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class AmcClip(Clip):
-    """An AMC file.
+    """A clip read from an AMC file.
 
     Parameters
     ----------
     asf
-        The skeleton, from another file.
+        The skeleton, which was read from the ASF file.
     values
         The numbers in the order of the joints, lengths in the file's unit and angles in degrees,
         shape (frames, columns).
     places
-        The position of each number among the file's tokens, in reading order, shape (frames,
+        The index of each number among all tokens of the file, in reading order, shape (frames,
         columns).
     radians
-        True if the file has angles in radians.
+        True if the angles in the file are in radians.
     """
 
     format = "amc"
@@ -83,13 +83,14 @@ class AmcClip(Clip):
         return token_spans(self.data, 0)
 
     def angles(self, joint: int) -> Array:
-        """Return a joint's degrees of freedom as written, in degrees, (frames, channels)."""
+        """Return a joint's angles as written but always in degrees, (frames, channels)."""
         return self.values[:, list(self.asf.channels[joint].rotation[::-1])]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
         """Return a joint's Euler order and its angles in radians, (frames, 3).
 
-        The axes are those of :meth:`as_written`.
+        The axes are the bone's own axes, as in :meth:`as_written`. The result is None for a joint
+        without three channels.
         """
         layout = self.asf.channels[joint]
         if not layout.rotatable:
@@ -97,18 +98,18 @@ class AmcClip(Clip):
         return layout.order, np.radians(self.values[:, list(layout.rotation)])
 
     def as_written(self, joint: int, q: Array) -> Array:
-        """Return a joint's rotation q, (…, 4), about the bone's own axes: R = C⁻¹ · q · C."""
+        """Convert a joint's rotation q, (…, 4), to the bone's own axes: R = C⁻¹ · q · C."""
         axes = self.asf.axes[joint]
         return multiply(multiply(conjugate(axes), q), axes)
 
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the bytes with the numbers at `changed` (frames, joints) taken from `motion`.
+        """Return the file's bytes with the numbers of `motion` at `changed`, (frames, joints).
 
-        If `positions` is True, also write the root's translation where it differs. All other bytes
-        are kept. A number keeps its number of decimals, at least 6, and never gets an exponent.
-        Raises ValueError for a bone without three degrees of freedom.
+        If `positions` is True, the root's translation is also rewritten where it differs. All other
+        bytes stay the same. A number keeps its number of decimals, but has at least 6, and never
+        gets an exponent. Raises ValueError for a bone without three degrees of freedom.
         """
         rotations = motion.rotations.copy()
         for joint in np.flatnonzero(changed.any(axis=0)).tolist():

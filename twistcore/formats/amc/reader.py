@@ -1,4 +1,4 @@
-"""Parse the bytes of an AMC into a Clip, with the ASF in the same folder."""
+"""Parse an AMC file, together with the ASF file in the same folder, into a Clip."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.progress import Tell, nobody
 
 _ASSUMED_FPS = 120.0
-_REPORTED = 64  # frames between reports of progress
+_REPORTED = 64  # number of frames between two reports of progress
 _ASSUMED = (
     "An AMC has no frame rate: 120 frames per second are assumed, as in most CMU trials; "
     "some have 60 (set the rate with the commands' --fps)."
@@ -54,7 +54,7 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
 
 
 def find_asf(path: Path) -> Path:
-    """Return the path of an AMC's skeleton file. Raises AmcError if it cannot be determined."""
+    """Return the path of an AMC's skeleton file. Raises AmcError if it is missing or ambiguous."""
     candidates = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
     words = path.stem.lower().split("_")
     for count in range(len(words), 0, -1):
@@ -113,13 +113,16 @@ def parse_amc(
 
 
 def _skeleton_warning(asf: Asf, warning: ClipWarning) -> ClipWarning:
-    """Return a warning, preceded by the name of the skeleton file and the line in it."""
+    """Return a warning with the name of the skeleton file and the line number put before it."""
     line = "" if warning.line is None else f", line {warning.line}"
     return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
 
 
 class _Rows:
-    """Parser of frames, each of which is a number followed by bones with numbers in any order."""
+    """Parser for the frames of an AMC.
+
+    A frame is its number, followed by the bones in any order, each with its numbers.
+    """
 
     def __init__(self, path: str, data: bytes, asf: Asf) -> None:
         self.warnings: list[ClipWarning] = []
@@ -136,7 +139,10 @@ class _Rows:
         self._first: list[int] = []  # index of the first number token of each bone
 
     def fail(self, expected: str, line: int, word: int = 0) -> AmcError:
-        """Return the error for a word of a line. Lines and words are counted from 0."""
+        """Return the error for a word of a line. Lines and words are counted from 0.
+
+        `expected` is the message.
+        """
         raw = self._data.splitlines()[line - 1]
         starts = [found.start() for found in _SOLID.finditer(raw)] or [0]
         column = starts[word] + 1 if word < len(starts) else len(raw.rstrip()) + 1
@@ -146,7 +152,7 @@ class _Rows:
         """Return the numbers, (frames, columns) in the order of the joints, and their token
         indices.
         """
-        # bytes.split treats some control characters as letters, token_spans as white space.
+        # bytes.split treats some control characters as letters; token_spans treats them as space.
         odd = len(self._data) != len(self._data.translate(None, _CONTROL))
         split: Callable[[bytes], list[bytes]] = _SOLID.findall if odd else bytes.split
         words: list[bytes] = []
@@ -231,7 +237,7 @@ class _Rows:
         return self.fail(f"expected {bone} once in frame {self._number}", line)
 
     def _read_keyword(self, own: list[bytes], line: int) -> None:
-        """Read a keyword of the header. Raises AmcError for any other word."""
+        """Read a keyword in the header. Raises AmcError for any other word."""
         if not own[0].startswith(b":") or self._number is not None:
             known = (
                 f"a bone of {self._asf.path.name} with degrees of freedom, or the number of a frame"

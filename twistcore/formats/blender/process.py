@@ -1,7 +1,7 @@
-"""Run a separate Blender that opens a scene and returns its bones as arrays.
+"""Run Blender in a separate process to open a scene, and return its bones as arrays.
 
-Blender is licensed under the GPL, so no part of it is imported here, and it is not a dependency.
-Blender runs as the program `blender`, or as a Python whose environment has the module bpy.
+Blender is licensed under the GPL, so no part of it is imported here, and it is not a dependency. It
+is run either as the program `blender`, or as a Python whose environment has the module bpy.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.with_parent import bound
 
 VARIABLE = "TWIST_BLENDER"
-TIME_LIMIT = 600.0  # seconds
+TIME_LIMIT = 600.0  # default time limit for Blender, in seconds
 _NEEDED = (
     "Blender was not found: install it so that `blender` is on the path, or name it (or a Python "
     f"with the module bpy) with --blender or the environment variable {VARIABLE}"
@@ -38,16 +38,18 @@ _NEEDED = (
 
 @dataclass(frozen=True, eq=False)
 class Handover:
-    """Data that Blender has read, in Blender's coordinates (Z up, metres).
+    """The data that Blender read from a scene, in Blender's coordinates (Z up, metres).
 
     Parameters
     ----------
     names, parents
         Names and parent indices of the bones, −1 for roots, parents before children.
     rest
-        Rest pose of the bones, shape (bones, 4, 4); the tails have the shape (bones, 3).
+        Matrices of the bones in the rest pose, shape (bones, 4, 4).
+    tails
+        Positions of the bones' ends in the rest pose, shape (bones, 3).
     poses
-        Shape (frames, bones, 4, 4).
+        Matrices of the bones in each frame, shape (frames, bones, 4, 4).
     fps
         Frames per second.
     figure, take
@@ -97,7 +99,7 @@ def read_scene(
     fps: float | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Handover:
-    """Open a scene in Blender and sample its skeleton. Returns when Blender has ended.
+    """Open a scene in Blender, sample its skeleton, and wait until Blender has ended.
 
     Raises TwistError with one sentence if Blender finds no skeleton or several, takes too long or
     fails.
@@ -149,8 +151,11 @@ def _command(blender: str, script: Path, job: Path) -> list[str]:
 
 
 def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) -> str:
-    """Run a command with all its child processes, and return its last line of output."""
-    # As a module, Blender leaves a temporary folder behind: create it inside this one.
+    """Run a command, and return its exit code with its last line of output.
+
+    Raises TwistError if it cannot be run or exceeds the time limit, after which it is terminated.
+    """
+    # As a module, Blender does not remove its temporary folder, so it is created inside `folder`.
     own = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))}
     with (folder / "said.txt").open("w+b") as said:
         try:
@@ -182,7 +187,7 @@ def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) 
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a process and all its child processes."""
+    """Terminate a process and all its child processes."""
     if os.name == "posix":
         os.killpg(process.pid, signal.SIGKILL)
     else:

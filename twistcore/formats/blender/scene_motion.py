@@ -15,18 +15,18 @@ from twistcore.formats.blender.process import Handover
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate
 
-# Metres per unit: nearly all programs write FBX in centimetres, and glTF is in metres.
+# Metres per unit. Nearly all programs write FBX in centimetres; glTF is always in metres.
 SUFFIXES: Mapping[str, float] = MappingProxyType(
     {".fbx": 0.01, ".glb": 1.0, ".gltf": 1.0, ".blend": 1.0}
 )
 _UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # Z up to Y up
 _STRETCHED = 1e-3
-_MOVED = 1e-5  # share of the height
+_MOVED = 1e-5  # share of the height; a bone that moves farther gets position channels
 
 
 @dataclass(frozen=True, eq=False)
 class Converted:
-    """The motion, and notes about data that is not in it."""
+    """The motion of a scene, and notes about data of the scene that the motion does not have."""
 
     motion: Motion
     notes: tuple[str, ...]
@@ -64,7 +64,7 @@ def converted(scene: Handover, unit: float) -> Converted:
 
 
 def _turned(matrices: Array) -> tuple[Array, Array]:
-    """Return the rotation matrices without scale, and the scales of their three columns."""
+    """Return rotation matrices without their scale, and the scales of their three columns."""
     m = matrices[..., :3, :3]
     sizes = np.linalg.norm(m, axis=-2)
     if not np.isfinite(m).all() or (sizes < 1e-12).any():

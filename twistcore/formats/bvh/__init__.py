@@ -1,4 +1,4 @@
-"""Read BVH files without guessing, and write them without changing uncorrected numbers."""
+"""Read BVH files without guessing, and write them with only the corrected numbers changed."""
 
 from twistcore.formats.bvh.clip import BvhClip
 from twistcore.formats.bvh.compose import write_motion

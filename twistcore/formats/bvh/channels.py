@@ -11,10 +11,10 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-_ELEMENTS = 1 << 14  # quaternion components of one kind in a block
-_NOTHING = 1e-3  # share of the length in the channels below which an OFFSET is ignored
-_STRETCH = 0.5  # share of that length by which a bone may change
-_STILL = 0.02  # the same for joints that may move the whole figure; a bone moves less
+_ELEMENTS = 1 << 14  # maximum number of quaternions in a block
+_NOTHING = 1e-3  # share of the length in the channels; a shorter OFFSET counts as 0
+_STRETCH = 0.5  # share of that length by which a bone may vary
+_STILL = 0.02  # the same for joints that may move the whole figure
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class JointChannels:
     Attributes
     ----------
     order
-        The axes of its rotation channels in file order, such as 'ZYX'.
+        The axes of the joint's rotation channels in file order, such as 'ZYX'.
     rotation
         The columns of these channels.
     position
@@ -61,10 +61,11 @@ def motion_from_channels(
 def with_bones_of_channels(
     skeleton: Skeleton, positioned: tuple[int, ...], positions: Array
 ) -> Skeleton:
-    """Return the skeleton with offsets from position channels for joints with OFFSET 0.
+    """Return the skeleton with offsets taken from position channels for joints whose OFFSET is 0.
 
-    Such a joint's offset is the median of its positions, (frames, len(positioned), 3). Roots keep
-    their OFFSET, and so does a joint that moves the whole figure, such as hips below a reference.
+    Such an offset is the median of the joint's `positions`, (frames, len(positioned), 3). Roots
+    keep their OFFSET, and so does a joint that moves the whole figure, such as hips below a
+    reference joint.
     """
     offsets = skeleton.offsets.copy()
     carrying = _carrying(skeleton)
@@ -86,10 +87,10 @@ def with_bones_of_channels(
 
 
 def _carrying(skeleton: Skeleton) -> set[int]:
-    """Return the joints that may move the whole figure, such as 'Reference' → 'Hips'.
+    """Return the joints that may move the whole figure, such as 'Hips' below 'Reference'.
 
-    These joints are the single children below the root, and the branching joints below these, such
-    as two pairs of hips below one reference.
+    These are the only children, one below the other, under a root. Where several children follow,
+    those that branch are included, such as the hips of two people below one reference joint.
     """
     found = set()
     for here in np.flatnonzero(skeleton.parents < 0).tolist():
@@ -109,7 +110,7 @@ def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
             by_order.setdefault(layout.order, []).append(joint)
     columns = {o: np.array([channels[j].rotation for j in js]).T for o, js in by_order.items()}
     rotations = np.empty((len(values), len(channels), 4))
-    # Blocks of frames with the joints as first axis, so that every pass stays in the cache.
+    # Blocks of frames with the joints as first axis, so that the data stays in the cache.
     step = max(64, _ELEMENTS // max(len(channels), 1))
     for a in range(0, len(values), step):
         written = np.ascontiguousarray(values[a : a + step].T)
@@ -124,7 +125,7 @@ def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
 
 
 def _compose(q: Array, joints: list[int], order: str, cos: Array, sin: Array) -> None:
-    """Fill q[:, joints], (4, joints, frames), with the result of quaternion_from_euler."""
+    """Fill q[:, joints], (4, joints, frames), with the same values as quaternion_from_euler."""
     parts = [cos[0], np.zeros_like(cos[0]), np.zeros_like(cos[0]), np.zeros_like(cos[0])]
     parts[1 + "XYZ".index(order[0])] = sin[0]
     for k, letter in enumerate(order[1:], 1):

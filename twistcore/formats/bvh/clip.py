@@ -21,7 +21,7 @@ _BLOCK = 1 << 18  # bytes
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class BvhClip(Clip):
-    """A BVH file.
+    """A clip read from a BVH file.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class BvhClip(Clip):
     data_start
         Offset of the first motion number in the text.
     channels
-        One entry per joint.
+        The channels of each joint.
     values
         The numbers as written (degrees and length units), shape (frames, columns).
     """
@@ -77,11 +77,11 @@ class BvhClip(Clip):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the bytes with the numbers at `changed` (frames, joints) taken from `motion`.
+        """Return the file's bytes with the numbers of `motion` at `changed`, (frames, joints).
 
-        If `positions` is True, also write the position numbers that differ. All other bytes are
-        kept. A number keeps its number of decimals, at least 6, and never gets an exponent. Raises
-        ValueError for joints without three rotation channels, which cannot be rewritten.
+        If `positions` is True, position numbers that differ are also rewritten. All other bytes
+        stay the same. A number keeps its number of decimals, but has at least 6, and never gets an
+        exponent. Raises ValueError for a changed joint without three rotation channels.
         """
         names = self.skeleton.names
         found = turned_numbers(self.values, self.channels, names, motion, changed)
@@ -96,7 +96,10 @@ class BvhClip(Clip):
 
 
 def token_spans(data: bytes, start: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return start and end offsets of the tokens in data[start:], which white space separates."""
+    """Return start and end offsets of the tokens in data[start:].
+
+    Tokens are separated by white space.
+    """
     buffer = np.frombuffer(data, dtype=np.uint8)
     edges = []
     blank = np.True_

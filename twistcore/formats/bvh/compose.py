@@ -1,4 +1,7 @@
-"""Write any motion as a new BVH, even with a different length, rate or skeleton."""
+"""Write any motion as a new BVH file.
+
+The motion may differ from every existing file in length, rate and skeleton.
+"""
 
 from __future__ import annotations
 
@@ -14,16 +17,16 @@ from twistcore.skeleton.motion import Motion, Skeleton, check_motion
 from twistcore.skeleton.rotation import Array, euler_from_quaternion
 
 _ORDER = "ZXY"
-_DEEPEST = 100  # tabs
-_ROWS = 1024  # at a time, since Python numbers take four times as much memory
+_DEEPEST = 100  # maximum number of tabs before a line
+_ROWS = 1024  # rows written at a time, since Python numbers take four times as much memory
 _END = 0.05  # length of an End Site as a share of the skeleton's height
 
 
 def write_motion(motion: Motion, path: str | Path) -> None:
     """Write a motion as a new BVH, atomically.
 
-    Reading the file gives the same skeleton (joints depth first, as in every BVH) and the same
-    motion, to six decimals of degrees and of the length unit. See `bvh_text` for the channels.
+    Reading the file gives the same skeleton, with joints in depth-first order, and the same
+    motion, to six decimals of a degree and of the length unit. See `bvh_text` for the channels.
 
     Parameters
     ----------
@@ -37,7 +40,7 @@ def write_motion(motion: Motion, path: str | Path) -> None:
     TypeError
         If `motion` is not a Motion.
     TwistError
-        If the motion is empty, has a number that is not finite, a name that is impossible in a
+        If the motion is empty, or has a number that is not finite, a name that is impossible in a
         BVH, or a rate below 1 or above 10,000 frames per second.
     OSError
         If the file cannot be written.
@@ -63,11 +66,12 @@ def write_motion(motion: Motion, path: str | Path) -> None:
 
 
 def bvh_text(motion: Motion) -> str:
-    """Return a BVH with ZXY rotations on all joints.
+    """Return a motion as BVH text with ZXY rotations on all joints.
 
-    Roots and positioned joints have XYZ positions before them. Joints with neither children nor an
-    End Site get an End Site along their own offset, which many readers need. Angles are continuous
-    over time except for full turns that the range of the middle angle makes necessary.
+    Roots and positioned joints have XYZ positions before the rotations. Joints with neither
+    children nor an End Site get an End Site in the direction of the bone, which many readers need.
+    Angles are continuous over time, except for full turns that the range of the middle angle makes
+    necessary.
     """
     skeleton = motion.skeleton
     lines, columns, depth = ["HIERARCHY"], [], 0
@@ -109,7 +113,7 @@ def _indent(depth: int) -> str:
 def _described(
     skeleton: Skeleton, joint: int, depth: int, placed: bool, sites: list[Array]
 ) -> list[str]:
-    """Return a joint's lines up to the lines of its children."""
+    """Return the lines that describe a joint, up to the lines of its children."""
     indent, offset = _indent(depth), skeleton.offsets[joint]
     channels = "6 Xposition Yposition Zposition" if placed else "3"
     lines = [

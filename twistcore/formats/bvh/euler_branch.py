@@ -1,4 +1,7 @@
-"""Choose among equivalent Euler angles, which differ by the solution and by full turns."""
+"""Choose among equivalent Euler angles.
+
+A rotation has two solutions, and full turns can be added to every angle.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,9 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 
-_GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is known, to half of a float's digits
+_GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is determined, to half of a float's digits
 _TURN = 2.0 * np.pi
-_MOST_TURNS = 2  # more turns are added at the far edge; no correction needs more
+_MOST_TURNS = 2  # maximum to distribute over the frames; no correction needs more
 # The smallest weight of a frame in the choice of the branch, and the tolerance for angles half a
 # turn off: far above rounding errors, far below any real difference.
 _LEAST_WEIGHT = 1e-6
@@ -28,9 +31,9 @@ def continuous_angles(
     """Return the Euler angles of q that change least over time, in radians, (n, 3).
 
     Every frame has two solutions, each with any number of full turns. The result is the path with
-    the smallest Σ|Δchannel| between the fixed angles at both edges. Without fixed edges, a path and
-    the path of the other solutions are equally long. In this case, the distances to `own` are added
-    to the sum, weighted by cos θ where the rotation differs from the file's by θ < 90°.
+    the smallest Σ|Δchannel| between the fixed angles at both edges. Without fixed angles, a path
+    and the path of the other solutions are equally long. Then the distances to `own` are added to
+    the sum, with the weight cos θ where the rotation differs from the file's by θ < 90°.
 
     Parameters
     ----------
@@ -63,7 +66,10 @@ def continuous_angles(
 
 
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
-    """Return (row, channel) of each step of more than half a turn; row n is the step to `after`."""
+    """Return (row, channel) of each step of more than half a turn.
+
+    Row n is the step from the last row to `after`.
+    """
     n = len(angles)
     rows = [angles if before is None else np.vstack([before, angles])]
     every = np.vstack([*rows, after]) if after is not None else rows[0]
@@ -73,7 +79,7 @@ def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> lis
 
 
 def _distance(angles: Array, others: Array) -> Array:
-    """Return Σ|Δchannel| over the last axis, each in the shorter direction, in radians."""
+    """Return Σ|Δchannel| over the last axis, each angle in its shorter direction, in radians."""
     far: Array = np.abs(wrap(angles - others)).sum(axis=-1)
     return far
 
@@ -81,7 +87,7 @@ def _distance(angles: Array, others: Array) -> Array:
 def _cheapest_path(
     solutions: Array, before: Array | None, after: Array | None, extra: Array | None = None
 ) -> NDArray[np.int64]:
-    """Return the solution, 0 or 1, of each frame on the path with the smallest sum of steps.
+    """Return which solution, 0 or 1, each frame has on the path with the smallest sum of steps.
 
     The steps are wrapped, and the path is found with the Viterbi algorithm. `extra` is an
     additional cost of each solution, shape (n, 2).
@@ -94,8 +100,8 @@ def _cheapest_path(
         start, step = start + extra[0], step + extra[1:, None]
     # Only the difference of the two costs matters: ahead = cost of solution 1 − cost of solution 0.
     ahead = float(start[1] - start[0])
-    came = []  # whether the best path to solutions 0 and 1 comes from solution 1
-    # Lists: Python iterates over them several times faster than over arrays.
+    came = []  # True where the best path to solution 0 or 1 comes from solution 1
+    # Lists, because Python iterates over them several times faster than over arrays.
     for stay0, leave0, leave1, stay1 in step.reshape(n - 1, 4).tolist():
         to0, to1 = ahead + leave1, ahead + stay1
         came.append((to0 < stay0, to1 < leave0))
@@ -109,7 +115,10 @@ def _cheapest_path(
 
 
 def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Array:
-    """Add full turns so that the angles continue `before` or, if that is None, lead to `after`."""
+    """Add full turns so that the angles continue `before`.
+
+    If `before` is None, they lead to `after` instead.
+    """
     anchor = angles[0] if before is None else before
     out = anchor + np.cumsum(wrap(np.diff(angles, axis=0, prepend=anchor[None])), axis=0)
     if before is None and after is not None:
@@ -126,14 +135,14 @@ def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Arra
 
 
 def _near_own(order: str, q: Array, own: Array) -> Array:
-    """Return the weight of the file's angles in each frame, from just above 0 to 1, (n,)."""
+    """Return the weight of the file's angles in each frame, above 0 and up to 1, (n,)."""
     turned = geodesic_angle(quaternion_from_euler(order, own), q)
     weight: Array = np.maximum(np.cos(turned), _LEAST_WEIGHT)
     return weight
 
 
 def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
-    """Return the full turns that bring each channel as a whole nearest to `own`, radians, (3,)."""
+    """Return the full turns that bring each whole channel nearest to `own`, radians, (3,)."""
     off = np.sort((own - angles)[weight >= weight.max() / 2], axis=0)
     # The median, not the mean: where `own` wraps, the majority of frames decides.
     turns: Array = _TURN * np.ceil(off[len(off) // 2] / _TURN - 0.5 - _LEAST_WEIGHT)
@@ -187,16 +196,19 @@ def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array
 
 
 def _others(channel: int) -> tuple[int, ...]:
-    """Return the axes to insert so that (2, turns) broadcasts over (2, turns, turns, turns)."""
+    """Return the axes to insert so that (2, turns) broadcasts over (2, turns, turns, turns).
+
+    These are the axes of the turns of the two other channels.
+    """
     return tuple(1 + c for c in range(3) if c != channel)
 
 
 def _advance(cost: Array, steps: list[tuple[Array, Array]]) -> tuple[Array, list[Array]]:
-    """Return the lowest cost of every state one frame later, and the state before it.
+    """Return the lowest cost of every state in the next frame, and the state before it.
 
     A state is a solution with the turns of its three channels. Since |Δ| is a sum over the
-    channels, they are processed one after another, and each needs only its own turns and the two
-    solutions.
+    channels, they are processed one after another, and each step depends only on the channel's
+    turns and on the two solutions.
     """
     back: list[Array] = []
     now = np.broadcast_to(cost[:, None], (2, *cost.shape))  # (from, to, turns ×3)

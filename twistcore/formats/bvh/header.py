@@ -15,7 +15,7 @@ from twistcore.formats.clip import ClipWarning, some_of
 from twistcore.skeleton.motion import Skeleton
 
 _AXES = {"x": 0, "y": 1, "z": 2}
-_MOST_CHANNELS = 64  # real files have at most 9; a damaged number must not use up memory
+_MOST_CHANNELS = 64  # real files have at most 9; a damaged number must not exhaust the memory
 
 
 @dataclass
@@ -30,19 +30,19 @@ class _Joint:
 
 _WORD = re.compile(r"[{}]|[^\s{}]+", re.ASCII)
 _REST = re.compile(r"[^{\r\n]*")
-# The number of digits is limited, since a word may have any length.
+# The number of digits is limited, because a word in a file may have any length.
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]{0,20},[0-9]{1,20}(?:[eE][+-]?[0-9]{1,4})?")
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class _Words:
-    """The words of the header. Line numbers are computed only when they are needed."""
+    """A reader for the words of the header. Line numbers are computed only when needed."""
 
     def __init__(self, path: str, text: str) -> None:
         self.path = path
         self._text = text
         self._at = self._end = 0
-        self._counted, self._line = 0, 1  # lines are counted up to this offset
+        self._counted, self._line = 0, 1  # an offset and the number of its line
 
     def line(self) -> int:
         """Return the line number of the last word, counted from 1."""
@@ -65,7 +65,7 @@ class _Words:
         return found.group()
 
     def rest_of_line(self) -> str:
-        """Return the rest of the line up to an opening brace, since names may contain spaces."""
+        """Return the rest of the line up to an opening brace. Names may contain spaces."""
         found = _REST.match(self._text, self._end)
         assert found is not None
         self._end = found.end()
@@ -82,7 +82,7 @@ class _Words:
 
 
 def quoted(word: str | None) -> str:
-    """Return a word for use in a message, quoted, short and on one line."""
+    """Return a word for a message: in quotes, escaped and shortened."""
     return "the end of the file" if word is None else ascii(word[:40])
 
 
@@ -92,7 +92,10 @@ def has_comma(word: str | None) -> bool:
 
 
 def no_number(expected: str, word: str | None) -> str:
-    """Return the message for a word that is no number, which mentions a decimal comma."""
+    """Return the message for a word that is not a number. It mentions a decimal comma, if any.
+
+    `expected` is the message for all other words.
+    """
     if has_comma(word):
         return (
             f"expected a decimal point, found a comma in {quoted(word)}: replace it in all numbers"
@@ -103,7 +106,10 @@ def no_number(expected: str, word: str | None) -> str:
 def parse_header(
     path: str, text: str, warnings: list[ClipWarning]
 ) -> tuple[Skeleton, tuple[JointChannels, ...]]:
-    """Parse the text before MOTION into skeleton and channel layout. Raises BvhError if invalid."""
+    """Parse the text before MOTION into the skeleton and the layout of the channels.
+
+    Assumptions are added to `warnings`. Raises BvhError if the text is not valid.
+    """
     words = _Words(path, text)
     word = words.next()
     if word is None or word.upper() != "HIERARCHY":
@@ -161,7 +167,7 @@ def parse_header(
 
 
 def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipWarning]) -> None:
-    """Add a warning if the joint that was just closed has no OFFSET. None is an End Site."""
+    """Add a warning if the joint `closed` has no OFFSET. `closed` is None for an End Site."""
     if closed is None or joints[closed].placed:
         return
     joint = joints[closed]
@@ -225,7 +231,7 @@ def _assemble(
 
 
 def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
-    """Return the names as written; a repeated name becomes 'name #2'."""
+    """Return the names as written, except that a repeated name becomes 'name #2'."""
     seen: dict[str, int] = {}
     taken = set(names)
     out = []

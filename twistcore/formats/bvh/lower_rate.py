@@ -1,4 +1,4 @@
-"""Reduce a clip's frame rate by dropping rows. The remaining rows keep their bytes."""
+"""Reduce a clip's frame rate by dropping rows. The bytes of the remaining rows do not change."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from twistcore.formats.bvh.reader import parse_bvh, timing_fields
 
 
 def decimated(clip: BvhClip, step: int) -> BvhClip:
-    """Return every step-th frame of a clip, starting with frame 0, at fps / step."""
+    """Return a clip with every step-th frame, starting with frame 0, at the rate fps / step."""
     if step == 1:
         return clip
     frames, columns = clip.values.shape

@@ -1,8 +1,8 @@
-"""Read the motion numbers block by block, with the same bits as float().
+"""Read the motion numbers in blocks, with exactly the same values as float().
 
 Blocks of plain numbers are read by :mod:`plain_numbers <twistcore.formats.bvh.plain_numbers>`,
-blocks with exponents, plus signs or many digits by numpy's reader, and the remaining blocks number
-by number.
+blocks with exponents, plus signs or many digits by numpy's reader, and all other blocks one number
+at a time.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
-_BLOCK = 1 << 18  # bytes at a time, so that they stay in a core's cache
-_SAMPLE = 1 << 14  # bytes from which the density of numbers is estimated
+_BLOCK = 1 << 18  # bytes read in one step, so few that they stay in a core's cache
+_SAMPLE = 1 << 14  # number of bytes from which the density of numbers is estimated
 LARGEST = 1e100  # sums and products of smaller numbers stay finite
 _SPACES = bytes.maketrans(b"\t\n\v\f\r", b"     ")
-# No digit can match in two ways, so a long number that ends in a letter fails at once.
+# No digit can match in two ways, so a long number that ends in a letter is rejected quickly.
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _BLANK = re.compile(rb"[\x00-\x20]")
 _TOKEN = re.compile(rb"[^ \t\n\v\f\r]+")
@@ -31,8 +31,9 @@ _Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """Numbers in reading order (`values`), and the count of numbers before each line break
-    (`lines`).
+    """Numbers in reading order, and how many of them precede each line break.
+
+    The fields are `values` and `lines`.
     """
 
     values: Array
@@ -40,8 +41,9 @@ class Numbers:
 
 
 class BadNumberError(ValueError):
-    """Raised if a token is not a number below LARGEST, with the token and its offset in the
-    text.
+    """Raised if a token is not a number below LARGEST.
+
+    The error has the token and its offset in the text.
     """
 
     def __init__(self, offset: int, token: bytes) -> None:
@@ -50,20 +52,23 @@ class BadNumberError(ValueError):
 
 
 def decimal_value(token: bytes) -> float:
-    """Return the value of a decimal number, or NaN for forms such as 1_000 that float() accepts."""
+    """Return the value of a decimal number, or NaN for other text.
+
+    Forms such as 1_000, which float() accepts, also give NaN.
+    """
     return float(token) if _NUMBER.fullmatch(token) else np.nan
 
 
 def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
     """Read the numbers in data[start:], separated by white space.
 
-    Raises BadNumberError for any other token. Reading in blocks needs little memory besides the
-    values. `tell` is called after each block.
+    Raises BadNumberError for any other token. Because the text is read in blocks, little memory is
+    needed apart from the values. `tell` is called after each block.
     """
     tell = tell or nobody
     buffer = np.frombuffer(data, dtype=np.uint8)
-    # Once this much memory was freed, glibc keeps blocks up to this size. Without that, every block
-    # would need fresh pages, which cost a fifth of the time.
+    # After this much memory was freed, glibc reuses blocks of up to this size. If not, every block
+    # would need new pages, which takes a fifth of the time.
     np.empty(16 * _BLOCK, dtype=np.uint8)
     spans = list(_spans(data, start, len(data)))
     values, lines, filled = np.empty(_guess(data, spans)), [], 0
@@ -76,14 +81,12 @@ def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
         lines.append(found.lines + filled)
         filled = stop
         tell((b - start) / (len(data) - start))
-    # Surplus space was never written to, so it costs no memory.
+    # The unused space was never written to, so it takes no memory.
     return Numbers(values[:filled], np.concatenate(lines) if lines else np.zeros(0, np.int64))
 
 
 def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
-    """Yield the spans of blocks in data[start:end], which end in white space or at the text's
-    end.
-    """
+    """Yield the spans of blocks in data[start:end], each ending in white space or at `end`."""
     while start < end:
         found = _BLANK.search(data, start + _BLOCK - 1, end)
         stop = found.end() if found else end
@@ -92,7 +95,10 @@ def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
 
 
 def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
-    """Return a slightly high estimate of the number of values, from the first block's density."""
+    """Return an estimate, slightly too high, of how many values there are.
+
+    It is based on the density of numbers in the first block.
+    """
     if not spans:
         return 0
     a, b = spans[0]
@@ -102,7 +108,7 @@ def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
 
 
 def _line_counts(block: _Bytes, marks: NDArray[np.intp]) -> NDArray[np.int64]:
-    """Return for each line break the number of ascending offsets before it."""
+    """Return, for each line break, how many of the ascending offsets `marks` precede it."""
     broken = block == 10
     if (returns := block == 13).any():
         broken |= returns
@@ -121,7 +127,7 @@ def _read_block(block: _Bytes) -> Numbers | None:
             return None
         blank = block <= 32
         marks = np.flatnonzero(blank[1:] > blank[:-1])
-        try:  # as one line, because loadtxt needs equal numbers of columns
+        try:  # as one line, because loadtxt needs the same number of columns in every line
             values = np.loadtxt([text.decode()], comments=None, ndmin=1)
         except ValueError:
             return None
@@ -131,7 +137,7 @@ def _read_block(block: _Bytes) -> Numbers | None:
 
 
 def _exact(data: bytes, start: int, stop: int) -> Numbers:
-    """Read every token with float(). Raises BadNumberError at the first that is not a number."""
+    """Read every token with float(). Raises BadNumberError if a token is not a number."""
     values, marks = [], []
     for found in _TOKEN.finditer(data, start, stop):
         token = found.group()

@@ -1,4 +1,4 @@
-"""Replace the numbers of corrected joints in the corrected frames of a text."""
+"""Replace the numbers of corrected joints, in the corrected frames, in the text of a file."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from twistcore.skeleton.rotation import Array
 
 _MIN_DECIMALS = 6
 _MAX_DECIMALS = 15
-_FARTHEST = 2e6 * np.pi  # radians: beyond a million turns an angle loses digits
-_LONG = 40  # bytes; longer numbers are processed one by one
+_FARTHEST = 2e6 * np.pi  # radians; beyond a million turns, an angle loses digits
+_LONG = 40  # bytes; longer numbers are rewritten one by one
 
 
 def turned_numbers(
@@ -26,11 +26,11 @@ def turned_numbers(
     motion: Motion,
     changed: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int64], Array, tuple[ChannelJump, ...]]:
-    """Return the rotation numbers to write at `changed` (frames, joints), in degrees, and jumps.
+    """Return the rotation numbers to write at `changed` (frames, joints), and the channel jumps.
 
-    The first result is the index of each number in reading order, the second is its new value.
-    `values` are the numbers as written, shape (frames, columns). The angles continue those of the
-    neighbouring frames. Raises ValueError for a joint without three rotation channels.
+    The first result is the index of each number in reading order, the second is its new value in
+    degrees. `values` are the numbers as written, shape (frames, columns). The angles continue those
+    of the neighbouring frames. Raises ValueError for a joint without three rotation channels.
     """
     columns = values.shape[1]
     tokens, numbers, jumps = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], []
@@ -55,7 +55,7 @@ def turned_numbers(
 
 
 def _neighbours(angles: Array, start: int, stop: int) -> tuple[Array | None, Array | None]:
-    """Return the rows before and after a run of frames, with None at an end of the clip."""
+    """Return the rows before and after a run of frames, or None at an end of the clip."""
     before = angles[start - 1] if start > 0 else None
     return before, angles[stop] if stop < len(angles) else None
 
@@ -80,16 +80,17 @@ def with_numbers(
     tokens: NDArray[np.int64],
     numbers: Array,
 ) -> bytes:
-    """Return a text in which numbers, (n,), replace the given tokens and all other bytes are kept.
+    """Return a text in which `numbers`, (n,), replace the given tokens.
 
-    `spans` are the byte offsets of the start and end of all tokens, in reading order. A number
-    keeps its number of decimals, at least 6, and never gets an exponent.
+    All other bytes stay the same. `spans` are the byte offsets of the start and end of all tokens,
+    in reading order. A number keeps its number of decimals, but has at least 6, and never gets an
+    exponent.
     """
     order = np.argsort(tokens, kind="stable")
     tokens, numbers = tokens[order], numbers[order]
     starts, ends = (span[tokens] for span in spans)
     decimals = _decimals(data, starts, ends)
-    # Neighbours separated by one space are written together, which leaves far fewer pieces to join.
+    # Neighbours separated by one space are written together, so that there are fewer parts to join.
     together = np.zeros(len(tokens), dtype=np.bool_)
     buffer = np.frombuffer(data, dtype=np.uint8)
     together[:-1] = (starts[1:] - ends[:-1] == 1) & (buffer[ends[:-1]] == 32)
@@ -107,7 +108,7 @@ def with_numbers(
 
 
 def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the number of decimals of the tokens at these offsets, ignoring exponents."""
+    """Return how many decimals the tokens at these offsets have. Exponents are ignored."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     decimals = np.zeros(len(starts), dtype=np.int64)
     length = ends - starts
@@ -125,6 +126,6 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
 
 
 def _runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return the spans [start, stop) of the runs of True, shape (n, 2)."""
+    """Return the spans [start, stop) of the runs of True values, shape (n, 2)."""
     edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
     return edges.reshape(-1, 2)

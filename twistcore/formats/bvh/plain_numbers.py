@@ -1,7 +1,7 @@
 """Read thousands of short numbers at a time with array operations.
 
-For every byte, the number formed by the next 1, 2 or 4 digits is computed. Each number then selects
-the pieces before and after its point. There is no loop over bytes.
+For every byte, the value of the next 1, 2 or 4 digits is computed. Each number is then put together
+from the values before and after its decimal point. There is no loop over bytes.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from twistcore.skeleton.rotation import Array
 
 _PAD = 16
-_WIDTHS = (4, 4, 2, 1)  # digits of the pieces in which decimals are read
+_WIDTHS = (4, 4, 2, 1)  # numbers of digits that are read together after the point
 _POWERS = 10.0 ** np.arange(1 + sum(_WIDTHS))
 _SIGNS = np.array([1.0, -1.0])
 _Flags = NDArray[np.bool_]
@@ -24,7 +24,7 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
     """Return the numbers in a block of text and the end of each, or None if any is not plain.
 
     A plain number has an optional minus sign, up to 4 digits, and 1 to 11 decimals after a point.
-    The number is an integer below 2⁵³ divided by a power of ten up to 10²². Both are exact, so
+    It is computed as an integer below 2⁵³ divided by a power of ten up to 10²². Both are exact, so
     their quotient is correctly rounded.
     """
     x = np.full(len(block) + 2 * _PAD, 32, dtype=np.uint8)
@@ -69,7 +69,10 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
 
 
 def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Return the result of :func:`_points`, three times as fast, for equal numbers of decimals."""
+    """Return the result of :func:`_points`, three times as fast, for equal counts of decimals.
+
+    The result is None if the counts differ.
+    """
     first = int(point.argmax())
     n = int(end[first:].argmax())
     if not 0 < n <= len(_POWERS) or (point[:-n] ^ end[n:]).any() or end[:n].any():
@@ -81,7 +84,7 @@ def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Gr
 def _points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
     """Return each number's point and end, and the numbers grouped by their count of decimals.
 
-    A number without a point has its end in place of it. The result is None if a number has two
+    For a number without a point, the point is its end. The result is None if a number has two
     points or too many decimals.
     """
     events = np.flatnonzero(point | end)

@@ -25,11 +25,11 @@ _MOTION = re.compile(rb"(?:^|(?<=[\r\n]))[ \t]*MOTION(?=[\s]|$)", re.I)
 _FRAMES = re.compile(rb"\s*Frames[ \t]*:?\s*([^\s:]*)", re.I)
 _FRAME_TIME = re.compile(
     rb"[^\r\n]*[\r\n]\s*Frame[ \t]*Time[ \t]*:?"
-    # The number is on this line, or alone on the next line; if it is missing, a row follows.
+    # The number is on this line or alone on the next one. If it is missing, the next line is a row.
     rb"(?:[ \t]*(?=[^\s:])|\s*(?=[^\s:]+[ \t]*(?:[\r\n]|\Z))|[ \t]*)([^\s:]*)[^\r\n]*",
     re.I,
 )
-# No digit can match in two ways, so a long number that ends in a letter fails at once.
+# No digit can match in two ways, so a long number that ends in a letter is rejected quickly.
 _SECONDS = re.compile(rb"(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _LINE = re.compile(rb"\r\n|\r|\n")
 _ASSUMED_FPS = 30.0
@@ -154,13 +154,16 @@ def parse_bvh(
         channels=channels,
         values=numbers.values[: rows * columns].reshape(rows, columns),
         frame_time=frame_time,
-        warnings=(*warnings, *of_header),  # warnings about the whole clip first: not all are shown
+        warnings=(*warnings, *of_header),  # about the whole clip first, because not all are shown
         declared_frames=declared,
     )
 
 
 def timing_fields(data: bytes) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return the spans of the numbers after 'Frames:' and 'Frame Time:' in a valid BVH text."""
+    """Return where the numbers after 'Frames:' and 'Frame Time:' are in a valid BVH text.
+
+    Each is a span (start, end) of byte offsets.
+    """
     found = _MOTION.search(data)
     assert found is not None
     frames, seconds = _timing("", data, found.end())
@@ -189,7 +192,7 @@ def _timing(name: str, data: bytes, start: int) -> tuple[re.Match[bytes], re.Mat
 
 
 def _line_of(data: bytes, offset: int) -> int:
-    """Return the line number of a byte offset, from 1, where CR, LF and CRLF each end a line."""
+    """Return the line number of a byte offset, from 1. CR, LF and CRLF each end a line."""
     return len((data[:offset] + b"x").splitlines())
 
 
@@ -247,10 +250,10 @@ def _frame_time(
 
 
 def _meant_rate(written: float) -> float:
-    """Return the frame rate that a Frame Time above one second probably means.
+    """Return the frame rate that is probably meant by a Frame Time above one second.
 
-    A whole number or a television rate (29.97) is read as the rate itself, and any other number as
-    milliseconds.
+    A whole number or a television rate (29.97) is taken as frames per second, and any other number
+    as milliseconds per frame.
     """
     whole = any(abs(rate - round(rate)) < 0.005 for rate in (written, 1.001 * written))
     return written if whole else 1000.0 / written
@@ -260,10 +263,10 @@ def _meant_rate(written: float) -> float:
 
 
 def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: int) -> None:
-    """Raise BvhError if a frame does not begin a line. The last row may be incomplete.
+    """Raise BvhError unless each frame begins on a new line. The last row may be incomplete.
 
-    A frame may be wrapped over several lines, but no line may contain parts of two frames. If one
-    does, a number is missing earlier, and all later numbers are in the wrong channel.
+    A frame may be wrapped over several lines, but no line may contain parts of two frames. If a
+    line does, a number is missing earlier, and all later numbers are in the wrong channel.
     """
     total = len(numbers.values)
     heads = np.arange(columns, total, columns)
@@ -272,7 +275,7 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
     fits[fits] = numbers.lines[at[fits]] == heads[fits]
     if total >= columns and fits.all():
         return
-    # Only now examine the lines one by one.
+    # The quick check failed: examine the lines one by one.
     first = 1 + sum(1 for _ in _LINE.finditer(data, 0, start))
     counts = [(first + k, len(line.split())) for k, line in enumerate(_LINE.split(data[start:]))]
     counts = [(line, count) for line, count in counts if count]
@@ -289,7 +292,7 @@ def _wrong_line(counts: list[tuple[int, int]], columns: int) -> tuple[int, int, 
     if usual == columns or columns % usual or len(counts) == 1:
         wrong = next(((n, c) for n, c in counts if c != columns), counts[0])
         return (*wrong, columns)
-    # Wrapped lines: the first frame gives the pattern.
+    # Wrapped lines: the lines of the first frame are the pattern.
     pattern: list[int] = []
     left = columns
     for line, count in counts:

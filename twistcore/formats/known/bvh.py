@@ -1,4 +1,4 @@
-"""Biovision's text format with a skeleton and its angles, the format of most clips."""
+"""Biovision's text format with a skeleton and joint angles, the format of most clips."""
 
 from twistcore.formats.suffixes import FormatInfo
 

@@ -1,4 +1,4 @@
-"""Read the arrays of an .npz one by one, and replace arrays in the file's bytes."""
+"""Read single arrays of an .npz, and replace arrays in the bytes of the file."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from twistcore.formats.bvh.header import quoted
 from twistcore.work.frozen import dataclass
 
 LARGEST = 1 << 31  # maximum number of bytes that are read into memory
-# Limit of a file's unpacked bytes: a constant plus a multiple of its size. Motion is compressed to
-# a third; data that is compressed to a thousandth is a figure without motion, or an attack.
+# Limit for a file's unpacked bytes: a constant plus a multiple of its size. Motion is compressed to
+# a third; data compressed to a thousandth is either a figure without motion or an attack.
 _FREE, _RATIO = 1 << 25, 64
-_EMPTY = 1 << 16  # maximum of the other lengths of an array without elements
+_EMPTY = 1 << 16  # maximum of the nonzero lengths of an array without elements
 _NUMBER = 8  # bytes of a number in memory
-_AS_NUMPY = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # other methods have no limit
+_AS_NUMPY = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # methods that can be read with a limit
 _NPY = ".npy"
 _DESCRIPTOR = 1 << 3  # flag: sizes and checksum follow the data
 _ENCRYPTED = 1 << 0
@@ -35,7 +35,7 @@ _HEADER = 30  # bytes of a member's header without name and extra field
 
 
 def names_in(path: Path) -> list[str] | None:
-    """Return the array names in an .npz without reading arrays, or None if it is not valid."""
+    """Return the names of the arrays in an .npz, or None if it is not valid. No array is read."""
     try:
         with zipfile.ZipFile(path) as archive:
             return [name.removesuffix(_NPY) for name in archive.namelist()]
@@ -45,7 +45,7 @@ def names_in(path: Path) -> list[str] | None:
 
 @dataclass(frozen=True, eq=False)
 class Archive:
-    """An .npz file: its path for messages, its bytes, and the ZIP information of each member."""
+    """An .npz file: its path for messages, its bytes, and the ZIP information about each member."""
 
     path: Path
     data: bytes = field(repr=False)
@@ -55,7 +55,7 @@ class Archive:
         return name in self.infos
 
     def described(self) -> str:
-        """Return the array names for a message, short and on one line."""
+        """Return the names of the arrays for a message, shortened and on one line."""
         return described_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
@@ -63,17 +63,17 @@ class Archive:
         return self._member(name)[1]
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the bytes with the given arrays replaced, keeping their size and dtype.
+        """Return the file's bytes with the given arrays replaced, keeping their size and dtype.
 
-        Stored members are replaced in place. A compressed member changes its length, so the archive
-        is packed again with its members in the same order, each compressed as before. Raises
+        Uncompressed members are replaced in place. A compressed member changes its length, so the
+        archive is packed again, with its members in the same order and compressed as before. Raises
         NpzError if another array turns out to be damaged.
         """
         contents = {name: self._content(name, values) for name, values in arrays.items()}
         return self.with_contents(contents)
 
     def with_contents(self, contents: Mapping[str, bytes]) -> bytes:
-        """Return the bytes with members replaced by the given bytes of equal length."""
+        """Return the file's bytes with members replaced by the given bytes of equal length."""
         if all(self.infos[name].compress_type == zipfile.ZIP_STORED for name in contents):
             return self._in_place(contents)
         return self._packed(contents)
@@ -86,7 +86,7 @@ class Archive:
                 zipfile.ZipFile(io.BytesIO(self.data)) as archive,
                 archive.open(info) as member,
             ):
-                # Without a count, everything would be unpacked before the declared size is checked.
+                # Without a limit, everything would be unpacked before the declared size is checked.
                 return member.read(max(info.file_size, 1))
         except Exception:
             raise self._damaged(name) from None
@@ -95,7 +95,7 @@ class Archive:
         return NpzError(f"{self.path}: expected a complete array {quoted(name)}")
 
     def _member(self, name: str) -> tuple[bytes, NDArray[Any], bool]:
-        """Return a member's header, its values, and True if these are in column order."""
+        """Return a member's header, its values, and True if these are in column-major order."""
         raw = self.raw(name)
         try:
             start, shape, dtype, by_column = npy_header(raw)
@@ -153,7 +153,7 @@ class Archive:
 
 
 def described_names(names: Iterable[str]) -> str:
-    """Return names for a message, short and on one line."""
+    """Return names for a message, shortened and on one line."""
     every = list(names)
     more = f" and {len(every) - 12} more" if len(every) > 12 else ""
     text = "".join(c if c.isprintable() else "?" for c in ", ".join(every[:12])[:500])
@@ -175,8 +175,8 @@ def open_archive(path: Path, data: bytes) -> Archive:
 def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> None:
     """Raise NpzError unless all members are readable, do not overlap and have plausible sizes.
 
-    `size` is the size of the file in bytes. Nothing is unpacked. :func:`room` limits the declared
-    sizes, and a member is never read beyond its declared size.
+    `size` is the size of the file in bytes. Nothing is unpacked. The declared sizes are limited by
+    :func:`room`, and a member is never read beyond its declared size.
     """
     if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
         raise NpzError(f"{path}: expected every array once, found two with the same name")
@@ -197,12 +197,12 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
 
 
 def room(size: int) -> int:
-    """Return the number of bytes that may be unpacked from a file of `size` bytes."""
+    """Return how many bytes may be unpacked from a file of `size` bytes."""
     return min(LARGEST, _FREE + _RATIO * size)
 
 
 def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
-    """Return the offset of the numbers, the shape, the dtype, and True for column order.
+    """Return the offset of the numbers, the shape, the dtype, and True for column-major order.
 
     Raises ValueError for negative or impossibly large lengths, and almost any exception for a
     damaged header.
@@ -234,12 +234,12 @@ def _too_much(path: Path, found: int, size: int) -> NpzError:
 
 
 def too_large(path: Path) -> NpzError:
-    """Return the error for a file that is too large or has an array that is too large."""
+    """Return the error for a file that is too large, or whose arrays are too large."""
     return NpzError(f"{path}: expected a file and arrays of at most {LARGEST >> 30} GiB")
 
 
 def _directory(data: bytes) -> list[tuple[int, int]]:
-    """Return the offsets of each directory entry and of its member."""
+    """Return, for each entry of the ZIP directory, its offset and the offset of its member."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         at, infos = archive.start_dir, archive.infolist()
     found = []

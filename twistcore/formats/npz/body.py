@@ -1,4 +1,4 @@
-"""Joint names of SMPL, SMPL-H and SMPL-X, and bone lengths for files without a body.
+"""Joint names of SMPL, SMPL-H and SMPL-X, and bone lengths for files that have none.
 
 The shapes of the models themselves are not included. Arms, legs and heights are those of an average
 adult, as fractions of the height [Winter, Biomechanics and Motor Control of Human Movement, fig.
@@ -30,7 +30,8 @@ _FINGERS = ("index", "middle", "pinky", "ring", "thumb")
 _FACE = ("jaw", "left_eye_smplhf", "right_eye_smplhf")
 
 _HEIGHT = 1.7  # metres
-# Shares of the height, (x to the left, y up, z forward), from the parent; right is mirrored.
+# Offsets from the parent, as shares of the height (x to the left, y up, z forward). The joints of
+# the right side are mirrored.
 _SHARES: dict[str, Triple] = {
     "left_hip": (0.055, -0.05, 0.0), "left_knee": (0.0, -0.245, 0.0),
     "left_ankle": (0.0, -0.246, 0.0), "left_foot": (0.0, -0.03, 0.08),
@@ -53,7 +54,7 @@ _ENDS: dict[str, Triple] = {
 
 @dataclass(frozen=True, eq=False)
 class BodyModel:
-    """A model's joints, with bone lengths that do not come from the model's files.
+    """The joints of a model, with bone lengths that do not come from the files of the model.
 
     Attributes
     ----------
@@ -72,7 +73,7 @@ class BodyModel:
 
 
 def _hand(side: str) -> list[tuple[str, str]]:
-    """Return a hand's joints, each with its parent."""
+    """Return the joints of a hand, each with its parent."""
     wrist = f"{side}_wrist"
     return [
         (f"{side}_{finger}{k}", f"{side}_{finger}{k - 1}" if k > 1 else wrist)
@@ -82,9 +83,7 @@ def _hand(side: str) -> list[tuple[str, str]]:
 
 
 def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
-    """Return a joint's offset in metres, mirrored for the right side, or None if it has no
-    length.
-    """
+    """Return a joint's offset in metres, mirrored for the right side, or None if it has none."""
     left = name.replace("right_", "left_")
     if left not in shares:
         return None
@@ -93,7 +92,7 @@ def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
 
 
 def _model(below: list[tuple[str, str]]) -> BodyModel:
-    """Return a model with the body's 22 joints followed by `below`, joints with their parents."""
+    """Return a model with the body's 22 joints and the joints `below`, given with their parents."""
     names = (*_BODY_NAMES, *(name for name, _ in below))
     parents = (*_BODY_PARENTS, *(names.index(above) for _, above in below))
     offsets = [_offset(name, _SHARES) or (0.0, 0.0, 0.0) for name in names]

@@ -1,4 +1,4 @@
-"""A clip of SMPL poses, whose arrays have names and can be rewritten."""
+"""A clip of SMPL poses from a file with named arrays, which can be rewritten."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ class NpzClip(Clip):
     place
         Name of the array with the root's position, or an empty string.
     trans
-        The root's position, shape (frames, 3), with `scale` units per metre, minus the root's rest
-        position `rest`, shape (3,).
+        The root's position minus its rest position `rest`, shape (frames, 3), in a unit of which
+        `scale` make a metre. `rest` has the shape (3,).
     repeated
-        Arrays that repeat numbers of `poses` and change with them.
+        Arrays that repeat numbers of `poses` and are rewritten with them.
     """
 
     format = "npz"
@@ -56,11 +56,11 @@ class NpzClip(Clip):
 
     @property
     def columns(self) -> int:
-        """Number of values in a pose and its position together."""
+        """Number of values per frame: the pose and the position."""
         return int(self.poses.shape[1]) + 3
 
     def read_motion(self) -> Motion:
-        """Return the rotations and root positions in the file's axes, in metres."""
+        """Return the rotations and root positions as a motion, in the file's axes and in metres."""
         rotations = exponential(self._vectors(slice(None)))
         places = np.asarray(self.trans, dtype=np.float64) / self.scale + self.rest
         return Motion(self.skeleton, rotations, (0,), places[:, None], self.frame_time)
@@ -81,10 +81,10 @@ class NpzClip(Clip):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """Return the bytes with the rotation vectors at `changed` (frames, joints) from `motion`.
+        """Return the file's bytes with the vectors of `motion` at `changed`, (frames, joints).
 
-        If `positions` is True, also write the root positions that differ. All other numbers and
-        arrays are kept bit by bit, except arrays that repeat `poses`, which are updated.
+        If `positions` is True, root positions that differ are also rewritten. All other numbers and
+        arrays stay the same bit by bit, except that arrays that repeat `poses` are updated.
         """
         arrays: dict[str, NDArray[Any]] = {}
         jumps: list[ChannelJump] = []
@@ -129,6 +129,6 @@ class NpzClip(Clip):
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class PklClip(NpzClip):
-    """A pickle of poses, such as AIST++ has, read and rewritten without executing it."""
+    """A pickle of poses, as in AIST++. It is read and rewritten without executing it."""
 
     format = "pkl"

@@ -1,4 +1,4 @@
-"""Recognise archives and pickles without poses, such as files with a body's shape or a model."""
+"""Recognise archives and pickles that have no poses, for example the shape of a body or a model."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from twistcore.files.ordinary import open_to_read
 from twistcore.formats.npz.archive import names_in
 from twistcore.formats.npz.pose_names import SMPL_POSES, has_pose_names
 
-_HEAD = 1 << 16  # bytes of a pickle in which names are searched for
+_HEAD = 1 << 16  # number of bytes at the start of a pickle in which names are searched for
 
 
 def archive_without_poses(path: Path) -> bool:
-    """True if an archive's directory lists no poses. False for a damaged archive."""
+    """True if no poses are listed in an archive's directory. False for a damaged archive."""
     names = names_in(path)
     return names is not None and not has_pose_names(names)
 

@@ -80,7 +80,7 @@ _SET = Unreadable()  # in place of any set, since no layout has sets
 
 
 class _Dtype(Unreadable):
-    """A replacement for numpy.dtype with its type code and byte order."""
+    """A replacement for numpy.dtype that stores a type code and a byte order."""
 
     def __init__(self, letters: object = "", *_: object) -> None:
         plain = isinstance(letters, str) and len(letters) <= _DTYPE
@@ -100,7 +100,7 @@ class _Dtype(Unreadable):
 
 
 class _Array(Unreadable):
-    """A replacement for numpy.ndarray, which is created empty and then given its state."""
+    """A replacement for numpy.ndarray, which is created empty before its state is set."""
 
     value: Any = None
 
@@ -113,7 +113,7 @@ class _Array(Unreadable):
 
 
 class _Inline(Unreadable):
-    """A placeholder of joblib for an array whose bytes follow in the stream."""
+    """A placeholder that joblib writes for an array whose bytes follow in the stream."""
 
     state: Any = None
 
@@ -175,7 +175,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: object) -> NDArray[Any]:
 
 
 def _objects(items: list[Any], shape: Any) -> Any:
-    """Return the items of an object array, or its only item if it has no dimension."""
+    """Return the items of an object array as a list, or the only item if it has no dimensions."""
     return items[0] if not shape and len(items) == 1 else items
 
 
@@ -220,13 +220,11 @@ class Places:
         self._starts: dict[int, tuple[Any, int]] = {}  # keyed by id() of the object with the bytes
 
     def note(self, held: Any, start: int) -> None:
-        """Remember the offset of some bytes, and keep `held` alive so that its id() stays
-        unique.
-        """
+        """Store the offset of some bytes, and keep `held` alive so that its id() stays unique."""
         self._starts[id(held)] = held, start
 
     def of(self, array: NDArray[Any]) -> int | None:
-        """Return the offset of an array's first byte, or None if the file has no such bytes."""
+        """Return the offset of an array's first byte, or None if its bytes are not in the file."""
         held: Any = array
         while isinstance(held, np.ndarray):
             held = held.base
@@ -252,12 +250,12 @@ class _Counted(dict[int, Any]):
 class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes between opcodes
     """An unpickler that looks up no names.
 
-    `source` is in memory, so that false lengths cannot exhaust the memory.
+    `source` is in memory, so a false length cannot cause more memory to be allocated.
     """
 
     inherited: ClassVar[dict[int, Callable[[Any], None]]] = pickle._Unpickler.dispatch
     dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(inherited)
-    stack: list[Any]  # the next three are set by load()
+    stack: list[Any]  # the next three attributes are set by load()
     read: Callable[[int], bytes]
     readline: Callable[[], bytes]
     append: Callable[[Any], None]
@@ -331,7 +329,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         self._note_place()
 
     def _note_place(self) -> None:
-        """Remember the offset of the bytes that were just read."""
+        """Store the offset of the bytes that were just read."""
         if self.places is None:
             return
         frame, held = self._unframer.current_frame, self.stack[-1]

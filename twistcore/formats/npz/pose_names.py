@@ -1,8 +1,8 @@
 """The names of arrays with poses of SMPL's joints, and the columns of each joint.
 
-AMASS [Mahmood et al. 2019] has `poses`, `trans`. Its SMPL-X release repeats `poses` in parts; other
-files have only the parts, with the names of AMASS or of the package smplx. AIST++ [Li et al. 2021]
-has `smpl_poses`, `smpl_trans`, `smpl_scaling`.
+AMASS [Mahmood et al. 2019] has `poses` and `trans`. Its SMPL-X release repeats `poses` in parts.
+Other files have only the parts, named as in AMASS or in the package smplx. AIST++ [Li et al. 2021]
+has `smpl_poses`, `smpl_trans` and `smpl_scaling`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _ROOTS, _BODIES, _PLACES = (
     (TRANS, "transl"),
 )
 _LEFT_EYE, _RIGHT_EYE = "left_eye_smplhf", "right_eye_smplhf"
-# Arrays of some joints: first and last joint.
+# The first and the last joint of arrays that have some of the joints.
 PARTS = {
     "root_orient": ("pelvis", "pelvis"), "global_orient": ("pelvis", "pelvis"),
     "pose_body": ("left_hip", "right_wrist"), "body_pose": ("left_hip", "right_wrist"),
@@ -42,7 +42,7 @@ _JAWS, _EYES = (("pose_jaw",), ("jaw_pose",)), (("pose_eye",), ("leye_pose", "re
 class PosePart:
     """An array with some of the joints of the poses, such as 'pose_body' of SMPL-X.
 
-    Its numbers are [start, stop) within a frame's pose.
+    It has the numbers [start, stop) of each frame's pose.
     """
 
     name: str
@@ -52,12 +52,12 @@ class PosePart:
 
 @dataclass(frozen=True)
 class PoseNames:
-    """The array names in one layout of a file.
+    """The names of the arrays in one layout of files.
 
     Attributes
     ----------
     joints
-        Joints of the body.
+        Number of joints of the body model.
     parts
         Arrays that together contain every number of a pose once.
     place
@@ -65,9 +65,9 @@ class PoseNames:
     scale
         The units of the position per metre.
     rate
-        The frame rate if the file has none, with the data set it is from, or None.
+        The frame rate of files that do not have one and the name of their data set, or None.
     left
-        Arrays of joints that are not read and stay unchanged.
+        Arrays of joints that are not read and not changed.
     """
 
     joints: int
@@ -79,14 +79,17 @@ class PoseNames:
 
 
 def has_pose_names(names: Collection[str]) -> bool:
-    """True if the names are those of poses. Poses of a single video frame are not included."""
+    """True if the names are those of poses. Poses of a single video frame do not count."""
     parts = _first(_ROOTS, names) and _first(_BODIES, names) and _first(_PLACES, names)
     video = {"results", "sequence_results"}.issubset(names)
     return POSES in names or SMPL_POSES in names or bool(parts) or video
 
 
 def find_pose_names(arrays: Arrays) -> PoseNames | None:
-    """Return the layout of a file, or None if its names are unknown. Raises NpzError."""
+    """Return the layout of a file, or None if it has no known names.
+
+    Raises NpzError if an array is damaged.
+    """
     if POSES in arrays:
         return _whole(arrays, POSES, TRANS)
     if SMPL_POSES in arrays:
@@ -129,19 +132,19 @@ def _scale(arrays: Arrays) -> float:
 
 
 def _by_parts(arrays: Arrays) -> PoseNames | None:
-    """Return the layout with arrays for root, body and, if complete, hands and face."""
+    """Return the layout with arrays for the root, the body and, if complete, hands and face."""
     root, body, place = (_first(names, arrays) for names in (_ROOTS, _BODIES, _PLACES))
     if not (root and body and place):
         return None
     widths = _width(arrays, root), _width(arrays, body)
     if widths not in ((3, 63), (3, 69)):
-        return None  # matrices, several persons, or a body of another model
+        return None  # matrices, several people, or the body of another model
     frames = len(arrays.array(body))
     if widths[1] == 69:
         return PoseNames(24, (PosePart(root, 0, 3), PosePart(body, 3, 72)), place)
 
     def there(choices: tuple[tuple[str, ...], ...], joints: int) -> tuple[str, ...]:
-        """Return the first choice of names whose arrays have all these joints in every frame."""
+        """Return the first choice of names whose arrays exist, with all joints in every frame."""
         for names in choices:
             if all(name in arrays and len(arrays.array(name)) == frames for name in names):
                 widths = [_width(arrays, name) for name in names]
@@ -164,9 +167,7 @@ def _part(name: str, joints: tuple[str, ...]) -> PosePart:
 
 
 def _width(arrays: Arrays, name: str) -> int:
-    """Return the number of values in a frame, or 0 if they are not one person's rotation
-    vectors.
-    """
+    """Return the number of values per frame, or 0 unless they are one person's rotation vectors."""
     shape: tuple[int, ...] = arrays.array(name).shape
     if len(shape) == 3 and shape[2] == 3:
         return 3 * shape[1]

@@ -1,4 +1,4 @@
-"""Parse the bytes of an .npz or a pickle of poses into a Clip."""
+"""Parse an .npz or a pickle of poses into a Clip."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from twistcore.work.progress import Tell, nobody
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")
 _ASSUMED_FPS = 30.0
 _FRAMES = 1_000_000  # maximum hours of motion
-# Names of poses in files of pose estimators, which another command reads.
+# Names of poses in files of pose estimators, which are read by another command.
 _ELSEWHERE = (
     "global_orient", "root_orient", "body_pose", "pose_body", "pose_world", "pose", "pred_rotmat",
     "smpl_thetas", "smpl_params_global", "outputs",
@@ -41,16 +41,19 @@ _ELSEWHERE = (
 def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> NpzClip:
     """Read an .npz of poses (docs/amass.md).
 
-    `fps` is the frame rate to use instead of the file's. `tell` is called with the progress. No
-    code in the file is run. Raises NpzError with one sentence if the file is damaged or has other
-    data. Assumptions are listed in Clip.warnings.
+    `fps` is a frame rate to use instead of the file's. `tell` is called with the progress. No code
+    in the file is run. Raises NpzError with one sentence if the file is damaged or has other data.
+    Assumptions are listed in Clip.warnings.
     """
     path = Path(path)
     return parse_npz(_bytes_of(path, "an .npz"), path, fps=fps, tell=tell)
 
 
 def read_pkl(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> PklClip:
-    """Read a pickle of poses, as in AIST++, without running any code in it."""
+    """Read a pickle of poses, as in AIST++, without running any code in it.
+
+    The parameters and errors are those of :func:`read_npz`.
+    """
     path = Path(path)
     return parse_pkl(_bytes_of(path, "a pickle"), path, fps=fps, tell=tell)
 
@@ -100,7 +103,7 @@ def _bytes_of(path: Path, what: str) -> bytes:
 def _read(
     data: bytes, arrays: Arrays, names: PoseNames | None, fps: float | None, tell: Tell
 ) -> dict[str, Any]:
-    """Return the arguments to create a clip."""
+    """Return the arguments with which a clip is created."""
     path = arrays.path
     if names is None:
         raise _no_poses(arrays)
@@ -148,7 +151,7 @@ def _no_poses(arrays: Arrays) -> NpzError:
 
 
 def _poses(arrays: Arrays, names: PoseNames) -> NDArray[Any]:
-    """Return the rotation vectors, (frames, 3 joints). Raises NpzError if any is not valid."""
+    """Return the rotation vectors, (frames, 3 joints). Raises NpzError if they are not valid."""
     path = arrays.path
     found: list[NDArray[Any]] = []
     for part in names.parts:
@@ -197,7 +200,7 @@ def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "
 
 
 def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float:
-    """Return the seconds per frame from the file, from the layout, or for 30 fps."""
+    """Return the seconds per frame, from the file or the layout. The default is 30 fps."""
     rate, whose = names.rate or (_ASSUMED_FPS, "")
     assumed = f"{rate:g} frames per second are assumed (set another rate with the commands' --fps)"
     if whose:
@@ -222,8 +225,8 @@ def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float
 def _skeleton(archive: Arrays, joints: int, warnings: list[str]) -> tuple[Skeleton, Array]:
     """Return the skeleton and the root's rest position, (3,), from the file or a template.
 
-    The file may have 'offsets' from the parent, or 'J', positions at rest, for all joints or for
-    the first joints of the body.
+    The file may have 'offsets' from the parent, or positions 'J' in the rest pose, for all joints
+    or for the first joints of the body.
     """
     body = BODIES[joints]
     offsets = body.offsets.copy()
@@ -265,7 +268,7 @@ def _repeated(
     names: tuple[str, ...],
     warnings: list[str],
 ) -> tuple[PosePart, ...]:
-    """Return the arrays that repeat numbers of the poses, bit by bit."""
+    """Return the arrays that repeat numbers of the poses bit by bit."""
     found = []
     parts = {part.name for part in layout.parts}
     those = repr(POSES) if POSES in parts else "the array of poses"
@@ -279,7 +282,7 @@ def _repeated(
         there = archive.array(name)
         start, stop = 3 * names.index(first), 3 * names.index(last) + 3
         if len(names) == 24 and there.size > len(poses) * (stop - start):
-            stop = poses.shape[1]  # SMPL's body includes its hands
+            stop = poses.shape[1]  # the body of SMPL includes the hands
         same = poses[:, start:stop]
         equal = (there.size, there.dtype) == (same.size, same.dtype)
         if equal and there.tobytes() == same.tobytes():

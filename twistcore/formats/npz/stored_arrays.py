@@ -1,4 +1,4 @@
-"""The named arrays of a file, with the same interface for archives and for pickles."""
+"""The named arrays in a file. Archives and pickles have the same interface."""
 
 from __future__ import annotations
 
@@ -19,9 +19,7 @@ from twistcore.work.frozen import dataclass
 
 
 class Arrays(Protocol):
-    """The interface of :class:`Archive <twistcore.formats.npz.archive.Archive>` and similar
-    files.
-    """
+    """The interface of an :class:`Archive <twistcore.formats.npz.archive.Archive>` or a pickle."""
 
     @property
     def path(self) -> Path:
@@ -31,7 +29,7 @@ class Arrays(Protocol):
     def __contains__(self, name: object) -> bool: ...
 
     def described(self) -> str:
-        """Return the names for a message, short and on one line."""
+        """Return the names of the arrays for a message, shortened and on one line."""
         ...
 
     def array(self, name: str) -> NDArray[Any]:
@@ -39,13 +37,13 @@ class Arrays(Protocol):
         ...
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the file's bytes with the given arrays, which keep size and dtype."""
+        """Return the file's bytes with the given arrays replaced, keeping their size and dtype."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class PickledDict:
-    """A pickle of named arrays, read without executing it.
+    """A pickle of named arrays, which is read without executing it.
 
     Attributes
     ----------
@@ -68,11 +66,11 @@ class PickledDict:
         return name in self.names
 
     def described(self) -> str:
-        """Return the names for a message, short and on one line."""
+        """Return the names of the arrays for a message, shortened and on one line."""
         return described_names(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array, which may be a list of plain numbers.
+        """Return an array, which may be stored as a list of plain numbers.
 
         Raises NpzError for anything else.
         """
@@ -88,10 +86,10 @@ class PickledDict:
         return values
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the bytes with the given arrays in place of the old ones; all other bytes are
-        kept.
+        """Return the file's bytes with the given arrays replaced. All other bytes stay the same.
 
-        Raises NpzError if the pickle has an old protocol, which stores arrays with another length.
+        Raises NpzError if the pickle has an old protocol, in which the length of the bytes would
+        change.
         """
         data = bytearray(self.data)
         for name, values in arrays.items():
@@ -107,7 +105,7 @@ def put(
     values: NDArray[Any],
     offset: int = 0,
 ) -> None:
-    """Write values over the bytes of the array `there`, in its order and dtype.
+    """Overwrite the bytes of the array `there` with values, in its memory order and dtype.
 
     `offset` is the position of the pickle in the data.
     """

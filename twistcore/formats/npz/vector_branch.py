@@ -1,4 +1,4 @@
-"""Choose the equivalent rotation vector that continues its neighbours.
+"""Choose the equivalent rotation vector that continues the neighbouring frames.
 
 A rotation by |v| about v/|v| is also a rotation by |v| + 2πk about the same axis.
 """
@@ -11,8 +11,8 @@ from twistcore.skeleton.rotation import Array, logarithm
 
 _TURN = 2.0 * np.pi
 _NONE = 1e-9  # radians; a smaller rotation has no defined axis
-_MOST_TURNS = 8  # in each direction; no file has more, and the cost grows with the square
-_OWN = 1e-3  # weight of the distance to the file's own vector, compared with the steps
+_MOST_TURNS = 8  # in each direction; no file has more, and the time grows with the square
+_OWN = 1e-3  # weight of the distance to the file's vector, relative to the steps
 
 
 def continuous_vectors(
@@ -20,9 +20,9 @@ def continuous_vectors(
 ) -> Array:
     """Return rotation vectors of q with the smallest Σ|Δv|, in radians, (n, 4) → (n, 3).
 
-    `own` are the file's vectors in these frames, shape (n, 3), which decide between equally short
-    paths. `before` and `after` are the vectors of the neighbouring frames, shape (3,), or None at
-    an end of the clip.
+    `own` are the file's vectors in these frames, shape (n, 3). If several paths are equally short,
+    the one nearest to `own` is chosen. `before` and `after` are the vectors of the neighbouring
+    frames, shape (3,), or None at an end of the clip.
     """
     short = logarithm(q)
     angle = np.linalg.norm(short, axis=1)
@@ -44,7 +44,7 @@ def continuous_vectors(
 
 
 def _cheapest(choices: Array, cost: Array) -> list[int]:
-    """Return the choice in each frame on the path with the lowest cost, then length (Viterbi)."""
+    """Return the choice for each frame on the path with the lowest costs plus length (Viterbi)."""
     steps = np.linalg.norm(choices[1:, None] - choices[:-1, :, None], axis=3)  # (from, to)
     here, came = cost[0], []
     for step, own in zip(steps, cost[1:], strict=True):

@@ -1,11 +1,10 @@
-"""Poses that ROMP and BEV estimated in a video [Sun et al. 2021].
+"""Poses that ROMP or BEV estimated from a video [Sun et al. 2021].
 
-`results` of `video_results.npz` is a dict of persons in each frame, which numpy would unpickle.
-Here, it is read without running any code (:mod:`pickled_arrays
-<twistcore.formats.npz.pickled_arrays>`). Its frames are dicts with a row for each person:
-`smpl_thetas` (persons, 72), `cam_trans` (persons, 3) and, if people were tracked, `track_ids`.
-Earlier versions have a list of dicts with `poses` (72,). `sequence_results` repeats the rows,
-sorted by person.
+`results` in `video_results.npz` is a pickled dict of frames. It is read without running any code
+(:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Each frame is a dict of arrays with
+a row for each person: `smpl_thetas` (people, 72), `cam_trans` (people, 3) and, if people were
+tracked, `track_ids`. In earlier versions, a frame is a list of dicts with `poses` (72,).
+`sequence_results` repeats the rows, sorted by person.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ _NUMBERS = 72
 
 @dataclass(frozen=True, eq=False)
 class _Object:
-    """An archive member that consists of one object: its bytes and its contents."""
+    """An archive member that is a single pickled object: its bytes and its contents."""
 
     raw: bytes = field(repr=False)
     start: int  # offset of its pickle
@@ -53,13 +52,13 @@ class _Row:
     row: int
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return the array named THETAS or PLACE with all persons in the frame."""
+        """Return the array named THETAS or PLACE, which has a row for each person in the frame."""
         found = self.pose if name == THETAS else self.place
         assert found is not None
         return found
 
     def numbers(self, name: str) -> NDArray[Any]:
-        """Return the numbers of the array named THETAS or PLACE for this person."""
+        """Return this person's row of the array named THETAS or PLACE."""
         array = self.array(name)
         return array[self.row] if array.ndim > 1 else array
 
@@ -75,7 +74,7 @@ class VideoPoses:
     rows
         One row for each frame in which the person was seen.
     notes
-        Sentences about persons left out and frames filled in.
+        Sentences about people who were left out and frames that were filled in.
     """
 
     archive: Archive
@@ -85,28 +84,29 @@ class VideoPoses:
 
     @property
     def path(self) -> Path:
-        """The file, for messages."""
+        """Path of the file, for messages."""
         return self.archive.path
 
     def __contains__(self, name: object) -> bool:
         return name == THETAS or (name == PLACE and self.rows[0].place is not None)
 
     def described(self) -> str:
-        """Return the names in the archive."""
+        """Return the names of the arrays in the archive, for a message."""
         return self.archive.described()
 
     @property
     def filled(self) -> NDArray[np.bool_]:
-        """Mask of the frames in which the person was not seen. These frames are not written."""
+        """Mask of the frames in which the person was not seen. These frames are never written."""
         frames = np.array([row.frame for row in self.rows]) - self.rows[0].frame
         filled = np.ones(frames[-1] + 1, dtype=np.bool_)
         filled[frames] = False
         return filled
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return THETAS or PLACE, with one row per frame from the person's first to last frame.
+        """Return THETAS or PLACE, with a row for each frame from the person's first to the last.
 
-        Frames in which the person was not seen are filled: rotations by slerp, positions linearly.
+        Frames in which the person was not seen are interpolated: rotations by slerp, positions
+        linearly.
         """
         rows = np.stack([row.numbers(name) for row in self.rows])
         if not (absent := self.filled).any():
@@ -118,9 +118,9 @@ class VideoPoses:
         return filled.astype(rows.dtype)
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """Return the archive with these rows for the person, without the filled frames.
+        """Return the archive's bytes with these rows for the person. Filled frames are left out.
 
-        `sequence_results` is updated where it has the same numbers.
+        `sequence_results` is updated where it had the same numbers.
         """
         contents = {name: bytearray(one.raw) for name, one in self.objects.items()}
         for name, values in arrays.items():
@@ -151,7 +151,7 @@ class VideoPoses:
         put(contents[member], self.path, one.places, there, fresh, one.start)
 
     def _repeated(self, name: str) -> dict[int, NDArray[Any]]:
-        """Return the arrays of 'sequence_results' that have the same numbers, keyed by frame."""
+        """Return the arrays in 'sequence_results' that repeat the same numbers, keyed by frame."""
         sequences = self.objects.get(SEQUENCES)
         every = sequences.found if sequences is not None else None
         own = every.get(self.rows[0].who) if isinstance(every, dict) else None
@@ -171,9 +171,9 @@ class VideoPoses:
 
 
 def read_video_poses(archive: Archive) -> VideoPoses | None:
-    """Return the person seen in most frames of a video's results, or None for other data.
+    """Return the poses of the person seen in most frames of a video, or None for other data.
 
-    Raises NpzError.
+    Raises NpzError if the poses cannot be used.
     """
     objects = {}
     for name in (RESULTS, SEQUENCES):
@@ -183,7 +183,7 @@ def read_video_poses(archive: Archive) -> VideoPoses | None:
         return None
     frames = objects[RESULTS].found
     if isinstance(frames, list) or (isinstance(frames, dict) and _pose(frames) is not None):
-        frames = {"": frames}  # results of a single image
+        frames = {"": frames}  # the results for a single image
     if not isinstance(frames, dict):
         return None
     rows = [row for k, frame in enumerate(frames.values()) for row in _rows(k, frame)]
@@ -263,7 +263,7 @@ def _items(found: Any) -> list[Any]:
 
 
 def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
-    """Yield sentences about the chosen person and about filled frames."""
+    """Yield sentences about the chosen person and about frames that were filled in."""
     if len(seen) > 1:
         others = ", ".join(f"{who} in {n} frames" for who, n in seen.most_common(6)[1:])
         yield (
@@ -283,7 +283,7 @@ def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
 
 
 def _turned(rows: NDArray[Any], times: Array) -> Array:
-    """Return the rotation vectors at times between rows by slerp, (times, numbers)."""
+    """Return the rotation vectors at `times`, (times, numbers), by slerp between rows."""
     before = np.minimum(times.astype(np.intp), len(rows) - 1)
     after = np.minimum(before + 1, len(rows) - 1)
     q = exponential(np.asarray(rows, dtype=np.float64).reshape(len(rows), -1, 3))

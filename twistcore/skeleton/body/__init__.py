@@ -1,12 +1,12 @@
 """Find the arms and legs of a body, by the names of joints or by the skeleton's shape.
 
-Names find the hands and feet, and the hierarchy gives the joints above them, so that 'Shoulder' may
+The hands and feet are found by name, and the joints above them by the hierarchy. So 'Shoulder' may
 mean the collar in one rig and the upper arm in another. Each limb is searched for separately. A
 limb whose hand or foot has an unknown name is found by its known joints, and a limb without any
 known name by its shape.
 
-A bone may be divided into *pieces*. These are twist bones in the chain (`upperarm01 → upperarm02`),
-which distribute the roll of the bone and, unlike joints, never bend against each other.
+A bone may be divided into *pieces*, which are twist bones in the chain (`upperarm01 → upperarm02`).
+They distribute the roll of the bone and, unlike other joints, never bend against each other.
 """
 
 from twistcore.skeleton.body.bones import lower_pair

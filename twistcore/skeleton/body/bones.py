@@ -11,10 +11,10 @@ import numpy as np
 from twistcore.skeleton.body.parts import Bone
 from twistcore.skeleton.body.shape import Shape
 
-_NUMBERED = np.radians(5.0)  # smallest bend of a joint that only its number tells from a piece
+_NUMBERED = np.radians(5.0)  # smallest bend of a joint that has a piece's name but another number
 _UNKNOWN = np.radians(1.0)  # smallest bend of a joint whose name is unknown
-_BENT = np.radians(10.0)  # largest bend up to which pieces and joints of a limb look the same
-_FOOT = 0.35  # share of a limb's longest bone; a shorter bone below shin or forearm ends the limb
+_BENT = np.radians(10.0)  # largest bend up to which pieces and other joints cannot be told apart
+_FOOT = 0.35  # share of the longest bone; a shorter bone below shin or forearm ends the limb
 _NEARLY = 0.8  # share of the longest pair of bones; such a pair is preferred farther from the trunk
 _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
     ("shoulder",): "Shoulder",
@@ -51,7 +51,7 @@ def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> l
 
 
 def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
-    """Return the joints that continue the bone above them.
+    """Return the joints that begin another piece of the bone above them.
 
     `path` lists the joints, from the end to the trunk.
     """
@@ -63,7 +63,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
     evident = any(shape.bend(here, below) > _BENT for below, here, _ in triples[: highest + 1])
 
     def known_below(k: int) -> list[str]:
-        """Return the roles of the joints below the k-th, without pieces and the end's roles."""
+        """Return the roles of the joints between the limb's end and the k-th, without pieces."""
         return [r for j, r in zip(path[1:k], named[1:k], strict=True) if r and j not in out]
 
     for k, (below, here, above) in enumerate(triples, 1):
@@ -83,7 +83,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
 
 
 def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
-    """True if a joint's word may mean two bones and no joint below it is the lower one.
+    """True if a joint's name may mean two bones and no joint below it is the lower of the two.
 
     `below` lists the joints of the limb below it, from the end back to the joint.
     """
@@ -93,9 +93,10 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
 
 
 def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
-    """Return the bones down to the end of a limb, without short ones after its two longest.
+    """Return the bones from the trunk to the end of a limb, without the foot or hand.
 
-    `segments` are the names of the bones of an arm or leg. The two longest bones end the limb.
+    `segments` are the names of the bones of an arm or leg. If they are given, the limb ends with
+    its two longest bones. If not, a long foot is included.
     """
     pairs = [(p, c) for p, c in pairwise(joints) if shape.solid[c]]
     if len(pairs) < 2:
@@ -129,8 +130,8 @@ def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] =
 def lower_pair(sums: Sequence[float]) -> int:
     """Return the index of thigh and shin, or of arm and forearm, among a limb's pairs of bones.
 
-    `sums` are the total lengths of each pair of neighbouring bones, the pair at the trunk first.
-    The longest pair is chosen or, of several pairs of nearly that length, the one farthest from the
-    trunk, since a collar may be as long as a forearm.
+    `sums` are the total lengths of each pair of neighbouring bones, starting at the trunk. The
+    longest pair is chosen. If several pairs are nearly as long, the one farthest from the trunk is
+    chosen, since a collar bone may be as long as a forearm.
     """
     return max(k for k, both in enumerate(sums) if both >= _NEARLY * max(sums))

@@ -14,12 +14,15 @@ ROLES = {"arm": ("shoulder", "arm", "forearm", "hand"), "leg": ("upleg", "leg", 
 _STUB = 0.4  # share of the next bone; a shorter bone is a hip joint or collar bone
 _WORDS = {"hand": HANDS, "foot": FEET}  # keyed by side and kind, the likeliest first
 
-# Joints of a limb from its end up to the root, and the index of the bone that the first joint ends.
+# Joints of a limb from its end up to the root, and the index of the bone that ends at the first.
 Path = tuple[list[int], int]
 
 
 def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
-    """Return the limbs that have a known name for their end or for a joint above the end."""
+    """Return the limbs whose end, or a joint above the end, has a known name.
+
+    The dict is keyed by side and kind.
+    """
     paths = {limb: path for limb in LIMBS if (path := _path_to_tip(shape, *limb))}
     taken = {j for path, _ in paths.values() for j in path}
     for limb in LIMBS:
@@ -32,7 +35,7 @@ def _lines_of(
     shape: Shape, paths: Mapping[tuple[str, str], Path]
 ) -> dict[tuple[str, str], LimbLine]:
     """Return the limbs along the given paths of joints."""
-    trunk: set[int] = set()  # joints above both hands or both feet, so neither shoulder nor thigh
+    trunk: set[int] = set()  # joints above both hands or both feet cannot be a shoulder or thigh
     for kind in BONES:
         both = [set(paths[side, kind][0][1:]) for side in SIDES if (side, kind) in paths]
         if len(both) == len(SIDES):
@@ -49,7 +52,7 @@ def _lines_of(
 
 
 def _bare_root(shape: Shape, joint: int) -> bool:
-    """True for a root with several lines of joints below it and without a limb's name."""
+    """True for a root with several lines of joints below it and a name that belongs to no limb."""
     return (
         shape.parents[joint] not in shape.joints
         and not shape.names[joint].roles
@@ -60,8 +63,8 @@ def _bare_root(shape: Shape, joint: int) -> bool:
 def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
     """Return the joints from a named hand or foot up to the root, and the index of its bone.
 
-    If there are several hands or feet, the one below the most named joints is chosen, so that a
-    hand in a second hierarchy does not replace the arm.
+    If there are several hands or feet, the one below the most named joints is chosen. So a hand in
+    a second hierarchy does not replace the real one.
     """
     roles = ROLES[kind]
     tips = [j for j in _called(shape, side, roles[-1]) if not shape.names[j].helper]
@@ -74,8 +77,8 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
         known = {r for j in above for r in shape.roles(j, side) if r in roles[:-1]}
         stem = shape.names[joint].stem
         word = words.index(stem) if stem in words else -1
-        # Prefer a wrist above the hand. If the wrist is next to the hand and so a helper, prefer
-        # the one with fingers.
+        # Prefer a wrist above the hand. A wrist next to the hand is a helper; in this case prefer
+        # the joint with fingers.
         below = any(j in tips for j in above)
         return (-len(known), below, -shape.reach[joint], -word, joint)
 
@@ -84,7 +87,7 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
 
 
 def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
-    """Return the path to the end of a limb in which only joints above the end have known names.
+    """Return the path to the end of a limb if only joints above the end have known names.
 
     `taken` are the joints that belong to other limbs.
     """
@@ -113,12 +116,12 @@ def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> P
         line.insert(0, below)
         here = below
         at += not helper and shape.solid[below] and not (at == 0 and _is_stub(shape, below))
-    # From here up, the hierarchy decides, as above a hand.
+    # The joints above are determined by the hierarchy, as above a hand.
     return (line, at - 1) if at > 0 else None
 
 
 def _is_stub(shape: Shape, joint: int) -> bool:
-    """True for a joint after a bone far shorter than the next one: LHipJoint → LeftUpLeg."""
+    """True for a joint after a bone far shorter than the next one, as in LHipJoint → LeftUpLeg."""
     below = _main_child(shape, joint)
     return below is not None and shape.lengths[joint] < _STUB * shape.lengths[below]
 
@@ -128,7 +131,7 @@ def _called(shape: Shape, side: str, role: str) -> list[int]:
 
 
 def _main_child(shape: Shape, joint: int) -> int | None:
-    """Return the child on the same side that begins the longest line, or None for an end."""
+    """Return the child on the same side with the longest line below it, or None at an end."""
     sides = ("", shape.names[joint].side)
     own = [c for c in shape.children[joint] if shape.names[c].side in sides]
     below = [c for c in own if not shape.names[c].other]

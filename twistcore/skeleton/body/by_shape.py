@@ -35,7 +35,10 @@ def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
 
 
 def _pointed_at(shape: Shape, end: int, below: int) -> int:
-    """Return the joint below a limb's end if the end is bent like a foot, unlike a hand."""
+    """Return the joint below a limb's end if the end is bent like a foot, or −1.
+
+    A hand is not bent against the bone above it in this way.
+    """
     if below < 0 or not (shape.solid[below] and shape.solid[end]):
         return -1
     along = rotate(shape.motion.rotations[:, end], normalise(shape.offsets[below]))
@@ -47,7 +50,10 @@ def _pointed_at(shape: Shape, end: int, below: int) -> int:
 def lines_by_shape(
     shape: Shape, lines: Sequence[Sequence[int]], known: Mapping[tuple[str, str], LimbLine]
 ) -> dict[tuple[str, str], LimbLine]:
-    """Return unnamed limbs that are opposite to a known limb, or on a trunk without limbs."""
+    """Return the unnamed limbs opposite a known limb, or on a trunk that has none.
+
+    The dict is keyed by side and kind.
+    """
     found: dict[tuple[str, str], LimbLine] = {}
     left = [list(line) for line in lines if unnamed_bones(shape, line)]
     across = _across(shape, known)
@@ -65,7 +71,7 @@ def lines_by_shape(
 
 
 def _toe(shape: Shape, side: str, foot: int) -> int:
-    """Return the joint to which a foot points, a named toe or the next joint, or −1."""
+    """Return the joint to which a foot points: a named toe, the next joint, or −1."""
     named = toe_of(shape, side, foot)
     return named if named >= 0 else _pointed_at(shape, foot, shape.below[2].get(foot, -1))
 
@@ -78,8 +84,8 @@ def _candidates(
 ) -> list[list[int]]:
     """Return the lines that may be arms or legs.
 
-    They begin at the joint with the opposite limb. Without an opposite limb, arms are searched for
-    on the trunk above the legs, and legs near the root.
+    They begin at the same joint as the limb on the other side. If that is unknown, arms are
+    searched for on the trunk above the legs, and legs near the root.
     """
     anchors = {k: _anchors(shape, known, k) for k in BONES}
     if anchors[kind]:
@@ -94,7 +100,7 @@ def _anchors(shape: Shape, known: Mapping[tuple[str, str], LimbLine], kind: str)
 
 
 def _across(shape: Shape, known: Mapping[tuple[str, str], LimbLine]) -> Array | None:
-    """Return the direction from right to left at rest, (3,), from a pair of known limbs."""
+    """Return the rest pose's direction from right to left, (3,), from a pair of known limbs."""
     for kind in BONES:
         pair = [known.get((side, kind)) for side in SIDES]
         if all(pair):
@@ -104,7 +110,7 @@ def _across(shape: Shape, known: Mapping[tuple[str, str], LimbLine]) -> Array | 
 
 
 def _side(shape: Shape, line: Sequence[int], across: Array | None) -> str:
-    """Return the side of a line, from its names or its position at rest, or '' if unknown."""
+    """Return the side of a line by its names or its position in the rest pose, or '' if unknown."""
     named = {shape.names[j].side for j in line} - {""}
     if len(named) == 1:
         return named.pop()

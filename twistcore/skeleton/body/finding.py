@@ -19,8 +19,8 @@ from twistcore.skeleton.people import find_people, joint_names
 def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({})) -> Body:
     """Return the limbs of all people in a motion's skeleton.
 
-    `said` are the user's meanings of single joints, such as 'left hand' or 'helper', keyed by joint
-    name (see :func:`joint_as_said`).
+    `said` maps names of joints to meanings that the user has given, such as 'left hand' or 'helper'
+    (see :func:`joint_as_said`).
     """
     return _found(motion, said) if said else _as_found(motion)
 
@@ -75,7 +75,10 @@ def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterabl
 
 
 def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
-    """Return a clause that lists the unused joints on that side. `known` are the used joints."""
+    """Return a clause that lists the joints on that side that no limb uses.
+
+    `known` are the joints that are in use.
+    """
     end = ROLES[kind][-1]
     unknown = [
         shape.skeleton.names[j]
@@ -90,7 +93,7 @@ def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
 
 
 def _few_limbs(found: int) -> tuple[Unexamined, ...]:
-    """Return a note if a skeleton without known names has fewer than four limbs by its shape."""
+    """Return a note if fewer than four limbs were found in a skeleton without known names."""
     if found >= len(LIMBS):
         return ()
     why = f"no joint has a known name, and only {found} of four limbs were found by shape"

@@ -8,7 +8,7 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
 
 _ZERO = 1e-6  # share of the skeleton's height; shorter offsets have no direction
-_SHIFT = 1e-2  # share of OFFSET's length; shorter positions are shifts from it or rounding errors
+_SHIFT = 1e-2  # share of OFFSET's length; a shorter position is added to OFFSET or a rounding error
 
 
 def has_length(skeleton: Skeleton, offset: Array) -> bool:
@@ -19,18 +19,18 @@ def has_length(skeleton: Skeleton, offset: Array) -> bool:
 def bone_offset(motion: Motion, joint: int) -> Array:
     """Return a joint's offset from its parent, (3,) from OFFSET or (frames, 3) from channels.
 
-    Position channels near zero are shifts from OFFSET or rounding errors, so OFFSET is used
-    instead.
+    If the position channels are near zero, they are relative to OFFSET or only rounding errors, and
+    OFFSET is used.
     """
     rest, offset = motion.skeleton.offsets[joint], motion.translation(joint)
     length, longest = np.linalg.norm(rest), np.linalg.norm(offset, axis=-1).max()
     smallest = shortest(motion.skeleton)
-    shifts = length > smallest and longest <= max(smallest, _SHIFT * length)  # never from OFFSET
+    shifts = length > smallest and longest <= max(smallest, _SHIFT * length)  # near OFFSET
     return np.asarray(rest) if shifts else offset
 
 
 def shortest(skeleton: Skeleton) -> float:
-    """Return the length, in the file's unit, up to which an offset has no direction."""
+    """Return the smallest length, in the file's unit, at which an offset has a direction."""
     return _ZERO * skeleton.height
 
 

@@ -26,7 +26,7 @@ class Bone:
     ends
         True if C begins another bone, False if it begins another piece of this one.
     pieces
-        Number of pieces of the whole bone.
+        Number of pieces into which the whole bone is divided.
     """
 
     parent: int
@@ -49,7 +49,7 @@ class LimbLine:
     below
         The joint to which the last joint points (a toe), or −1.
     by_shape
-        True if its end was found by the shape of the skeleton.
+        True if the end of the limb was found by the shape of the skeleton.
     person
         Name of the person, '' if there is only one person.
     """

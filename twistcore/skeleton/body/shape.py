@@ -14,12 +14,12 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
 _SHORT_LINE = 0.15  # share of the skeleton's longest line; a shorter line is a finger or a foot
-_WHOLE_BONE = 0.6  # share of the bone above: a forearm is this long, a finger is not
-_FINGERS = 3  # number of lines of bones from a joint of a limb that make it the end
+_WHOLE_BONE = 0.6  # share of the bone above; a forearm is longer than this, a finger shorter
+_FINGERS = 3  # minimum number of lines of bones that begin at the end of a limb
 
 
 class Shape:
-    """The data for finding limbs in a motion's skeleton, or in one person's part of it.
+    """Data with which limbs are found in a skeleton, or in the part of it that is one person.
 
     Parameters
     ----------
@@ -52,12 +52,12 @@ class Shape:
         self._bends: dict[tuple[int, int], float] = {}
 
     def roles(self, joint: int, side: str) -> tuple[str, ...]:
-        """Return the roles that a joint's name may mean on a side, the likeliest first."""
+        """Return the roles that a joint's name can mean on a side, the most likely first."""
         name = self.names[joint]
         return name.roles if name.side == side and not name.other else ()
 
     def first_role(self, joint: int, side: str) -> str:
-        """Return the likeliest role of a joint, or ''."""
+        """Return the most likely role of a joint on a side, or ''."""
         roles = self.roles(joint, side)
         return roles[0] if roles else ""
 
@@ -71,7 +71,10 @@ class Shape:
         return [j for j in ancestors(self.skeleton, joint) if j in self.joints]
 
     def bend(self, joint: int, below: int) -> float:
-        """Return how much the angle between the bones above and below a joint varies, radians."""
+        """Return the range of the angle between the bones above and below a joint, radians.
+
+        This is the range from the 1st to the 99th percentile over all frames.
+        """
         if (joint, below) not in self._bends:
             self._bends[joint, below] = self._bend_of(joint, below)
         return self._bends[joint, below]
@@ -87,7 +90,7 @@ class Shape:
 
     @cached_property
     def out_of_it(self) -> list[bool]:
-        """Return a mask of the joints of head, fingers and props, and all joints below them."""
+        """Return a mask of the head, fingers and props, and of all joints below these."""
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
             out[joint] |= parent >= 0 and out[parent]
@@ -100,7 +103,11 @@ class Shape:
 
     @cached_property
     def below(self) -> tuple[list[int], list[float], dict[int, int]]:
-        """Return for each joint the number and length of bones below it, and the next child."""
+        """Return what is below each joint on the longest line.
+
+        The result has the number of bones and the length for each joint, and the next joint of the
+        line keyed by joint.
+        """
         bones = [0] * len(self.names)
         far = [0.0] * len(self.names)
         main: dict[int, int] = {}
@@ -118,7 +125,7 @@ class Shape:
 
     @cached_property
     def _longest(self) -> float:
-        """Return the length of the skeleton's longest line."""
+        """Return the length of the longest line of joints."""
         return max((self.below[1][j] for j in self.joints), default=0.0)
 
     def lines(self, taken: set[int]) -> list[list[int]]:
@@ -152,7 +159,7 @@ class Shape:
         return lines
 
     def _misnamed_end(self, line: Sequence[int]) -> list[int]:
-        """Return a joint below a line that has a finger's or prop's name but ends a whole bone.
+        """Return the joint that ends a whole bone below a line, despite a finger's or prop's name.
 
         Such a joint has children, like a hand, and two whole bones above it. The result is a list
         with at most one joint.
@@ -165,7 +172,7 @@ class Shape:
         return below if self.lengths[below[0]] > _WHOLE_BONE * self.lengths[line[-1]] else []
 
     def branches(self, joint: int) -> bool:
-        """True for a joint that ends a limb, such as a hand with fingers, or a paw."""
+        """True for a joint at which many lines begin, such as a hand with fingers or a paw."""
         lines = (c for c in self.children[joint] if not self.out_of_it[c] and self.reach[c])
         return len(list(lines)) >= _FINGERS
 
