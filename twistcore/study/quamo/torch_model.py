@@ -1,4 +1,4 @@
-"""The state space and both networks in PyTorch, step by step as in tracker.py and network.py.
+"""The state space and both networks in PyTorch, with the same steps as tracker.py and network.py.
 
 torch is passed in or imported when needed, so the rest of the program does not depend on it.
 """
@@ -34,7 +34,7 @@ def import_torch() -> Any:
 def unroll(
     torch: Any, w: dict[str, Tensor], q_hat: Array, r_hat: Array, step: Step
 ) -> tuple[Tensor, Tensor]:
-    """Return the tracked q (windows, frames, 24, 4) and r (…, 3), stepping like Tracker."""
+    """Return the q (windows, frames, 24, 4) and r (…, 3) that Tracker would return."""
     first = np.where(q_hat[:, 0, :, :1] < 0.0, -q_hat[:, 0], q_hat[:, 0])
     delta = np.stack(
         [increment(q_hat[:, t], q_hat[:, t - 1]) for t in range(1, q_hat.shape[1])], axis=1
@@ -151,7 +151,7 @@ def _moved(torch: Any, q: Tensor, phi: Tensor, exact: bool) -> Tensor:
 def relative_places(torch: Any, q: Tensor, offsets: Array) -> Tensor:
     """Return positions relative to the root, (windows, frames, 23, 3)."""
     bone = tensor(torch, offsets)[:, None].expand(-1, q.shape[1], -1, -1)
-    local, bones = q.unbind(dim=2), bone.unbind(dim=2)  # one gradient for all joints, not 24
+    local, bones = q.unbind(dim=2), bone.unbind(dim=2)  # one gradient, not 24
     turned, place = [local[0]], [torch.zeros_like(bones[0])]
     for k in range(1, JOINTS):
         above = turned[PARENTS[k]]
