@@ -1,4 +1,4 @@
-"""Process many clips, in a survey or into a batch folder whose results survive a crash."""
+"""Process many clips, either as a survey or into a batch folder that survives a crash."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

@@ -29,9 +29,10 @@ SCHEMA = "twistcore.batch_clip/1"
 
 
 def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
-    """Process a clip: return it with its result document, without a name, and any corrected bytes.
+    """Return a clip, its result document, and the bytes of the corrected clip if there are any.
 
-    The same bytes give the same document in every process. Raises TwistError.
+    The document does not contain the clip's name, so equal files have equal documents. Raises
+    TwistError.
     """
     clip = read_clip(path, fps=parameters.fps)
     found = _detected(clip, parameters)
@@ -105,7 +106,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
 
 
 def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
-    """Return the corrected motion, the number of corrections, and the reasons for the others."""
+    """Return the corrected motion, the number of corrected intervals, and why others were not."""
     from twistcore.export.replay import accepted_motion, chains_left, correctable
     from twistcore.review import Review
 

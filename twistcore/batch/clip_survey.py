@@ -31,15 +31,15 @@ class ClipSurvey:
     frames : int
         Number of frames.
     fps : float
-        Frames a second.
+        Frames per second.
     intervals : int
         Number of intervals found.
     severity : float
-        How bad the errors are: root mean square of all visible errors over the frames, degrees.
+        How bad the errors are: the root mean square of all visible errors over the frames, degrees.
     problem : str
         The reason why the clip could not be read, or an empty string.
     unchecked : str
-        The reason why nothing in it could be examined, or an empty string.
+        The reason why nothing in the clip could be examined, or an empty string.
     missing_frames : int
         Number of frames that the header declares but the file does not have.
     unexamined : int
@@ -67,9 +67,10 @@ class ClipSurvey:
 def survey(
     path: Path, profile: Profile | None = None, rig_of: Callable[[Motion], Rig] | None = None
 ) -> ClipSurvey:
-    """Read and analyse a clip, with a profile's τ if given; raises TwistError.
+    """Read and analyse a clip, with the τ of `profile` if given. Raises TwistError.
 
-    `rig_of` returns the rig for a motion. By default, the chains are found.
+    `rig_of` is a function that returns the rig for a motion. By default, the chains are found
+    automatically.
     """
     clip, profile = read_clip(path), profile or Profile({})
     analysis = analyse(clip, rig=AS_FOUND if rig_of is None else rig_of(clip.motion))
@@ -97,11 +98,11 @@ def survey_folder(
     folder : str or Path
         The folder with the clips; subfolders are not searched.
     profile : Profile, optional
-        τ for each chain, as from `twistcore tune`; automatic by default.
+        τ for each chain, as written by `twistcore tune`. By default, τ is automatic.
     workers : int
         Number of processes.
     tell : callable, optional
-        Called after each clip with the share of clips done, 0…1.
+        Called after each clip with the fraction of finished clips, 0…1.
 
     Returns
     -------

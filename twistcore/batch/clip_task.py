@@ -1,7 +1,7 @@
 """Process one clip as a task, with the same outcome in every process and on every machine.
 
-The code that processes the clip is loaded by that process, so a process that sends thousands of
-tasks does not load numpy.
+The code that processes a clip is imported only when a task runs, so a process that only sends tasks
+does not load numpy.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ class ClipTask:
     name
         The clip's name in the manifest.
     size
-        Bytes, 0 if unknown.
+        Size of the file in bytes, 0 if unknown.
     memory
-        Bytes allowed beyond the needs of a clip of this size.
+        Bytes of memory allowed in addition to the usual need of a clip of this size.
     data
-        The file's bytes for a process that cannot see the file, or None.
+        The file's bytes for a process that cannot read the file, or None.
     """
 
     source: str
@@ -63,18 +63,18 @@ class Outcome:
     result
         The document 'twistcore.batch_clip/1' without the clip's name, or None if it failed.
     reason
-        One sentence about the failure, or an empty string.
+        A sentence about the failure, or an empty string.
     again
-        True if the task may succeed when it is repeated.
+        True if the task may succeed when repeated.
     sha256, bytes, signature
-        Hash, size and signature of the file that was read (the signature is '' if a change could go
-        unnoticed).
+        Hash, size and signature of the file that was read. The signature is '' if it might not
+        reveal a later change.
     corrected
         The bytes of the corrected clip, or None.
     companions
         Files that the corrected clip needs in its folder, keyed by name.
     unseen
-        True if the file cannot be seen from the machine that carried the task out.
+        True if the file does not exist on the machine that ran the task.
     """
 
     result: dict[str, Any] | None = None
@@ -91,7 +91,7 @@ class Outcome:
 
 
 def process(task: ClipTask) -> Outcome:
-    """Carry out a task; problems with the clip are returned and never raised."""
+    """Run a task. Problems with the clip are returned in the outcome and never raised."""
     begin = time.perf_counter()
     forget_peak()
     found: dict[str, Any] = {}
@@ -114,10 +114,10 @@ def process(task: ClipTask) -> Outcome:
 
 
 def signature_of(path: Path | str) -> tuple[str, bool]:
-    """Return a file's size, time and inode as text, and True if later changes will change the text.
+    """Return a file's signature (size, time and inode as text), and whether it is reliable.
 
-    As long as the signature is the same, so are the bytes. For an AMC it includes the skeletons in
-    the folder, since the clip needs one of them. Raises OSError.
+    While a reliable signature is unchanged, so is the file. For an AMC, the signature includes the
+    skeletons in the folder, since the clip needs one of them. Raises OSError.
     """
     states = [Path(path).stat()]
     if companion := _companion(path):
@@ -134,9 +134,7 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
 
 
 def has_companions(path: Path | str) -> bool:
-    """True if a clip needs more than its file, such as an AMC, which needs a skeleton in its
-    folder.
-    """
+    """Return True if a clip needs other files, such as an AMC, which needs a skeleton file."""
     return bool(_companion(path))
 
 

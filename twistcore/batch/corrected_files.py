@@ -1,4 +1,4 @@
-"""Write corrected clips into a batch folder, each file completely or not at all.
+"""Write corrected clips into a batch folder, each file atomically.
 
 Files that this program did not write are never replaced.
 """
@@ -27,11 +27,11 @@ def write_corrected(
     data: bytes,
     companions: Mapping[str, bytes],
 ) -> ManifestRow:
-    """Write a corrected clip into the batch folder, and return its row with the file's data.
+    """Write a corrected clip into the batch folder, and return its row with path and hash added.
 
     `known` is the clip's row in the manifest. `companions` are other files that the clip needs. An
-    existing file is replaced if it is listed in the manifest, and kept if it already has these
-    bytes, for example after a process was killed right after writing. Raises TwistError for any
+    existing file is replaced if it is listed in the manifest. It is not rewritten if it already has
+    these bytes, for example if a process was killed right after writing. Raises TwistError for any
     other existing file, and OSError.
     """
     relative = f"{FOLDER}/{row.name}"
@@ -55,9 +55,10 @@ def write_corrected(
 
 
 def is_intact(folder: Path, row: ManifestRow) -> bool:
-    """True if a clip's corrected file is unchanged since it was written.
+    """Return True if a clip's corrected file is unchanged since it was written.
 
-    Its size, time and inode are compared or, if the file was copied, its bytes.
+    Its size, time and inode are compared. If they differ because the file was copied, its bytes
+    are.
     """
     path = folder / row.corrected
     try:

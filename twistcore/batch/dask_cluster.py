@@ -1,4 +1,4 @@
-"""Run the tasks of a batch on a Dask cluster, each in a separate process there."""
+"""Run the tasks of a batch on a Dask cluster, each in a separate process on a worker."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _own = threading.local()
 
 @contextmanager
 def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
-    """Yield a function that runs tasks on the cluster at an address, or on local workers.
+    """Yield a function that runs tasks on the cluster at `address`, or else on local workers.
 
     A local cluster accepts only connections with its own temporary certificate, because anyone who
     reaches a scheduler can run any code. The certificates for a `tls://` address are those of
@@ -80,7 +80,7 @@ def _close_pages(dask_worker: Any) -> None:
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Suppress Dask's tracebacks, since every problem is reported in one sentence anyway."""
+    """Suppress Dask's tracebacks, since every problem is reported in a sentence."""
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:
@@ -90,7 +90,7 @@ def _silence() -> Iterator[None]:
 
 
 def process_apart(task: ClipTask, seconds: float) -> Outcome | Exception:
-    """Run a task on a worker in a process of its own; return errors as outcomes."""
+    """Run a task on a worker in a separate process, and return errors as outcomes."""
     if not hasattr(_own, "apart"):
         _own.apart = Apart()
     apart: Apart = _own.apart
@@ -142,7 +142,7 @@ def _send(
 
 
 def _outcome(client: Any, future: Any) -> Outcome | Exception:
-    """Return the outcome of a task; TwistError if the scheduler has been lost."""
+    """Return the outcome of a task. Raises TwistError if the scheduler has been lost."""
     from distributed import KilledWorker
 
     try:
@@ -159,7 +159,7 @@ def _outcome(client: Any, future: Any) -> Outcome | Exception:
 
 
 def _threads(client: Any) -> int:
-    """Return the number of threads of all workers; TwistError if the scheduler has been lost."""
+    """Return the number of threads of all workers. Raises TwistError without a scheduler."""
     with suppress(Exception):
         if client.status == "running":
             return sum(client.nthreads().values())

@@ -72,13 +72,13 @@ class Rule:
     Parameters
     ----------
     text
-        The rule as given.
+        The rule as the user wrote it.
     total
-        True if it applies to the whole run instead of each clip.
+        True if the rule applies to the whole run instead of each clip.
     kinds
         The kinds of intervals to which the rule applies, empty for all.
     confidence
-        Pairs of operator and limit that must all hold.
+        Pairs of operator and limit for an interval's confidence, all of which must be met.
     limit
         The limit of the quantity, for `affected` in per cent.
     """
@@ -92,9 +92,9 @@ class Rule:
     limit: float
 
     def counts(self, interval: Mapping[str, Any]) -> bool:
-        """True if the rule applies to an interval, given as an entry of `detect --json`.
+        """Return True if the rule applies to an interval, given as an entry of `detect --json`.
 
-        An interval without a confidence counts with confidence 1, as in the severity.
+        An interval without a confidence counts as confidence 1, as in the severity.
         """
         kind = Kind(interval["kind"])
         if kind not in self.kinds if self.kinds else kind.of_capture:
@@ -103,7 +103,7 @@ class Rule:
         return all(_OPERATORS[op](sure, limit) for op, limit in self.confidence)
 
     def broken_by(self, value: float) -> bool:
-        """True if a value breaks the rule."""
+        """Return True if a value breaks the rule."""
         return _OPERATORS[self.op](value, self.limit)
 
 
@@ -125,7 +125,7 @@ class Broken:
 
 
 def parse_rule(text: str) -> Rule:
-    """Parse a rule of :data:`GRAMMAR`. Raises TwistError with the expected form."""
+    """Parse a rule in the syntax of :data:`GRAMMAR`. Raises TwistError with the expected form."""
 
     def refused(expected: str) -> TwistError:
         return TwistError(f"rule {text!r}: expected {expected}")
@@ -188,7 +188,7 @@ def broken(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]
 
 @dataclass
 class _Total:
-    """Sums over the whole run."""
+    """Sums over the whole run, for rules that do not apply to single clips."""
 
     failed: int = 0
     unchecked: int = 0
@@ -235,7 +235,7 @@ def _of_clip(rule: Rule, result: Mapping[str, Any]) -> float:
 def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
     """Yield the size in degrees of each interval to which the rule applies.
 
-    The size of an interval without an offset is its turn or its noise.
+    For an interval without an offset, this is its turn or its noise.
     """
     for interval in result["intervals"]:
         if rule.counts(interval):

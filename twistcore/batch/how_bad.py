@@ -23,11 +23,10 @@ _REACH = 0.35
 def severity(found: Detection) -> float:
     """Return the severity of a clip in degrees: the root mean square of all visible errors.
 
-    The mean is over the clip's frames. Every interval counts by its angle, its joint and its
-    confidence, as if it were 0.1 s longer; jumps, spikes and steps count as 0.1 s, noise and frozen
-    frames not at all.
-    Because of the squares, a knee that bends backward for a moment outweighs a small uncertain
-    error that lasts.
+    The mean is over the clip's frames. The weight of an interval depends on its angle, its joint,
+    its confidence and its length plus 0.1 s. Jumps, spikes and steps count as 0.1 s; noise and
+    frozen frames do not count. Because of the squares, a knee that bends backward for a moment
+    counts more than a small, uncertain error in many frames.
     """
     motion, of = found.analysis.motion, found.analysis.chain
     return root_mean_square(((i, of(i.chain)) for i in found), motion.frames, motion.fps)
@@ -55,7 +54,7 @@ def _degrees(interval: Interval) -> float:
 
 
 def _shows(interval: Interval, chain: Chain) -> float:
-    """Return how visible an error is, given its kind, the joints below it, or its segment."""
+    """Return how visible an error is, from its kind, the joints below it, or its segment."""
     if (weight := interval.kind.info.weight) is not None:
         return weight
     if interval.kind.of_capture and (reach := (interval.evidence or {}).get("reach")) is not None:

@@ -1,4 +1,4 @@
-"""Find the clips given as files, folders, patterns, lists or URLs, each with a name."""
+"""Find the clips that a user gives as files, folders, patterns, lists or URLs, and name them."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class Source:
     path
         Absolute path or URL.
     name
-        Unique path relative to its input, with '/'.
+        Unique path relative to the given folder, with '/'.
     size
-        Bytes, 0 if unknown.
+        Size in bytes, 0 if unknown.
     signature
         See `clip_task.signature_of`, '' if unknown.
     settled
-        True if a later change will show in the signature.
+        True if every later change of the file will change the signature.
     """
 
     path: str
@@ -71,7 +71,7 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 
     Exports of other clips in a local folder or pattern are left out
     (`exports_beside.exports_among`). `without` is a folder to leave out. Raises TwistError if a
-    word names something in that folder, a list cannot be read, or there is no clip at all.
+    word refers to something in that folder, a list cannot be read, or there is no clip.
     """
     found: dict[str, Source] = {}
     problems: list[str] = []
@@ -112,7 +112,7 @@ def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]
 
 
 def is_clip_name(name: str) -> bool:
-    """True if the name has the suffix of a clip, in upper or lower case."""
+    """Return True if the name has the suffix of a clip, in upper or lower case."""
     return os.path.splitext(name)[1].lower() in CLIP_SUFFIXES  # noqa: PTH122 of a million names
 
 
@@ -158,7 +158,10 @@ def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Sour
 def _below(
     root: Path, without: Path | None, fits: Callable[[str], bool] = lambda _name: True
 ) -> Iterator[Source]:
-    """Yield the clips in a folder and its subfolders whose names fit; links are not followed."""
+    """Yield the clips in a folder and its subfolders for which `fits` returns True.
+
+    Links are not followed.
+    """
     skipped = None if without is None else os.path.realpath(without)
     folders = [str(root)]
     while folders:
@@ -185,8 +188,9 @@ def _below(
 
 
 def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
-    """Yield the clips and folders that match a pattern, with names that start at its first
-    wildcard.
+    """Yield the clips that match a pattern, and the clips in folders that match it.
+
+    Their names are relative to the folder before the first wildcard.
     """
     parts = Path(pattern).parts
     at = next(k for k, part in enumerate(parts) if glob.has_magic(part))
@@ -216,8 +220,9 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
 
 
 def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
-    """True if folder names and a file name match the parts of a pattern; an empty pattern matches
-    all.
+    """Return True if the parts of a path match the parts of a pattern.
+
+    An empty pattern matches every path.
     """
     if not parts:
         return True
@@ -228,13 +233,13 @@ def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
 
 
 def _is_skipped(folder: Path, root: Path) -> bool:
-    """True if there is a link or a batch folder on the path from `root` down to a folder."""
+    """Return True if there is a link or a batch folder on the path from `root` down to a folder."""
     way = [folder, *folder.parents]
     return any(step.is_symlink() or is_batch_folder(step) for step in way[: way.index(root)])
 
 
 def _has_other_data(path: str) -> bool:
-    """True if a file with a clip's name holds other data, such as AMASS's body shapes."""
+    """Return True if a file with a clip's suffix has other data, such as AMASS's body shapes."""
     known = known_formats().get(os.path.splitext(path)[1].lower())  # noqa: PTH122
     if known is None or not known.without_motion:
         return False
@@ -261,7 +266,7 @@ def _is_in(path: Path | str, folder: Path) -> bool:
 
 
 def _of_files(files: Iterable[str]) -> Iterator[Source]:
-    """Yield files that were given one by one, with names that start at their common folder."""
+    """Yield files that were given one by one, with names relative to their common folder."""
     paths = [os.path.abspath(file) for file in files]  # noqa: PTH100
     if not paths:
         return
@@ -283,9 +288,9 @@ def _source(path: str, name: str) -> Source:
 
 
 def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> Iterator[Source]:
-    """Yield the sources with unique names, even for disks that ignore case.
+    """Yield the sources with names that are unique even if case is ignored.
 
-    A repeated name gets its folder's name in front, or a number after its stem.
+    The folder's name is put before a repeated name, or a number is added to its stem.
     """
     used = set(taken)
     for source in sources:
@@ -301,7 +306,7 @@ def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> 
 
 
 def _folder_name(source: Source) -> str:
-    """Return the name of the folder in which a source's name begins."""
+    """Return the name of the folder to which a source's name is relative."""
     parts = PurePosixPath(source.path.replace(os.sep, "/")).parts
     above = parts[: len(parts) - len(PurePosixPath(source.name).parts)]
     return above[-1] if above and above[-1] not in ("/", "\\") else "other"

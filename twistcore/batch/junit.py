@@ -1,8 +1,8 @@
-"""Write the results of a batch as JUnit XML, which continuous integration shows among its tests.
+"""Write the results of a batch as JUnit XML, which continuous integration shows as test results.
 
-There is a test case for each clip, and one for each rule over the whole run. Since there is no
-single standard, only elements and attributes that common readers share are used, and a case has at
-most one failure, because some readers show only the first.
+There is a test case for each clip, and one for each rule for the whole run. Since JUnit XML has no
+single standard, only elements and attributes that common readers support are used, and a case has
+at most one failure, because some readers show only the first.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ def junit_xml(
     """Return the document in UTF-8.
 
     A clip is a failure if it breaks a rule, an error if it could not be processed or examined, and
-    skipped if it has not been processed yet. Its output lists limbs that were not examined. `rules`
-    are all requested rules. `broken` are the broken ones, from
+    skipped if it has not been processed yet. A test case's output lists limbs that were not
+    examined. `rules` are all requested rules. `broken` are the broken ones, from
     :func:`twistcore.batch.gates.broken`. Characters impossible in XML are written as escapes.
     """
     by_clip: dict[str, list[Broken]] = defaultdict(list)

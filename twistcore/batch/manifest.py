@@ -1,7 +1,7 @@
-"""The manifest of a batch folder: the state of every clip, in one SQLite file.
+"""The manifest of a batch folder: an SQLite file with the state of every clip.
 
-One process writes it, clip by clip; others may read it and add decisions. A killed process or a
-full disk leaves all earlier entries intact.
+One process writes the results, clip by clip; others may read the manifest and add decisions. If
+the process is killed or the disk is full, all earlier entries stay intact.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ class ClipRecord:
     source
         Absolute path or URL.
     name
-        Path relative to its input, with '/', unique.
+        Unique path relative to the input folder, with '/'.
     state
         'done', 'failed' or 'waiting'.
     reason
-        One sentence that says why it failed, or an empty string.
+        A sentence that says why it failed, or an empty string.
     sha256, bytes
         Hash and size of the file.
     seconds, peak_bytes
@@ -82,12 +82,12 @@ class ClipRecord:
 
 @dataclass(frozen=True)
 class ClipGlance:
-    """The main data of a clip, for long lists. For the fields, see ClipRecord and its result.
+    """The main data of a clip, for long lists. For other fields, see ClipRecord and its result.
 
     Parameters
     ----------
     mark
-        Mark of the parameters.
+        Hash of the parameters, which identifies them.
     signature
         The file's signature when it was processed, '' if unreliable.
     """
@@ -115,7 +115,7 @@ class ManifestRow:
     again
         True if a failed clip should be processed again.
     mark
-        Mark of the parameters.
+        Hash of the parameters, which identifies them.
     signature
         The file's signature, '' if the file must be read to recognise it.
     corrected_sha256, corrected_signature
@@ -177,7 +177,7 @@ _UNCORRECTED = (
 
 
 def is_batch_folder(path: Path | str) -> bool:
-    """True if a folder has a manifest of this program; reads at most 100 bytes."""
+    """Return True if a folder has a manifest of this program. Reads at most 100 bytes."""
     try:
         if not (Path(path) / FILE).is_file():  # opening a FIFO would wait for its writer
             return False
@@ -191,7 +191,7 @@ def is_batch_folder(path: Path | str) -> bool:
 
 
 class Manifest:
-    """The manifest of a folder, a context manager that closes the file.
+    """The manifest of a folder. Use it as a context manager, which closes the file.
 
     Its methods raise TwistError if the file is damaged or cannot be written.
     """
@@ -256,28 +256,26 @@ class Manifest:
         return list(self.each_record())
 
     def each_record(self) -> Iterator[ClipRecord]:
-        """Yield all clips, sorted by name, without keeping the possibly million clips in a list."""
+        """Yield all clips, sorted by name, with only one in memory at a time."""
         with _sqlite_errors(self.folder / FILE):
             for row in self._connection.execute(_RECORDS + "ORDER BY c.name"):
                 yield _record(row)
 
     def glances(self) -> list[ClipGlance]:
-        """Return all clips, sorted by name, fast because the results are not parsed."""
+        """Return the main data of all clips, sorted by name, without parsing the results."""
         with _sqlite_errors(self.folder / FILE):
             rows = self._connection.execute(_GLANCES).fetchall()
             names = ClipGlance.__dataclass_fields__
             return [ClipGlance(**_columns(names, row)) for row in rows]
 
     def parameters(self) -> dict[str, dict[str, Any]]:
-        """Return the processing parameters as JSON data, keyed by their mark."""
+        """Return the processing parameters as JSON data, keyed by their hash (mark)."""
         with _sqlite_errors(self.folder / FILE):
             rows = self._connection.execute("SELECT mark, document FROM parameters").fetchall()
             return {column("mark", mark): parameters_of(_text(document)) for mark, document in rows}
 
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
-        """Yield the source, the name and the problems of every clip that has uncorrected
-        intervals.
-        """
+        """Yield (source, name, problems) of every clip that has uncorrected intervals."""
         with _sqlite_errors(self.folder / FILE):
             for source, name, document in self._connection.execute(_UNCORRECTED):
                 clip = _columns(("source", "name"), (source, name))
@@ -294,7 +292,9 @@ class Manifest:
         raise TwistError(f"{legible(source)} is not a clip of {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
-        """Store the progress of a clip's review instead of the earlier progress; {} removes it.
+        """Store the progress of a clip's review, replacing the previous progress.
+
+        An empty mapping removes it.
 
         `decisions` has the keys accepted, rejected, undecided (numbers), reviewers (names), session
         (path) and at (ISO 8601). Raises TwistError if the folder has no such clip.
@@ -314,14 +314,16 @@ class Manifest:
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
-        """Store everything that is written within the block, or nothing if the block fails."""
+        """Commit everything that is written within the block, or nothing if the block fails."""
         with _sqlite_errors(self.folder / FILE):
             self._connection.execute("BEGIN IMMEDIATE")
             try:
                 yield
                 self._connection.execute("COMMIT")
             except BaseException:
-                if self._connection.in_transaction:  # a full disk may have ended it already
+                if (
+                    self._connection.in_transaction
+                ):  # SQLite may have ended it already, as for a full disk
                     self._connection.execute("ROLLBACK")
                 raise
 
@@ -333,13 +335,13 @@ class Manifest:
         return {row.source: row for row in rows}
 
     def sizes(self, mark: str) -> frozenset[int]:
-        """Return the sizes in bytes of the files that have results with these parameters."""
+        """Return the sizes in bytes of all files that have a result with these parameters."""
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT DISTINCT bytes FROM results WHERE mark = ?"
             return frozenset(row[0] for row in self._connection.execute(query, (escaped(mark),)))
 
     def has_result(self, sha256: str, mark: str) -> bool:
-        """True if a file with these bytes has a result with these parameters."""
+        """Return True if a file with these bytes has a result with these parameters."""
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT 1 FROM results WHERE sha256 = ? AND mark = ?"
             return (
@@ -348,7 +350,7 @@ class Manifest:
             )
 
     def put_parameters(self, parameters: Parameters) -> None:
-        """Store processing parameters under their mark."""
+        """Store processing parameters, keyed by their hash (mark)."""
         document = json_text(parameters.to_json(), indent=None)
         self._connection.execute(
             "INSERT OR IGNORE INTO parameters VALUES (?, ?, ?)",
@@ -385,7 +387,7 @@ def now() -> str:
 
 @contextmanager
 def _sqlite_errors(file: Path) -> Iterator[None]:
-    """Turn SQLite's errors into TwistErrors with a sentence."""
+    """Convert SQLite's errors to TwistErrors whose message is a sentence."""
     try:
         with saying(file):
             yield

@@ -1,4 +1,4 @@
-"""Create and recognise the tables of a manifest."""
+"""Create the tables of a manifest and check them when a file is opened."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sqlite3
 from contextlib import closing
 from functools import cache
 
-# A result belongs to bytes and parameters, which several clips may share.
+# A result is stored for each combination of file content and parameters. Clips may share it.
 _TABLES = """
 CREATE TABLE parameters (mark TEXT PRIMARY KEY, document TEXT NOT NULL, version TEXT NOT NULL);
 CREATE TABLE results (
@@ -41,7 +41,7 @@ def shape_of(connection: sqlite3.Connection) -> _Shape:
 def shape_of_ours() -> _Shape:
     """Return the definitions of the tables that a manifest must have.
 
-    A file with any other table, column, view or trigger is refused, since these could do anything.
+    A file with any other table, column, view or trigger is refused, since it could be malicious.
     """
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
         make_tables(connection)

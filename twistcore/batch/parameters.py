@@ -1,4 +1,4 @@
-"""Processing parameters: the options of `detect` and `refine`, identified by a mark."""
+"""Processing parameters: the options of `detect` and `refine`, identified by a hash."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class Parameters:
-    """Processing parameters; equal parameters, version and bytes give equal results.
+    """Processing parameters. The same parameters, version and bytes always give the same result.
 
     Parameters
     ----------
@@ -33,11 +33,11 @@ class Parameters:
     rig
         From :func:`twistcore.skeleton.rig.rig_to_json`, or None.
     joint_names
-        A person's names for joints, from :func:`twistcore.skeleton.joint_names.read_words`, or
+        The user's words for joints, from :func:`twistcore.skeleton.joint_names.read_words`, or
         None.
     refine
         True to write corrected clips. Intervals are corrected if their confidence is at least
-        min_confidence; open intervals only with include_open.
+        min_confidence; open intervals are corrected only if include_open is True.
     detector_version
         Version of a detector from a plug-in.
     """

@@ -1,4 +1,4 @@
-"""Clips at URLs, read with fsspec from object stores, web servers and other services."""
+"""Read clips at URLs with fsspec, from object stores, web servers and other services."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def find_remote(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, s
 
 
 def read_remote(url: str) -> bytes:
-    """Return the bytes of a file; raises TwistError."""
+    """Return the bytes of the file at a URL. Raises TwistError."""
     files, path = _opened(url)
     try:
         data: bytes = files.cat_file(path)
@@ -44,7 +44,7 @@ def read_remote(url: str) -> bytes:
 
 
 def write_remote(url: str, data: bytes) -> None:
-    """Write bytes to a URL, atomically if the service supports it; raises TwistError."""
+    """Write bytes to a URL, atomically if the service supports it. Raises TwistError."""
     files, path = _opened(url)
     try:
         files.makedirs(str(PurePosixPath(path).parent), exist_ok=True)

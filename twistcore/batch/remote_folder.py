@@ -1,4 +1,4 @@
-"""A batch folder at a URL: a run works in a local copy and uploads it at the end."""
+"""A batch folder at a URL. A run works in a local copy, which is uploaded at the end."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, keyed by relati
 def working_folder(output: str) -> Iterator[Path]:
     """Yield a local folder or, for a URL, a copy of its contents that is uploaded at the end.
 
-    Changed files are uploaded, the manifest last, so that it never lists missing files. A killed
-    run uploads nothing; the next run on this machine does it. Raises TwistError if the URL cannot
-    be read or written.
+    Changed files are uploaded, the manifest last, so that it never lists missing files. The results
+    of a killed run are uploaded by the next run on this machine. Raises TwistError if the URL
+    cannot be read or written.
     """
     if "://" not in output:
         yield Path(output)
@@ -38,7 +38,7 @@ def working_folder(output: str) -> Iterator[Path]:
     name = hashlib.sha256(url.encode()).hexdigest()[:16]
     folder = own_folder(partial(platformdirs.user_cache_path, "twist-inspector")) / "batch" / name
     folder.mkdir(parents=True, exist_ok=True)
-    if not is_held(folder / LOCK):  # if held, run_batch reports it and changes nothing
+    if not is_held(folder / LOCK):  # if locked, run_batch reports it
         _take_over(url, folder)
     try:
         yield folder
@@ -70,7 +70,7 @@ def _take_over(url: str, folder: Path) -> None:
 
 
 def _download(there: Mapping[str, str], folder: Path) -> None:
-    """Download the files of a batch, keyed by name, with the manifest last."""
+    """Download the files of a batch, with the manifest last. `there` has their URLs by name."""
     uploaded = {}
     for name in sorted(there, key=lambda name: name == FILE):
         path = folder / name
@@ -93,7 +93,7 @@ def _upload(folder: Path, url: str) -> None:
     try:
         for name in sorted(mine, key=lambda name: (name == FILE, name)):
             if name.startswith("manifest.") and name != FILE:
-                continue  # the lock and the journal belong to this machine
+                continue  # the lock and the journal are only for this machine
             if (mark := sha256_of(files[name])) != uploaded.get(name):
                 write_remote(f"{url}/{name}", files[name].read_bytes())
                 uploaded[name] = mark

@@ -95,12 +95,12 @@ def clips_csv(records: Iterable[ClipRecord]) -> str:
 
 
 def write_clip_table(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write the clip table as a CSV file; raises OSError."""
+    """Write the clip table as a CSV file. Raises OSError."""
     write_atomically(path, encoded(clips_csv(records)))
 
 
 def json_line(record: ClipRecord) -> str:
-    """Return a clip's result document as a line, with its source, state, reason and decisions.
+    """Return a clip's result document as a line of JSON, with source, state, reason and decisions.
 
     For a clip without a result, only schema, name and SHA-256 are added.
     """
@@ -117,7 +117,7 @@ def json_line(record: ClipRecord) -> str:
 
 
 def write_json_lines(path: Path, records: Iterable[ClipRecord]) -> None:
-    """Write one line with a document per clip, with only one in memory at a time.
+    """Write one JSON document per line for each clip, with only one in memory at a time.
 
     Raises OSError.
     """
@@ -164,5 +164,5 @@ def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the row with bytes that are not UTF-8 escaped, since Parquet cannot store them."""
+    """Return the row with bytes that are not UTF-8 replaced by escapes, as Parquet needs UTF-8."""
     return {k: escaped(v) if isinstance(v, str) else v for k, v in row.items()}

@@ -1,4 +1,4 @@
-"""Run a batch over many clips: process new clips and record them one after another."""
+"""Run a batch: process all clips that have no result yet, and record each result immediately."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ LOCK = "manifest.lock"
 _PATIENCE_S, _PER_MEGABYTE_S = 300.0, 60.0
 # Recording takes about 8 ms, for one clip or for many; a cluster may finish clips faster.
 _TOGETHER_S = 0.1
-_IN_VAIN = 20  # clips in a row that could not be recorded: the disk is full
+_IN_VAIN = 20  # after so many clips in a row that could not be recorded, the disk is full
 
 
 class CarryOut(Protocol):
-    """A way to carry out tasks, either in local processes or on a cluster."""
+    """A function that runs tasks, either in local processes or on a cluster."""
 
     def __call__(
         self, tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float]
     ) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
         """Yield each task with its outcome or exception, in order of completion.
 
-        `seconds` returns the processor time allowed for a task. Raises TwistError if tasks can no
-        longer be carried out.
+        `seconds` is a function that returns the processor time allowed for a task. Raises
+        TwistError if no further task can be run.
         """
         ...
 
@@ -56,14 +56,14 @@ class Limits:
     seconds
         Processor time, None for five minutes plus one minute per megabyte.
     memory
-        Bytes allowed beyond the needs of a clip of its size.
+        Bytes of memory allowed in addition to the usual need of a clip of this size.
     """
 
     seconds: float | None = None
     memory: int = SPARE
 
     def seconds_of(self, task: ClipTask) -> float:
-        """Return the seconds allowed for a task."""
+        """Return the processor time allowed for a task, in seconds."""
         return (
             _PATIENCE_S + _PER_MEGABYTE_S * task.size / 1e6
             if self.seconds is None
@@ -84,7 +84,7 @@ class RunSummary:
     failed
         A sentence for each failed clip.
     unreadable
-        How many of these failed because of their contents.
+        Number of failed clips whose content cannot be processed.
     stopped
         The reason why the run ended early, or an empty string.
     left
@@ -112,11 +112,11 @@ def run_batch(
     part: tuple[int, int] = (1, 1),
     begin: Callable[[Plan], Tell] = lambda _plan: lambda _source, _fine: None,
 ) -> RunSummary:
-    """Process the clips that are missing in a folder's manifest; create the folder if needed.
+    """Process the clips that have no result in the manifest of a batch folder.
 
-    `part` is (index, count) of the shard to process. `begin` is called with the plan and returns a
-    function that is called for each clip. Raises TwistError if another run writes into the folder,
-    or if its manifest is damaged.
+    The folder is created if needed. `part` is (index, count) of the shard to process. `begin` is
+    called with the plan and returns a function that is called for each finished clip. Raises
+    TwistError if another run writes into the folder, or if its manifest is damaged.
     """
     with _locked(folder), Manifest.open(folder, create=True) as manifest:
         rows = manifest.rows()
@@ -138,7 +138,7 @@ def run_batch(
 
 
 class _Run:
-    """A run in progress, which writes files, then the manifest, then reports the outcome."""
+    """A run in progress. For each clip, it writes the file, then the manifest, then reports it."""
 
     def __init__(
         self,
@@ -205,7 +205,7 @@ class _Run:
                 )
             except (TwistError, OSError) as error:
                 row = _failed(row, _write_problem(source.name, error))
-        if known is not None and not row.corrected:  # the earlier corrected file is still there
+        if known is not None and not row.corrected:  # the earlier corrected file still exists
             row = replace(row, corrected_sha256=known.corrected_sha256)
         self.pending.append((source, row, outcome))
 

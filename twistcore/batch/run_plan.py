@@ -1,4 +1,4 @@
-"""Plan a run: which clips are new, and which failures may succeed when repeated."""
+"""Plan a run: find the clips that are new, and the failed ones that are worth repeating."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Plan:
     failed
         Rows of clips that failed permanently.
     rows
-        All clips in the manifest.
+        Rows of all clips in the manifest.
     notes
         Rows to store before the run.
     """
@@ -45,12 +45,13 @@ def make_plan(
     parameters: Parameters,
     intact: Callable[[ManifestRow], bool],
 ) -> Plan:
-    """Look up each clip by its signature or, if the signature is unknown, by the hash of its bytes.
+    """Find which clips must be processed.
 
-    `intact` returns whether the corrected file of a clip is unchanged. Other bytes, another version
-    or other parameters make a clip new; the same bytes under another name do not. A failure caused
-    by the clip itself is permanent; after a failure of time, memory or disk the clip is tried
-    again.
+    Each clip is recognised by its signature or, if this is unknown, by the hash of its bytes. A
+    clip is new if its bytes, the version or the parameters have changed, but not if the same bytes
+    have another name. A failure caused by the clip itself is permanent. After a failure because of
+    time, memory or disk space, the clip is processed again. `intact` is a function that returns
+    whether the corrected file of a clip is unchanged.
     """
     plan = Plan(manifest.rows())
     mark, sizes = parameters.mark, manifest.sizes(parameters.mark)
@@ -80,7 +81,7 @@ def make_plan(
 
 
 def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Source]:
-    """Return the clips of shard `index` of `count`, from 1, chosen only by their names."""
+    """Return the clips of shard `index` (from 1) of `count`, chosen only by their names."""
 
     def of(source: Source) -> int:
         return int.from_bytes(hashlib.sha256(source.name.encode("utf-8", "surrogatepass")).digest())
@@ -89,9 +90,7 @@ def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Sou
 
 
 def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
-    """Return the row with the file's signature if the file's bytes have not changed, or else
-    None.
-    """
+    """Return the row with the file's new signature, or None if the file's bytes have changed."""
     if source.signature and source.signature == row.signature:
         return row
     if not source.signature:  # missing, or at a URL
@@ -104,7 +103,7 @@ def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
 def _of_other_name(
     manifest: Manifest, row: ManifestRow, source: Source, mark: str, sizes: frozenset[int]
 ) -> ManifestRow | None:
-    """Return the row as done if the same bytes have a result under another name, or else None."""
+    """Return the row as done if a file with the same bytes has a result, or None."""
     if not source.signature or has_companions(source.path) or source.size not in sizes:
         return None
     sha256 = _sha256(source)

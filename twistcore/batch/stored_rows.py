@@ -1,6 +1,6 @@
-"""Checks of the values in a manifest's rows, which may have been written by anyone.
+"""Check the values in the rows of a manifest, since the file may come from an untrusted source.
 
-Every function raises FormatError with one sentence.
+Every function raises FormatError.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def _source(value: Any, what: str) -> str:
 
 
 def _name(value: Any, what: str) -> str:
-    """Return the value if it is a relative path that stays below its folder."""
+    """Return the value if it is a relative path that stays inside the folder."""
     path = PurePosixPath(path_text(value, what))
     if not path.name or path.is_absolute() or ".." in path.parts:
         raise unexpected("a path below a folder", what, value)
@@ -81,13 +81,13 @@ COLUMNS: Mapping[str, _Check] = {
 
 
 def column(name: str, value: Any) -> Any:
-    """Check and return the value of a column. Most columns are text."""
+    """Check and return the value of a column. Columns not in COLUMNS are text."""
     check: _Check = COLUMNS.get(name, text)
     return check(value, name)
 
 
 def result_of(document: str) -> dict[str, Any]:
-    """Parse and check one result: a 'twistcore.batch_clip/1' document without its clip."""
+    """Parse and check a result: a 'twistcore.batch_clip/1' document without the clip's data."""
     known = "frames", "fps", "seconds", "severity", "affected_frames", "applied", "left"
     found = dict(has(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
     text(found["schema"], "schema")

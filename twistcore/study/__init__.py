@@ -1,1 +1,1 @@
-"""Benchmarks, exercises and training to evaluate the methods. A review does not need them."""
+"""Benchmarks, exercises and training of networks. Reviewing clips does not need this package."""

@@ -1,6 +1,6 @@
-"""The files of a class exercise: the exercise, the students' answers, and the results.
+"""Read and write the files of a class exercise: the exercise, the answers, and the results.
 
-The teacher keeps the truth in a truth file (:mod:`twistcore.synthesis`). The exercise lists which
+The teacher has a truth file with the errors (:mod:`twistcore.synthesis`). The exercise lists which
 intervals of which clip a student must judge, but not which of them are errors.
 """
 
@@ -41,7 +41,7 @@ KINDS = ("judge", "find")
 _MOST_BYTES = 10_000_000  # maximum size of a file, since a student may hand in any file
 _MOST_FRAMES = 10_000_000  # maximum length of a clip, a day at 120 fps
 _MOST_INTERVALS = 1000
-_LONGEST_NAME = 100  # maximum number of letters in the table
+_LONGEST_NAME = 100  # maximum length of a name in the table
 _Thing = TypeVar("_Thing")
 COLUMNS = (
     "name", "hits", "misses", "false_accepted", "false_rejected", "without_verdict", "seconds",
@@ -57,7 +57,7 @@ class ClassExercise:
     clip
         Name of the BVH file in the same folder.
     listed
-        The intervals.
+        The intervals to judge.
     """
 
     clip: str
@@ -185,7 +185,10 @@ def _verdict(entry: Any) -> Judged:
 
 
 def _interval(entry: Any) -> Interval:
-    """Return an interval whose constant offset needs the memory of a single number."""
+    """Return an interval from its JSON entry.
+
+    Its constant offset is a broadcast array, which needs the memory of a single number.
+    """
     has(entry, "chain", "start", "stop", "delta_deg", what="an interval")
     start, stop = frames(entry, _MOST_FRAMES)
     delta = np.radians([number(entry["delta_deg"], "delta_deg", -DEGREES, DEGREES)])

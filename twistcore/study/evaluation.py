@@ -62,7 +62,7 @@ class EvaluationRow:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The table: rows by segment, the overall row, and the damage to clean (joint, frame) pairs."""
+    """The rows by segment, the overall row, and the damage to clean (joint, frame) pairs."""
 
     rows: tuple[EvaluationRow, ...]
     overall: EvaluationRow
@@ -73,8 +73,8 @@ class Evaluation:
 def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
     """Compare a refined clip with its clean source.
 
-    The clip with errors is rebuilt from the clean clip and the truth, so damage is a change by the
-    refinement, not by the injection. Limbs are derived from the chains. Raises ClipMismatchError if
+    The clip with errors is rebuilt from the clean clip and the truth, so that only changes by the
+    refinement count as damage. Limbs are derived from the chains. Raises ClipMismatchError if
     the two clips and the truth do not belong together.
     """
     if clean.frames != refined.frames or clean.frames != truth.frames:
@@ -126,7 +126,7 @@ def error_angle(clean: Array, other: Array, chain: Chain) -> Array:
 
 
 def summarise(samples: Iterable[Sample]) -> Evaluation:
-    """Return the table over any number of clips. All error frames have the same weight."""
+    """Return the evaluation of any number of clips. All error frames have the same weight."""
     samples = tuple(samples)
     every = [e for sample in samples for e in sample.errors]
     places = sorted({(e.side, e.segment) for e in every}, key=lambda p: (p[0], segment_order(p[1])))
@@ -143,7 +143,7 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
 
 
 def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
-    """Return the parents and children of chains, and the first joints and ends of limbs, sorted."""
+    """Return the sorted indices of the chains' parents and children and the limbs' two ends."""
     ends = {(c.parent, c.end if isinstance(c, Limb) else c.child) for c in chains}
     return np.array(sorted({joint for pair in ends for joint in pair}), dtype=np.int64)
 
@@ -211,9 +211,10 @@ def evaluation_to_text(evaluation: Evaluation) -> str:
 def match_intervals(
     found: Sequence[tuple[int, int]], true: Sequence[tuple[int, int]]
 ) -> dict[int, int]:
-    """Match intervals one to one, best overlap first, as {index in `found`: index in `true`}.
+    """Match intervals one to one, and return {index in `found`: index in `true`}.
 
-    Intervals are [start, stop); two match if their intersection over union is at least 0.5.
+    Intervals are [start, stop). Two match if their intersection over union is at least 0.5; pairs
+    with the largest overlap are matched first.
     """
     if not found or not true:
         return {}

@@ -1,4 +1,4 @@
-"""An exercise: seeded errors are hidden in a clip, and a review of the clip is scored."""
+"""Create an exercise by hiding random errors in a clip, and score a review of this clip."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from twistcore.synthesis import InjectedError, generator, inject
 
 _JUMPS = 4, 6  # jumps in a chain; an even number, so that the first and last stretch are alike
 _SHORTEST = 6  # frames of a stretch
-_SIZES = 50.0, 150.0  # degrees, which the striped skin shows
+_SIZES = 50.0, 150.0  # degrees; large enough to be visible on the striped skin
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class ExerciseScore:
 
     @property
     def false_verdicts(self) -> int:
-        """Number of verdicts that contradict the truth."""
+        """Return the number of verdicts that contradict the truth."""
         return len(self.false_accepted) + len(self.false_rejected)
 
 
@@ -55,11 +55,11 @@ def hide_errors(
 ) -> tuple[Motion, tuple[InjectedError, ...]]:
     """Return the motion with errors in two chains that share no joint.
 
-    A chain is cut into an odd number of stretches, and every other one is wrong by the same angle.
-    Whether the first one is wrong is drawn. At each jump the curves show the same on both sides, so
-    only the figure shows which side is wrong. The same seed hides the same errors in the same clip.
-    Chains that cannot be corrected are never used; a motion without correctable chains is returned
-    unchanged.
+    Each chain's frames are divided into an odd number of stretches, and every other stretch is
+    wrong by the same angle. Whether the first one is wrong is random. The curves look the same on
+    both sides of each jump, so only the figure shows which side is wrong. The same seed hides the
+    same errors in the same clip. Chains that cannot be corrected are never used; a motion without
+    correctable chains is returned unchanged.
     """
     rng = generator(seed, "exercise")
     free = [c for c in chains if not uncorrectable_joints(motion, c)]
@@ -89,10 +89,10 @@ def _stretches(frames: int, rng: np.random.Generator) -> list[tuple[int, int]]:
 
 
 def natural_stretches(errors: Sequence[InjectedError], frames: int) -> tuple[Interval, ...]:
-    """Return the stretches of the same chains between the errors, as intervals to judge.
+    """Return the correct stretches between the errors of a chain, as further intervals to judge.
 
-    Their offset is the opposite angle, which would turn them like the stretches around them. So
-    neither the number of intervals nor their offsets reveal which of them are errors.
+    Their offset is the opposite angle, with which they would look like the wrong stretches around
+    them. So neither the number of intervals nor their offsets reveal which of them are errors.
     """
     out: list[Interval] = []
     for chain in dict.fromkeys(e.chain for e in errors):

@@ -14,14 +14,14 @@ from twistcore.skeleton.motion import Motion, check_motion
 from twistcore.skeleton.rotation import Array
 
 _MOST = 3  # decimals of a degree: finer than any capture, coarser than most files
-_ENDS_IN_0 = 0.2  # by chance, a tenth of all numbers needs one decimal less
+_ENDS_IN_0 = 0.2  # a tenth of random numbers ends in a zero
 _POSITIONS = 6  # decimals; no error moves these
 
 
 def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     """Write `clip` with all rotations of `dirty`, each with the same number of decimals.
 
-    The clip's own number of decimals is not exceeded, since trailing zeros would reveal unchanged
+    This is at most the number of decimals in `clip`, since trailing zeros would reveal unchanged
     numbers. An existing file is replaced atomically. Raises TwistError if the clip is not a BVH,
     and OSError.
     """

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-_SOFT = 1e-3  # radians; below it, the loss is quadratic, so that its gradient is smooth at rest
+_SOFT = 1e-3  # radians; the loss is quadratic below this angle, so its gradient is smooth at rest
 
 
 def consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
-    """Return the mean angle per frame by which a parent and its child turn against each other.
+    """Return the mean angle per frame by which a parent and its child rotate against each other.
 
     `q_p` and `q_c` are the local unit quaternions (w, x, y, z) of parent and child, (frames, 4),
     and `axis` is the unit bone axis in the parent's coordinates, (3,). With x and y the twist

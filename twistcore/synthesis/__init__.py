@@ -1,4 +1,4 @@
-"""Inject seeded twist errors into a clip and keep their ground truth [Choi26 §4.1]."""
+"""Inject random twist errors into a clip and record the ground truth [Choi26 §4.1]."""
 
 from twistcore.synthesis.injection import (
     InjectedError,

@@ -27,12 +27,12 @@ from twistcore.work.frozen import dataclass
 
 _APART = 2  # frames between two intervals of a chain
 _TRIES = 50
-LEAST = float(np.radians(0.1))  # the share at which the tail of a filtered offset is cut off
+LEAST = float(np.radians(0.1))  # fraction of δ below which the tail of a filtered offset is cut off
 
 
 @dataclass(frozen=True, eq=False)
 class InjectedError:
-    """A known error that `inject` puts into a motion.
+    """A known error that `inject` adds to a motion.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ class InjectedError:
     start, stop : int
         Frames from 0; `stop` is exclusive.
     offset : ndarray, shape (stop − start,)
-        The angles by which the parent is turned, in radians.
+        The angle by which the parent is turned in each frame, in radians.
     leak : ndarray, shape (stop − start,), optional
-        The angles by which the compensation of the child, or of a limb's end, is wrong, in radians.
+        The angle by which the compensation of the child, or of a limb's end, is wrong, in radians.
     kind : Kind
         A counter-twist, a limb flip or a carried roll.
     carried : bool
@@ -69,8 +69,9 @@ class InjectedError:
     carried: bool = False
 
     def changed_joints(self, chain: Chain, skeleton: Skeleton) -> tuple[int, ...]:
-        """Return the joints whose own rotation the error changes; a limb's carried end is not
-        one.
+        """Return the joints whose local rotation the error changes.
+
+        The end of a limb that is carried along is not among them.
         """
         joints = chain.changed_joints(skeleton)
         end_stays = self.kind == Kind.LIMB_FLIP and self.carried and self.leak is None
@@ -85,9 +86,10 @@ def generator(seed: int, clip: str, *more: int) -> np.random.Generator:
 def draw_targets(
     chains: Sequence[Chain], rng: np.random.Generator, protocol: Protocol = PROTOCOLS["P0"]
 ) -> tuple[Chain, ...]:
-    """Draw two chains that share no joint [Choi26 §4.1.1], or neighbouring ones with `both`.
+    """Draw two chains that share no joint [Choi26 §4.1.1].
 
-    With `together`, draw that many chains in order, from a random one on.
+    If the protocol's `both` is True, draw two neighbouring chains instead. If its `together` is
+    set, draw that many chains in order, starting with a random one.
     """
     if protocol.clean or not chains:
         return ()
@@ -105,8 +107,9 @@ def draw_targets(
 
 
 def independent_chains(chains: Sequence[Chain], first: int, most: int) -> tuple[Chain, ...]:
-    """Choose up to `most` chains, starting at `first` and wrapping around, so that no two of them
-    change the same joint.
+    """Choose up to `most` chains, no two of which change the same joint.
+
+    The chains are tried in order from index `first`, wrapping around at the end.
     """
     chosen: list[Chain] = []
     for k in range(len(chains)):
@@ -131,15 +134,15 @@ def draw_errors(
 ) -> tuple[InjectedError, ...]:
     """Draw 2 to 5 errors per chain according to the protocol, at least 2 frames apart.
 
-    Except in the border protocols, every edge is inside the capture. A clip that is too short for 2
-    intervals gets fewer.
+    Except in the border protocols, every error begins and ends inside the capture. A clip that is
+    too short for 2 intervals gets fewer.
 
     Parameters
     ----------
     motion
         The clean motion.
     chains
-        Limbs only, for a protocol of limb flips.
+        The chains to draw errors for; only limbs for a protocol of limb flips.
     first
         The first frame of the capture. 1 leaves a T-pose in frame 0 unchanged.
     """
@@ -167,7 +170,7 @@ def _places(
     """Yield the frames of a chain's intervals, before any low-pass widens them."""
     margin = filter_reach(protocol, motion.fps)
     taken = np.zeros(motion.frames, dtype=bool)
-    if protocol.carried:  # a straight limb rolls as a whole, which no signal shows
+    if protocol.carried:  # a straight limb rolls as a whole, which is visible in no signal
         taken |= ~bent_frames(motion, chain)
     for k in range(2 if protocol.persists else int(rng.integers(2, 6))):
         place = _place(taken, first, rng, protocol, motion.fps, k)
@@ -209,7 +212,7 @@ def _drawn(
     rng: np.random.Generator,
     protocol: Protocol,
 ) -> InjectedError | None:
-    """Draw one error, or return None if it is empty, such as for a gap without a turn."""
+    """Draw one error, or return None if its offset is 0, such as for a gap without a turn."""
     start, stop = place
     onset, end = start > first, stop < motion.frames
     if protocol.fill:
@@ -252,7 +255,7 @@ def inject(
     chains: Sequence[Chain] | Sequence[InjectedError],
     errors: Sequence[InjectedError] | None = None,
 ) -> Motion:
-    """Put known errors into a motion, to measure how well they are found [Choi26 §4.1.3].
+    """Add known errors to a motion, to measure how well they are found [Choi26 §4.1.3].
 
     The rotation of P becomes q_P ⊗ R_a(δ), and the rotation of every child X of P becomes R_a(−δ +
     leak) ⊗ q_X. In a limb flip, a is the limb's line and X is its end, unless the end is carried
@@ -262,11 +265,11 @@ def inject(
     Parameters
     ----------
     clip : Clip or Motion
-        The clip into which the errors are put. It is not changed.
+        The clip to which the errors are added. It is not changed.
     chains : sequence of Chain, optional
-        The chains and limbs that the errors name; those found in the clip if not given.
+        The chains and limbs to which the errors refer. By default, they are found in the clip.
     errors : sequence of InjectedError
-        The errors to put in.
+        The errors to add.
 
     Returns
     -------

@@ -18,8 +18,8 @@ Place: TypeAlias = tuple[int, int]
 STRAIGHT = float(
     np.radians(18.0)
 )  # smallest bend; in a straighter limb the split of a twist is invisible
-SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1  # the shortest spell, and the shortest time between two
-_REACH = 2.5  # periods of the cut-off frequency after which a filtered step has settled
+SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1  # the shortest interval and gap
+_REACH = 2.5  # a filtered step settles within this many periods of the cut-off frequency
 
 
 def shaped(
@@ -31,7 +31,7 @@ def shaped(
     protocol: Protocol,
     fps: float,
 ) -> Array:
-    """Return the offset in each frame, radians, (length,), or longer at both ends if low-passed.
+    """Return the offset in each frame, radians, (length,). A low-pass makes it longer at both ends.
 
     `onset` and `end` are True if the error begins, or ends, inside the clip.
     """
@@ -74,12 +74,12 @@ def _drift(length: int, protocol: Protocol) -> Array:
 
 
 def filter_reach(protocol: Protocol, fps: float) -> int:
-    """Return the frames by which a low-passed offset extends beyond its level, 0 for others."""
+    """Return by how many frames a low-pass extends an offset at each end, 0 without a low-pass."""
     return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
 
 
 def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
-    """Return the twist that P loses in a gap that is 'held' or 'interpolated', in radians."""
+    """Return the twist that P loses in a gap, in radians. `how` is 'held' or 'interpolated'."""
     start, stop = place
     twist = np.cumsum(chain_increments(motion, chain)[0])[start - 1 : stop + 1]
     given = np.full(len(twist), twist[0])
@@ -89,9 +89,9 @@ def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
 
 
 def aligned_spells(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
-    """Yield the spells [start, stop) in which C's bone is in line with P's.
+    """Yield the intervals [start, stop) in which C's bone is in line with P's.
 
-    A chain that is always straight has none.
+    A chain that is always straight has no such interval.
     """
     if chain.grandchild < 0:
         return

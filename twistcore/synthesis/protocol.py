@@ -1,4 +1,4 @@
-"""Protocols for seeded errors. Each differs from the paper's in one parameter."""
+"""Protocols for injected errors. Each one differs from the paper's protocol in one parameter."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Protocol:
     step
         Keep only every step-th frame before injecting.
     rich
-        True to give the quiet joint of each chain a motion of its own before the injection.
+        True to add motion to the quieter joint of each chain before the injection.
     length
         Length of an interval in frames.
     delta
@@ -51,13 +51,13 @@ class Protocol:
     stairs
         Number of equal steps up to δ.
     flicker
-        True for an offset in every other frame only.
+        True to apply the offset only in every other frame.
     compensated
         Fraction of δ by which the child turns back.
     drift
-        Seconds over which the offset grows and decays, or, with jump_out, only grows.
+        Seconds over which the offset grows and decays. With jump_out, it only grows.
     eased
-        True for half a cosine instead of a ramp.
+        True for a half cosine instead of a linear ramp.
     both
         True for errors in two chains with a common joint.
     together
@@ -65,19 +65,19 @@ class Protocol:
     border
         True if the first two intervals touch the clip's ends.
     persists
-        True if these are the only intervals.
+        True if the intervals at the clip's ends are the only ones.
     clean
         True if nothing is injected.
     limb
-        True if P turns about its limb's line instead of its bone, with the limb's end kept or
-        carried at even odds.
+        True if P turns about its limb's line instead of its bone. The limb's end turns with it in
+        half of the errors, at random.
     carried
         True if C rolls with P while the limb is bent.
     fill
-        How P's twist in a gap is filled, 'held' or 'interpolated'. δ is the twist that is missing.
+        How P's twist in a gap is filled, 'held' or 'interpolated'. δ is the missing twist.
     straight
-        Range of seconds over which δ begins and ends. There is a δ in every spell with a straight
-        limb.
+        Range of seconds over which δ begins and ends. There is an error in every interval in which
+        the limb is straight.
     """
 
     name: str
@@ -211,7 +211,10 @@ def parse_protocol(name: str) -> Protocol:
 
 
 def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Motion:
-    """Return the clean motion for a protocol, enriched and then thinned out. P0 changes nothing."""
+    """Return the clean motion for a protocol: enriched (`rich`) and with fewer frames (`step`).
+
+    P0 changes nothing.
+    """
     if protocol.rich:
         motion = enrich(motion, chains)
     if protocol.step > 1:
@@ -225,11 +228,11 @@ def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Moti
 
 
 def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
-    """Give the quieter joint of every chain a twist of its own, for the control row 'rich'.
+    """Add a twist to the quieter joint of every chain, for the control row 'rich'.
 
-    The joint gets half of the livelier increments of the same segment on the other side, delayed by
-    37 frames, clipped to ±0.2 rad per frame, and accumulated. Chains without another side are
-    unchanged.
+    The twist is computed from the livelier joint of the same segment on the other side: its
+    increments are halved, delayed by 37 frames, clipped to ±0.2 rad per frame, and accumulated.
+    Chains that have no counterpart on the other side are unchanged.
     """
     rotations = motion.rotations.copy()
     increments = {c.name: chain_increments(motion, c) for c in chains}
@@ -254,8 +257,8 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
 def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
     """Return the twist increments of a chain's parent and child, radians, (frames,) each.
 
-    The increments are those of relative rotations about the bone, for the parent in its own frame
-    and for the child in its parent's frame. All increments are 0 in frame 0.
+    Each increment is the rotation about the bone since the previous frame, for the parent in its
+    own coordinates and for the child in its parent's. All increments are 0 in frame 0.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]

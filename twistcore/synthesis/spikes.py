@@ -12,7 +12,7 @@ from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, exponential, multiply, normalise
 
-_APART = 30  # frames between two spikes, so that each is compared with sound motion
+_APART = 30  # frames between two spikes, so that correct frames surround each of them
 _BORDER = 16  # frames without a spike at each end
 _LARGEST = 120.0  # degrees
 _ABOVE = 1.5  # ratio to the smallest spike that the detector reports for the joint
@@ -20,7 +20,7 @@ _ABOVE = 1.5  # ratio to the smallest spike that the detector reports for the jo
 
 @dataclass(frozen=True, eq=False)
 class InjectedSpike:
-    """A joint turned by a rotation vector, in radians, (3,), in frames [start, stop)."""
+    """A wrong rotation of a joint in frames [start, stop): a rotation vector in radians, (3,)."""
 
     joint: int
     start: int
@@ -54,7 +54,7 @@ def draw_spikes(
 
 
 def inject_spikes(motion: Motion, spikes: Iterable[InjectedSpike]) -> Motion:
-    """Return the motion with the spikes, which also move all joints below."""
+    """Return the motion with the spikes added. They also move all joints below the turned one."""
     rotations = motion.rotations.copy()
     for spike in spikes:
         at = slice(spike.start, spike.stop)

@@ -1,4 +1,4 @@
-"""The truth file, which lists the errors injected into a clip."""
+"""Read and write truth files, which list the errors injected into a clip."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.truth/1"
 _KINDS = Kind.COUNTER_TWIST.value, Kind.LIMB_FLIP.value, Kind.CARRIED_ROLL.value
-_LONGEST_NAME = 200  # maximum number of letters, for several joined protocols
-_MOST_ERRORS = 20_000  # each is compared with a review's intervals
+_LONGEST_NAME = 200  # maximum length of a name, for several joined protocols
+_MOST_ERRORS = 20_000  # limits the time, since each error is compared with a review's intervals
 SUCCESS = 0.2  # a frame is repaired if at most this share of its error remains [Choi26 §4.2.1]
 
 
@@ -136,7 +136,7 @@ def _error(entry: Any, frames: int) -> InjectedError:
 
 
 def _angles(entry: Any, what: str, frames: int) -> Array:
-    """Return one angle per frame, in radians. Raises FormatError for a wrong number of angles."""
+    """Return one angle per frame, in radians. Raises FormatError if their number is wrong."""
     if len(items(entry, what)) != frames:
         raise FormatError(f"expected {frames} numbers for {what}, found {len(entry)}")
     return np.radians([number(one, what, -DEGREES, DEGREES) for one in entry])

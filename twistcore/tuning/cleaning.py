@@ -14,8 +14,8 @@ from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
-SURE = 0.9  # confidence from which an interval is an error without a person's verdict
-AUDITOR = DEFAULT_METHOD  # for any detector that is tuned, since the paper's has no confidence
+SURE = 0.9  # from this confidence, an interval counts as an error without a person's verdict
+AUDITOR = DEFAULT_METHOD  # used whichever detector is tuned, since the paper's gives no confidence
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +27,8 @@ class Verdicts:
     errors
         Intervals that are wrong.
     natural
-        Spans (chain, start, stop), with `stop` exclusive, that are correct motion. A detector that
-        finds them raises a false alarm.
+        Spans (chain, start, stop) of correct motion, with `stop` exclusive. A detection in them is
+        a false alarm.
     """
 
     errors: tuple[Interval, ...] = ()
@@ -36,7 +36,7 @@ class Verdicts:
 
 
 def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
-    """Return the motion without the errors that a person named or the detector is certain of.
+    """Return the motion without the errors that a person marked or the detector is certain of.
 
     Detections that overlap one of the person's verdicts are ignored.
     """
@@ -48,14 +48,14 @@ def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
 def capture(motion: Motion) -> tuple[int, int]:
     """Return the span (first frame, stop) of the captured motion, without the blends at the ends.
 
-    A single T-pose in frame 0 contains no step and may be part of it.
+    A single T-pose in frame 0 is not removed, since it contains no blend.
     """
     first, stop = leading_frames(motion), motion.frames - trailing_frames(motion)
     return first if first > 1 else 0, stop
 
 
 def presumed_errors(given: ClipAnalysis, verdicts: Verdicts) -> tuple[Interval, ...]:
-    """Return the intervals that are taken for errors although nobody judged them: the sure ones."""
+    """Return the unjudged intervals that the detector is certain are errors."""
     judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)
     sure = automatic_corrections(given.detect(AUDITOR, kinds=(Kind.COUNTER_TWIST,)), SURE)
     return tuple(i for i in sure if not _touches(i, judged))

@@ -1,4 +1,4 @@
-"""Compute the τ curves of all chains of a clip."""
+"""Compute the τ curve of each chain of a clip: the cost of every τ."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ SEEDS = 3
 
 @dataclass(frozen=True, eq=False)
 class ClipTuning:
-    """A clip without its own errors, analysed and ready for the τ curve of any of its chains.
+    """A clip whose existing errors were removed, analysed to compute the τ curves of its chains.
 
     Parameters
     ----------
     name
         The clip's name, which seeds the errors together with `seeds`.
     first
-        The frame of the given clip with which `clean` begins.
+        The frame of the given clip at which `clean` begins.
     left_out
         Half-open spans of the given clip that do not count, including blends at its ends.
     given
-        The analysis of the whole clip with its own errors, whose intervals are counted; None if
-        there are no verdicts on them.
+        The analysis of the whole clip with its existing errors, whose intervals are counted. None
+        if there are no verdicts on them.
     verdicts
         A person's verdicts on these intervals.
     presumed
-        The spans (chain, start, stop) of sure intervals that were taken for errors, since nobody
-        judged them.
+        The spans (chain, start, stop) of unjudged intervals that the detector is certain are
+        errors.
     """
 
     name: str
@@ -90,7 +90,7 @@ class ClipTuning:
         return [(max(a, 0), b) for a, b in here if b > 0 and a < self.clean.motion.frames]
 
     def _counts(self, chain: str) -> ListCounts:
-        """Return the intervals that are listed at every τ of the grid, counted."""
+        """Return the numbers of listed intervals of a chain at every τ of the grid."""
         assert self.given is not None
         detector = self.given.detector(self.method)
         by_tau = [list_counts(detector, chain, t, self.verdicts, self.left_out) for t in GRID]
@@ -109,7 +109,7 @@ def clip_tuning(
     rig: Rig = AS_FOUND,
     left_out: Sequence[Span] = (),
 ) -> ClipTuning:
-    """Remove a clip's own errors and the blends at its ends, and analyse the rest.
+    """Remove a clip's existing errors and the blends at its ends, and analyse the rest.
 
     With `verdicts`, even if there are none yet, the curves also count the intervals that are listed
     at every τ.

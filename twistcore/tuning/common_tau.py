@@ -25,7 +25,7 @@ class ChainTau:
     own
         The τ suggested for this chain alone, None if it has too few verdicts.
     apart
-        True if this τ costs less than the common one, also on verdicts that were not used to choose
+        True if `own` costs less than the common τ, even on verdicts that were not used to choose
         it.
     gain
         The reduction of the cost, as a fraction of the chain's errors.
@@ -122,10 +122,9 @@ class CommonTau:
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
-    """Return how many more errors are found, and fewer rejected intervals listed, at a chain's own
-    τ.
+    """Return how many more errors and how many fewer false alarms `own` gives than `common`.
 
-    `own` and `common` are the chain's own τ and the common τ.
+    `own` is the τ suggested for this chain alone, and `common` is the common τ.
     """
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
@@ -139,8 +138,9 @@ def common_tau(
     *,
     seed: int = 0,
 ) -> CommonTau:
-    """Return the common τ, and the chains that need their own τ and do not affect the common
-    one.
+    """Return the common τ and the chains that need a different τ.
+
+    The verdicts on those chains do not affect the common τ.
     """
     names = sorted({v.chain for clip in clips for v in clip.verdicts})
     curves = {name: verdict_curve(clips, name) for name in names}
@@ -168,7 +168,7 @@ def common_tau(
     chains = []
     for name in names:
         mine, gain = own[name], apart.get(name, 0.0)
-        # The common τ changes as chains leave: a chain that it now suits needs no own τ.
+        # The common τ changes as chains are excluded, and may suit an excluded chain at the end.
         better = mine and common and max(_differences(curves[name], mine, common)) > 0
         needs = name in apart and bool(better)
         chains.append(ChainTau(name, curves[name], mine, needs, gain if needs else 0.0))
@@ -178,11 +178,11 @@ def common_tau(
 def _gain(
     curve: VerdictCurve, common: float, price: float, smallest: float, seed: int
 ) -> tuple[float, float]:
-    """Return how much cheaper a chain's own τ is than the common τ, and in what share of draws.
+    """Return the mean saving by a chain's own τ, and the share of draws in which it saves.
 
-    Every draw chooses a τ. The saving is measured on the rows that were not drawn, since the τ that
-    they chose is always the cheapest on the drawn rows. Errors of other chains help to choose τ,
-    but only this chain's rows count as savings.
+    The saving is relative to the common τ. Every draw chooses a τ, and its saving is measured on
+    the rows that were not drawn, since it is always the cheapest on the drawn rows. Errors of other
+    chains help to choose τ, but only this chain's rows count as savings.
     """
     drawn = curve.draw(_DRAWS, seed)
     left = (drawn == 0).astype(float)

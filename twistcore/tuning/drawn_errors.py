@@ -1,4 +1,4 @@
-"""The injected errors, one by one, and the uncertainty of the FSR that they imply."""
+"""The result for each injected error, and the uncertainty of the FSR computed from them."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from numpy.typing import NDArray
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-_Z = 1.96  # for a band that is right in 95 of 100 draws
+_Z = 1.96  # for a 95 % confidence band
 _TAIL = 0.025
 _SAME_SIZE = 1e-9  # radians
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnErrors:
-    """Errors injected into clips.
+    """Errors injected into clips, with the number of frames repaired at every τ.
 
     Parameters
     ----------
     size
         The largest |δ| of each error, radians, shape (errors,).
     frames
-        Each error's number of frames, shape (errors,).
+        Number of frames of each error, shape (errors,).
     kind
-        Number of each error's protocol, shape (errors,).
+        Index of each error's protocol, shape (errors,).
     draw
-        Number of each error's draw, a set of errors injected together, shape (errors,).
+        Index of each error's draw (the errors that were injected together), shape (errors,).
     repaired
-        Number of each error's corrected frames at every τ, shape (errors, n).
+        Number of corrected frames of each error at every τ, shape (errors, n).
     """
 
     size: Array
@@ -63,15 +63,13 @@ class DrawnErrors:
 
     @property
     def fsr(self) -> Array:
-        """Return the fraction of error frames that are repaired, 0…1, (n,), or NaN without
-        errors.
-        """
+        """Return the fraction of repaired error frames, 0…1, shape (n,); NaN without errors."""
         frames = float(self.frames.sum())
         return self.repaired.sum(axis=0) / frames if frames else self._nothing
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Return the 95 % confidence band of the FSR over all errors of this kind, two arrays (n,).
+        """Return the 95 % confidence limits of the FSR, two arrays of shape (n,).
 
         The bounds of `_wilson` are computed for each protocol and combined as in [Zou &
         Donner 2008], since the number of frames of each protocol is not random.
@@ -88,10 +86,10 @@ class DrawnErrors:
         return np.maximum(self.fsr - np.sqrt(down), 0.0), np.minimum(self.fsr + np.sqrt(up), 1.0)
 
     def _wilson(self) -> tuple[Array, Array]:
-        """Return Wilson's bounds, which also hold for few errors or if all were repaired.
+        """Return the Wilson bounds of the FSR, which are valid even for few errors.
 
-        Errors are weighted by their frames. If the errors of a draw tend to succeed or fail
-        together, they are treated as correspondingly fewer errors.
+        Errors are weighted by their numbers of frames. If the errors of a draw tend to be repaired
+        or missed together, they are treated as correspondingly fewer errors.
         """
         p = self.fsr
         n = np.full(len(p), self.frames.sum() ** 2 / np.square(self.frames).sum())

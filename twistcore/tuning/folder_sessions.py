@@ -16,15 +16,15 @@ from twistcore.review import Session, read_session
 from twistcore.work.frozen import dataclass
 
 _SESSION = ".twist.json"  # the program's default; a person may choose another name
-_REPLAY = ".replay.json"  # the record of an export, whose review is in the clip's own session
+_REPLAY = ".replay.json"  # the record of an export; its review is also in the clip's session
 
 
 @dataclass(frozen=True)
 class Damaged:
     """A session that cannot be read, with the reason.
 
-    `clip` is the clip of the session if its content or file name reveals a clip in the same folder,
-    and the folder if not.
+    `clip` is the clip in the same folder that the file's content or name refers to. If there is no
+    such clip, it is the folder.
     """
 
     path: Path
@@ -41,15 +41,15 @@ class FolderSessions:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Return the files of all sessions."""
+        """Return the paths of all session files, including damaged ones."""
         return (*self.of.values(), *(one.path for one in self.damaged))
 
 
 def sessions_in(folder: Path) -> FolderSessions:
-    """Return the clips of a folder with their sessions.
+    """Return the session of each clip in a folder.
 
-    If a clip has several sessions, the latest one for the clip's current content is chosen or, if
-    there is none, the latest of all.
+    If a clip has several sessions, the latest session for the clip's current content is chosen. If
+    none is for this content, the latest of all is chosen.
     """
     found: dict[Path, list[tuple[Path, str]]] = {}
     damaged: list[Damaged] = []
@@ -58,7 +58,7 @@ def sessions_in(folder: Path) -> FolderSessions:
             damaged.append(Damaged(path, _meant_for(path) or folder, str(session)))
             continue
         clip = folder / PurePath(session.clip).name
-        if is_file(clip):  # not the folder, which '' or '/' would give
+        if is_file(clip):  # '' or '/' would give the folder
             found.setdefault(clip, []).append((path, session.sha256))
     of = {clip: _best(clip, found[clip]) for clip in sorted(found)}
     return FolderSessions(of, tuple(damaged))
@@ -69,8 +69,8 @@ def read_sessions(
 ) -> Iterator[tuple[Path, Session | TwistError]]:
     """Yield each session of a folder, sorted by name, or the error from reading it.
 
-    Set `below` to True to include subfolders. Other documents are skipped, as are records of
-    exports, whose review is in the clip's own session.
+    Set `below` to True to include subfolders. Other JSON files are skipped. Records of exports are
+    skipped, too, since their review is also in the clip's session.
     """
     for path in sorted((folder.rglob if below else folder.glob)("*.json")):
         if path.name.endswith(_REPLAY):
@@ -103,7 +103,10 @@ def _meant_for(path: Path) -> Path | None:
 
 
 def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:
-    """Return the best of a clip's sessions, which are given with the SHA-256 of their clips."""
+    """Return the session file to use for a clip.
+
+    `sessions` are pairs of a session file and the SHA-256 of the clip for which it was made.
+    """
     if len(sessions) == 1:
         return sessions[0][0]
     now = ""

@@ -47,13 +47,13 @@ def tau_curve(
     left_out: Sequence[Span] = (),
     rejected: Sequence[Span] = (),
 ) -> TauCurve:
-    """Return the curve of one chain in one clip that has no errors of its own.
+    """Return the τ curve of one chain in a clip without existing errors.
 
-    Only automatic corrections count. `name` is the clip's name, which seeds the errors together
-    with the chain's name. `left_out` are half-open spans of frames that do not count. `rejected`
-    are spans of intervals that a person rejected, whose alarms are counted elsewhere. The clip's
-    noise is always measured by the default detector, even if another one is tuned, since the
-    automatic τ of the paper's detector is the same in every clip.
+    Only automatic corrections count. `name` is the clip's name; together with the chain's name, it
+    seeds the random errors. `left_out` are half-open spans of frames that do not count. `rejected`
+    are spans of intervals that a person rejected, whose alarms the caller counts. The clip's noise
+    is always measured by the default detector, even if another one is tuned, since the automatic τ
+    of the paper's detector is the same in every clip.
     """
     motion, chains, clean = clip.motion, clip.chains, clip.by(method)
 
@@ -98,7 +98,10 @@ def _drawn(
     found: Sequence[Sequence[Interval]],
     frames: int,
 ) -> DrawnErrors:
-    """Return the result of one draw of a kind of error. `found` are the intervals at every τ."""
+    """Return how many frames of each error in one draw are corrected at every τ.
+
+    `kind` is the index of the protocol. `found` are the corrected intervals at every τ.
+    """
     truth, which = np.zeros(frames), np.full(frames, -1)
     for k, error in enumerate(errors):
         truth[error.start : error.stop] = error.offset

@@ -1,4 +1,4 @@
-"""Learn a confidence from verdicts: adjust the detector's confidence to a person's decisions.
+"""Learn from a person's verdicts how to adjust the detector's confidence.
 
 The detector's confidence estimates whether an injected error was found and corrected. A person may
 call fewer or more intervals errors, depending on rig, performer and taste. The map
@@ -25,7 +25,7 @@ from twistcore.tuning.verdict_curve import wilson
 from twistcore.tuning.verdicts_of import JudgedClip
 from twistcore.work.frozen import dataclass
 
-LEAST = 0.01  # closer to 0 or 1, the detector's confidence has no information
+LEAST = 0.01  # values closer to 0 or 1 carry no more information
 SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # standard deviations of the prior
 FOLDS = 5
 BINS = 10
@@ -54,7 +54,8 @@ class LearnedConfidence:
 class Seen:
     """Intervals that a detector listed.
 
-    The three arrays, (n,), have the confidence, True if accepted, and the number of the clip.
+    Three arrays of shape (n,): the confidence of each interval, whether it was accepted, and the
+    index of its clip.
     """
 
     confidence: Array
@@ -140,7 +141,7 @@ def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
 
 
 def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliability:
-    """Return the accepted fraction of intervals of similar confidence, in bins."""
+    """Return the accepted fraction of the intervals in bins of similar confidence."""
     of = np.minimum((confidence * bins).astype(int), bins - 1)
     rows: list[Bin] = []
     for b in np.unique(of):

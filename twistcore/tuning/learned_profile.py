@@ -1,4 +1,4 @@
-"""Make a profile from people's verdicts: each τ with its evidence, and the learned confidence."""
+"""Create a profile from verdicts: a τ for each chain, its evidence, and the learned confidence."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class LearnedProfile:
     reasons
         The evidence for each chain's τ.
     apart
-        Chains with a τ of their own.
+        Names of the chains that need a τ different from the common one.
     before, after
-        Reliability of the detector's confidences, and of the learned ones on held-out verdicts,
+        Reliability of the detector's confidences, and of the learned ones on held-out verdicts.
         None if there are too few verdicts.
     held_out
-        The word for the part of the verdicts that was held out.
+        A word for what was held out, such as 'clips'.
     """
 
     profile: Profile
@@ -71,7 +71,7 @@ class LearnedProfile:
 
 
 def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedProfile:
-    """Return the profile for every reviewed chain, with the τ from `found`.
+    """Return a profile with the τ in `found` for every reviewed chain.
 
     The profile names the rig and the performer if they are the same in all clips.
     """

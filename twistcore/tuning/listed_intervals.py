@@ -45,10 +45,10 @@ def list_counts(
     verdicts: Verdicts,
     left_out: Sequence[Span] = (),
 ) -> ListCounts:
-    """Return the counts of a chain at τ, in radians, as ``detect --tau`` lists them.
+    """Return the numbers of intervals that ``detect --tau`` lists for a chain at τ radians.
 
-    Intervals in the half-open spans `left_out` do not count. An interval was rejected if it shares
-    more frames with a rejected one than with any accepted one.
+    Intervals in the half-open spans `left_out` do not count. An interval counts as rejected if it
+    shares more frames with a rejected interval than with any accepted one.
     """
     found = [
         i

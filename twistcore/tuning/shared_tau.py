@@ -9,7 +9,7 @@ import numpy as np
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR, TauCurve
 from twistcore.work.frozen import dataclass
 
-SLIGHT = 0.01  # a chain that loses less than a point with the others' τ does not need its own
+SLIGHT = 0.01  # a chain that loses less than this with the shared τ does not need its own
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class SharedTau:
     served
         Chains for which the shared τ is almost as good as their own.
     apart
-        For each other chain, keyed by name: its own τ in radians and a short reason.
+        The τ in radians of each chain that needs its own, and a short reason, keyed by name.
     """
 
     tau: float
@@ -69,7 +69,7 @@ def shared_tau(
     price: float = ALARM_PRICE,
     smallest: float = SMALLEST_ERROR,
 ) -> SharedTau | None:
-    """Compare the chains' :meth:`TauCurve.suggested`. The result is None if there is no curve."""
+    """Return the τ that suits most chains, or None if there is no curve."""
     if not curves:
         return None
     own = {name: curve.suggested(price, smallest) for name, curve in curves.items()}
@@ -89,7 +89,7 @@ def shared_tau(
 
 
 def _why(curve: TauCurve, tau: float, own: float, price: float, smallest: float) -> str:
-    """Return the reason why a chain needs its own τ, or '' if the others' τ is good enough."""
+    """Return the reason why a chain needs its own τ, or '' if the shared `tau` is good enough."""
     if tau < curve.floor:
         return f"its noise allows no τ below {np.degrees(curve.floor):.2f}°"
     loss = curve.loss(price, smallest)

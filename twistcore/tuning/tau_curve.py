@@ -44,13 +44,13 @@ class TauCurve:
     noise
         The noise of each clip, in radians.
     drawn
-        The result for each injected error, None if unknown (the FSR then has no band) or if there
-        are none.
+        The result for each injected error. None if there are no errors or if they are unknown; the
+        FSR then has no band.
     own
-        The detector's automatic τ, radians, one per clip, if it differs from the noise.
+        The detector's automatic τ for each clip, in radians, if it differs from the noise.
     counts
-        The intervals that are listed, corrected automatically, or rejected at each τ, in the clips
-        with their own errors; None if not counted.
+        Numbers of intervals that are listed, corrected automatically, or rejected at each τ in the
+        clips with their existing errors; None if not counted.
     """
 
     tau: Array
@@ -65,9 +65,7 @@ class TauCurve:
 
     @property
     def fsr(self) -> Array:
-        """Return the fraction of error frames that are repaired, 0…1, (n,), or NaN without
-        errors.
-        """
+        """Return the fraction of repaired error frames, 0…1, shape (n,); NaN without errors."""
         share: Array = (
             self.repaired / self.errors if self.errors else np.full(len(self.tau), np.nan)
         )
@@ -86,7 +84,7 @@ class TauCurve:
 
     @property
     def floor(self) -> float:
-        """Return the median of the clips' own noise, in radians."""
+        """Return the median of the clips' noise, in radians."""
         return float(np.median(self.noise)) if self.noise else 0.0
 
     @property
@@ -135,8 +133,8 @@ class TauCurve:
         therefore costs as much as 5 percentage points of FSR, and no τ misses half of the errors to
         avoid one alarm. If several τ cost the same, the largest one up to the size of the smallest
         errors to find is chosen, since the injected errors say little about sizes in between. The
-        result is never below the clips' own noise. A τ above it that is used at present changes
-        only if the loss becomes smaller.
+        result is never below the clips' noise. If `present`, the τ used so far, is above the
+        noise, it is replaced only by a τ with a lower loss.
         """
         usable = np.flatnonzero(self.tau >= self.floor)
         if not len(usable):
@@ -154,7 +152,7 @@ class TauCurve:
         return np.interp(at, np.log(self.tau), self.loss(price, smallest))
 
     def is_best(self, tau: float, price: float, smallest: float) -> bool:
-        """True if no τ above the clips' noise has a lower loss than τ radians."""
+        """Return True if no τ above the clips' noise has a lower loss than `tau` (radians)."""
         usable = self.tau[self.tau >= self.floor]
         if tau < self.floor * (1.0 - _SAME) or not len(usable):
             return False
@@ -162,7 +160,7 @@ class TauCurve:
         return bool(here <= min(others) + LOSS_ALLOWED)
 
     def plateau(self, tau: float, price: float, smallest: float) -> tuple[float, float]:
-        """Return the range of τ around τ, in radians, whose :meth:`loss` is the same."""
+        """Return the range around `tau`, in radians, in which the :meth:`loss` is the same."""
         usable = self.tau[self.tau >= self.floor]
         points = np.unique([*usable, min(self.floor, tau), tau])
         loss = self.losses(points, price, smallest)
@@ -173,7 +171,7 @@ class TauCurve:
         return float(points[low]), float(points[high])
 
     def counts_at(self, tau: float) -> ListCounts | None:
-        """Return the counted intervals at the τ of the grid that is nearest to τ radians."""
+        """Return the numbers of intervals at the grid point nearest to `tau` (radians)."""
         if self.counts is None:
             return None
         k = self._nearest(tau)
@@ -189,14 +187,12 @@ class TauCurve:
         return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def at(self, tau: float) -> tuple[float, float]:
-        """Return the FSR, 0…1, and the number of false alarms at τ radians, interpolated on the
-        grid.
-        """
+        """Return the FSR (0…1) and the number of false alarms, interpolated at `tau` radians."""
         cost = self.cost(tau)
         return cost.fsr, cost.alarms
 
     def cost(self, tau: float) -> Cost:
-        """Return the cost of τ, in radians, with the confidence band and the examined minutes."""
+        """Return the cost of `tau` (radians), with its confidence band and the examined minutes."""
         return cost_of_all([(self, tau)])
 
     @property
@@ -206,7 +202,7 @@ class TauCurve:
         return self.drawn or nothing
 
     def _place(self, tau: float) -> tuple[int, float]:
-        """Return the grid index below τ, and the fraction of the distance to the next, in log τ."""
+        """Return the grid index below τ, and the fraction of the way to the next one in log τ."""
         at = float(np.interp(math.log(max(tau, 1e-9)), np.log(self.tau), range(len(self.tau))))
         below = min(int(at), max(len(self.tau) - 2, 0))
         return below, at - below

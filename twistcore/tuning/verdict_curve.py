@@ -17,8 +17,8 @@ from twistcore.work.frozen import dataclass
 LEVEL = 0.9  # level of confidence intervals
 _Z = 1.6449  # quantile of the normal distribution for LEVEL
 ENOUGH_ERRORS = 10  # minimum of accepted intervals for a suggestion: recall in steps of 10 %
-ENOUGH_OWN = 5  # minimum of verdicts on a chain, which uses the errors of the others as well
-BORROWED = 10.0  # number of its own errors that equals the errors of all other chains
+ENOUGH_OWN = 5  # minimum of verdicts on a chain; errors of other chains are used as well
+BORROWED = 10.0  # weight of all other chains' errors, as a number of the chain's own errors
 FEW_CLIPS = 5  # with fewer clips, verdicts are resampled instead
 DRAWS = 400
 _SAME = 1e-9  # share by which two τ may differ
@@ -39,8 +39,8 @@ def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
 class Suggestion:
     """A suggested τ in radians.
 
-    Between `low` and `high`, τ costs the same, or 90 % of the resampled suggestions lie there.
-    `least` is the smallest accepted error, NaN if none was accepted.
+    `low` and `high` limit the range in which τ costs the same or, if wider, the range of 90 % of
+    the resampled suggestions. `least` is the size of the smallest accepted error, or NaN.
     """
 
     tau: float
@@ -64,7 +64,7 @@ class VerdictCurve:
     found, alarms
         Number of errors and natural intervals that are detected at each τ, shape (rows, n).
     clips
-        Number of clips, or of minutes if larger, times the reviewed chains.
+        Number of clips (or of minutes, if larger) multiplied by the number of reviewed chains.
     reviewed
         The τ in radians from which intervals were listed, as the median of chains and clips.
     others
@@ -91,13 +91,13 @@ class VerdictCurve:
 
     @property
     def enough(self) -> bool:
-        """True if there are enough verdicts to suggest a τ."""
+        """Return True if there are enough verdicts to suggest a τ."""
         return self.needed == (0, 0)
 
     @property
     def needed(self) -> tuple[int, int]:
-        """Return how many accepted intervals (of any chain) and verdicts on this chain are
-        missing.
+        """Return how many more accepted intervals (of any chain) and verdicts on this chain are
+        needed.
         """
         own = self.counts
         errors = max(ENOUGH_ERRORS - own[0] - self.others[1], 0)
@@ -129,7 +129,7 @@ class VerdictCurve:
         return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
-        """Return the cost of every τ: the fraction of missed errors plus the priced alarms per
+        """Return the cost of every τ: the fraction of missed errors plus `price` per alarm and
         clip.
 
         If a chain has few errors, the errors of other chains show how large errors are in these
@@ -186,7 +186,7 @@ class VerdictCurve:
         return Suggestion(float(self.tau[place]), low, high, self.least)
 
     def is_one_sided(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> bool:
-        """True if only strong intervals were judged, and τ above these would gain nothing.
+        """Return True if only strong intervals were judged, and a τ above them gains nothing.
 
         Errors between the smallest size to find and the weakest judged interval are unknown then,
         so such verdicts do not justify a τ that would miss them.
@@ -199,7 +199,7 @@ class VerdictCurve:
 
     @property
     def one_sided_sentence(self) -> str:
-        """A sentence that explains why one-sided verdicts suggest no τ."""
+        """Return a sentence that explains why one-sided verdicts suggest no τ."""
         return (
             f"Nothing below {math.degrees(self.reviewed):.2f}° was judged, and the smallest "
             f"accepted error is {math.degrees(self.least):.1f}°. Judge weaker intervals, too, "
@@ -207,7 +207,10 @@ class VerdictCurve:
         )
 
     def _plateau(self, cost: Array, place: int) -> tuple[float, float]:
-        """Return the range of τ in radians around `place` that costs the same, where reviewed."""
+        """Return the reviewed range of τ (radians) around `place` that costs the same.
+
+        `place` is an index of the grid.
+        """
         same = (np.abs(cost - cost[place]) <= LOSS_ALLOWED) & (
             self.tau >= self.reviewed * (1 - _SAME)
         )
@@ -218,9 +221,7 @@ class VerdictCurve:
         return float(self.tau[first]), float(self.tau[last])
 
     def draw(self, draws: int, seed: int) -> Array:
-        """Return the number of times that each row occurs in samples with replacement, (draws,
-        rows).
-        """
+        """Return how often each row occurs in samples with replacement, shape (draws, rows)."""
         rows = len(self.errors)
         rng = np.random.default_rng(seed)
         drawn = rng.multinomial(rows, np.full(rows, 1.0 / rows), size=draws).astype(float)
@@ -282,15 +283,17 @@ class VerdictScore:
 
     @property
     def precision(self) -> tuple[float, float, float]:
-        """Return the fraction of detections that are errors, with bounds; NaN, 0 and 1 without
-        any.
+        """Return the fraction of detections that are errors, with its lower and upper bound.
+
+        Without detections, these are NaN, 0 and 1.
         """
         return _between(self.found, self.found + self.alarms)
 
     @property
     def recall(self) -> tuple[float, float, float]:
-        """Return the fraction of errors that are found, with bounds; NaN, 0 and 1 without
-        errors.
+        """Return the fraction of errors that are found, with its lower and upper bound.
+
+        Without errors, these are NaN, 0 and 1.
         """
         return _between(self.found, self.errors)
 

@@ -31,7 +31,7 @@ from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
 from twistcore.work.frozen import dataclass
 
-SAME = 0.5  # share of the frames of both from which a detection is the accepted error
+SAME = 0.5  # a detection that shares at least this fraction of frames is the accepted error
 _PERFORMER = re.compile(
     r"(?P<number>\d{1,3})_\d+|.*?(?P<word>(?:subject|performer|actor)[-_ ]?\d+)", re.IGNORECASE
 )
@@ -96,9 +96,7 @@ class JudgedClip:
 
     @property
     def reviewed_chains(self) -> float:
-        """Return the number of reviewed chains; a partly decided chain adds its decided
-        fraction.
-        """
+        """Return the number of reviewed chains; a chain decided in part counts as a fraction."""
         return sum(self.shares.get(chain, 1.0) for chain in self.reviewed)
 
     def of_chain(self, chain: str) -> JudgedClip:
@@ -123,8 +121,8 @@ def judged_clip(
 ) -> JudgedClip:
     """Return the verdicts of a review as evidence for the τ of its detector.
 
-    `performer` is taken from the file's name by default. Frames left out of tuning are ignored
-    here, too.
+    By default, `performer` is derived from the file's name. Intervals in frames that are left out
+    of tuning are ignored.
     """
     decided = _decided(state)
     detector = analysis.by(state.method)
@@ -147,7 +145,7 @@ def judged_clip(
 
 
 def is_verdict(judged: Judged) -> bool:
-    """True if the interval is a counter-twist that a person examined and decided on."""
+    """Return True if the interval is a counter-twist that a person examined and decided on."""
     return (
         judged.decision != Decision.UNDECIDED
         and judged.verdict != APPLIED
@@ -161,7 +159,7 @@ def verdicts_in(state: ReviewState) -> Verdicts:
     said = [j for j in state.intervals if is_verdict(j)]
     return Verdicts(
         errors=tuple(
-            # Without this, its evidence would be computed before sending.
+            # Pickling an interval with `explain` would first compute its evidence.
             replace(j.interval, explain=None)
             for j in said
             if j.decision == Decision.ACCEPTED
@@ -175,7 +173,7 @@ def verdicts_in(state: ReviewState) -> Verdicts:
 
 
 def _counts(state: ReviewState, interval: Interval) -> bool:
-    """True for a counter-twist of an existing chain, unless the interval is left out of tuning."""
+    """Return True for a counter-twist of an existing chain that is not left out of tuning."""
     left_out = any(
         interval.start < stop and start < interval.stop for start, stop in state.left_out
     )
@@ -196,8 +194,8 @@ def _reviewed(
     """Return the τ down to which each chain was reviewed, and the fraction of decided intervals.
 
     A chain with undecided intervals was reviewed down to its weakest decided interval, since
-    lowering τ alone is no review. A chain without intervals is reviewed when all others are
-    finished.
+    lowering τ alone is no review. A chain without intervals counts as reviewed when all other
+    chains are finished.
     """
     asked = [j for j in state.intervals if _counts(state, j.interval) and not is_verdict(j)]
     reviewed: dict[str, float] = {}

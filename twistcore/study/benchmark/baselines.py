@@ -1,4 +1,4 @@
-"""Common alternatives [Choi26 §2]: filters, projections, and interpolation of known errors.
+"""Common alternatives to the detectors [Choi26 §2]: filters, projections and interpolation.
 
 These methods filter the sign-continuous quaternion components of the chains' joints and renormalise
 them. They do not use the hierarchy, so they cannot distinguish a twist error from a motion.
@@ -38,7 +38,7 @@ class Baseline:
         The function that takes sign-continuous rotations (frames, joints, 4), frames per second and
         the wrong frames, and returns corrected rotations of the same shape.
     oracle
-        True if the method is given the true intervals and changes only the target's joints.
+        True if the method is given the true error intervals and changes only the target's joints.
     whole_body
         True if one joint's result depends on other joints.
     """
@@ -75,7 +75,7 @@ def _savgol(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
 
 
 def _kalman(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
-    """Filter with a steady-state constant-velocity Kalman filter, also called α-β filter."""
+    """Filter with a steady-state constant-velocity Kalman filter (α-β filter)."""
     index = KALMAN_ACCELERATION / (fps * fps * KALMAN_NOISE)
     r = (4.0 + index - np.sqrt(8.0 * index + index * index)) / 4.0
     alpha = 1.0 - r * r

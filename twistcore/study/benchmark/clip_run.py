@@ -1,4 +1,4 @@
-"""Run all protocols, methods and seeds on one clip, as a single task of a worker process."""
+"""Run all protocols, methods and seeds of the benchmark on one clip, in a worker process."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class BenchmarkSettings:
 
 @dataclass(frozen=True, eq=False)
 class ClipResult:
-    """The stored result of a clip, which has a few kilobytes for a clip of any length.
+    """The stored result of a clip, a few kilobytes for a clip of any length.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class ClipResult:
 
 
 def result_from_json(document: Mapping[str, Any]) -> ClipResult:
-    """Return the result from its JSON data. Raises KeyError, TypeError or ValueError if damaged."""
+    """Return the result from JSON data. Raises KeyError, TypeError or ValueError if damaged."""
     counts = [field.name for field in fields(Tally)]
     tallies = {
         Key(*key): Tally(**dict(zip(counts, values, strict=True)))

@@ -1,4 +1,4 @@
-"""Prepare a clip for a protocol, without a T-pose, with chains, limbs and natural events."""
+"""Prepare a clip for a protocol: remove the T-pose, and find chains, limbs and natural events."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class CleanScene:
 
     @cached_property
     def groups(self) -> tuple[tuple[Chain, ...], ...]:
-        """Return groups of chains and limbs that share joints, so errors stay in their group."""
+        """Return groups of chains and limbs that share joints; an error affects only one group."""
         return limbs(self.motion.skeleton, (*self.chains, *self.limbs))
 
     @property
@@ -68,16 +68,22 @@ class CleanScene:
 
     @cached_property
     def joints(self) -> NDArray[np.int64]:
-        """Return the indices of all chains' parents and children and of limbs' ends, sorted."""
+        """Return the sorted indices of all chains' parents and children and of the limbs' ends."""
         return chain_joints((*self.chains, *self.limbs))
 
     @cached_property
     def eventful(self) -> frozenset[str]:
-        """Return names of chains and limbs with natural events, which the audited table omits."""
+        """Return the names of chains and limbs with natural events.
+
+        The audited table omits them.
+        """
         return with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Yield each pass's index and targets: a chain, a limb, or a chain and the next one."""
+        """Yield the index and the targets of each pass.
+
+        The targets are a chain, a limb, or a chain and the next one, depending on the protocol.
+        """
         if self.protocol.clean:
             return ()
         if self.protocol.together > 1:

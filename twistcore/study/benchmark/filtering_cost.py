@@ -17,7 +17,7 @@ _MICRO = 1e-6
 
 @dataclass(frozen=True)
 class Fidelity:
-    """The cost for one clip and method, in integers, so that stored and new results are equal.
+    """The cost of a method for one clip, as integers that can be stored without rounding.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ def _lasting(speed: Array, window: int) -> Array:
 
 
 def _lag(before: Array, after: Array, longest: int) -> float:
-    """Return the lag of `after` in frames: the best shift up to `longest` frames."""
+    """Return the lag of `after` behind `before`: the best shift, up to `longest` frames."""
     a, b = before - before.mean(axis=0), after - after.mean(axis=0)
     longest = min(longest, len(a) // 2)
     shifts = range(-longest, longest + 1)

@@ -1,4 +1,4 @@
-"""The simplest anatomical correction, which turns every bent limb onto its hinge axis."""
+"""The simplest anatomical correction: rotate every bent limb onto its hinge axis."""
 
 from __future__ import annotations
 

@@ -159,7 +159,7 @@ def _change(metric: str, before: float, after: float) -> list[str]:
 
 
 def bar_chart(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
-    """Return two bars per segment, before and after, as a block of fixed-width text."""
+    """Return a bar chart in fixed-width text, with a bar before and one after for each segment."""
     highest = max(
         (v[k] for v in segments.values() for k in ("mae_before_deg", "mae_after_deg")), default=0.0
     )
@@ -221,11 +221,11 @@ def _listed(
     rows: Iterable[tuple[Sequence[str], Mapping[str, Any]]],
     columns: Sequence[tuple[str, str, int]],
 ) -> str:
-    """Return a table whose rows begin with their names, with columns (title, key, decimals)."""
+    """Return a table whose rows begin with `names`. `columns` are (title, key, decimals)."""
     lines = [[*own, *(_number(values[k], n) for _, k, n in columns)] for own, values in rows]
     return table([*names, *(title for title, _, _ in columns)], lines)
 
 
 def _number(value: float | None, digits: int) -> str:
-    # + 0.0: a rounded −0.0 would puzzle readers
+    # + 0.0 turns a rounded −0.0 into 0.0
     return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"

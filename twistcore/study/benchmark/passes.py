@@ -1,4 +1,4 @@
-"""Run one combination of clip, protocol, method and seed as a pure function."""
+"""Run the benchmark for one clip, protocol, method and seed."""
 
 from __future__ import annotations
 
@@ -75,15 +75,15 @@ def apply_method(
 ) -> MethodResult:
     """Apply a method to a motion, changing only joints of `chains`.
 
-    The automatic corrections are applied, or the offsets that the detector's analysis itself
-    returns, such as the paper's running sum.
+    For a detector, these are its automatic corrections, or the offsets that its analysis returns,
+    such as the paper's running sum.
 
     Parameters
     ----------
     chains
         The chains, and the limbs if their flips should be found.
     wrong
-        The frames that are truly wrong, for methods with known truth.
+        The frames with errors, for methods that are given the truth.
     tau
         τ in radians, keyed by chain name, by default the automatic τ.
     """
@@ -145,16 +145,17 @@ def clean_run(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun
 
 
 def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
-    """Return the false alarms in each chain and limb and, without injection, unwanted changes.
+    """Return tallies of false alarms and unwanted changes in the clean clip, by chain and limb.
 
-    Chains that are not targets of the protocol have an entry only if something was found in them.
+    Unwanted changes are counted only if the protocol injects no errors. Chains that are not targets
+    of the protocol have an entry only if something was found in them.
     """
     total: Tallies = {}
     counted: set[int] = set()
     for chain in (*scene.chains, *scene.limbs):
         tally = Tally(alarms=len(clean.outcome.found.get(chain.name, [])))
         if scene.protocol.clean:
-            # A joint that two chains share is counted once, with the first of the chains.
+            # A joint shared by two chains is counted once, for the first of them.
             own = [j for j in chain_joints([chain]).tolist() if j not in counted]
             counted.update(own)
             change = clean.change[:, np.isin(scene.joints, own)]
@@ -195,7 +196,7 @@ def run_item(
 def draw_pass_errors(
     scene: CleanScene, index: int, targets: Sequence[Chain], seed: int
 ) -> tuple[InjectedError, ...]:
-    """Return the errors of a pass, which depend only on seed, clip name, chain and protocol."""
+    """Return the errors of a pass. They depend only on seed, clip name, chain and protocol."""
     rng = generator(seed, scene.clip, index, zlib.crc32(scene.protocol.name.encode()))
     return draw_errors(scene.motion, targets, rng, scene.protocol, first=0)
 
@@ -239,10 +240,9 @@ def _run_pass(
 
 
 def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
-    """Return the desired rotations; in limbs, these exclude the clip's own flips.
+    """Return the desired rotations: the clean clip's, without the flips that limbs already have.
 
-    If a limb's flip is corrected in the clean clip, a method that also corrects the flip makes no
-    error.
+    A method that corrects such a flip makes no error.
     """
     truth = scene.motion.rotations
     for limb in scene.limbs:

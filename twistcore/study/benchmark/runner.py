@@ -31,9 +31,9 @@ PART_SCHEMA = "twistcore.benchmark-part/1"
 
 @dataclass
 class BenchmarkSummary:
-    """The data for the tables, which grow in memory by one line per clip.
+    """The data for the tables: sums over all clips, and one entry per clip in the lists.
 
-    Sums are integers, so that the order of the clips does not matter; `sort` sorts the lists.
+    Sums are integers, so the order of the clips does not matter. `sort` sorts the lists.
     """
 
     clips: int = 0
@@ -80,17 +80,17 @@ def run_benchmark(
     resume: bool = False,
     counter: Callable[[int, int], AbstractContextManager[TellName]] = clip_counter,
 ) -> BenchmarkSummary:
-    """Run every clip that is not in `partial` yet. Ctrl+C ends the run and keeps the results.
+    """Run the benchmark on every clip, and return the results.
 
-    The returned summary's `missing` is the number of clips that were not run. Raises FormatError if
-    the file was written with other settings.
+    Ctrl+C ends the run and keeps the results; the summary's `missing` is the number of clips that
+    were not run. Raises FormatError if `partial` was written with other settings.
 
     Parameters
     ----------
     partial
-        A JSON-lines file with one line per clip, each flushed immediately.
+        A JSON-lines file to which each clip's result is written as soon as the clip is finished.
     resume
-        True to continue this file instead of overwriting it.
+        True to keep this file's results and run only the other clips, False to overwrite it.
     counter
         The same as :func:`~twistcore.work.progress.clip_counter`.
     """
@@ -128,7 +128,7 @@ def run_benchmark(
 def _results(
     todo: Sequence[str], clips: dict[str, Path], settings: BenchmarkSettings, workers: int
 ) -> Iterator[ClipResult]:
-    """Yield results as they arrive. A clip that fails is recorded and does not end the run."""
+    """Yield results in order of completion. A clip that fails is recorded but ends no run."""
     items = [(clips[name], name) for name in todo]
     for (_, name), result in each(functools.partial(_run_item, settings), items, workers):
         if isinstance(result, Exception):
@@ -145,7 +145,7 @@ def _stamp(path: Path) -> tuple[int, int]:
     """Return a file's size and modification time, which show whether it was edited."""
     try:
         status = path.stat()
-    except OSError:  # missing, or a broken link: reading it raises the error
+    except OSError:  # missing, or a broken link: reading the clip will report the error
         return 0, 0
     return status.st_size, status.st_mtime_ns
 

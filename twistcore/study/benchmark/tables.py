@@ -1,4 +1,4 @@
-"""Benchmark results of each protocol, method, side and segment, as rows, CSV and JSON."""
+"""Write benchmark results for each protocol, method, side and segment as rows, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[Be
 
 
 def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
-    """Return (side, segment) of each row: the segments of each side, then all together."""
+    """Return (side, segment) of each row: the segments of each side, then the totals."""
     both = {(k.side, k.segment) for k in keys}
     sides = sorted({side for side, _ in both if side})
     segments = sorted({segment for _, segment in both}, key=segment_order)
@@ -129,7 +129,7 @@ def _percent(part: int, whole: int) -> float | None:
 
 
 def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[dict[str, Any]]:
-    """Return lag and peak speed on clean clips: medians over all and over the fastest tenth."""
+    """Return the medians of lag and peak speed over all clean clips, and over the fastest tenth."""
     out = []
     for method in settings.methods:
         measured = [f for _, f in summary.fidelity.get(method, [])]
@@ -188,7 +188,7 @@ def protocol_text(name: str) -> str:
 def benchmark_to_json(
     summary: BenchmarkSummary, settings: BenchmarkSettings, source: str
 ) -> dict[str, Any]:
-    """Return the whole benchmark as one JSON document."""
+    """Return the settings, rows and failures of the benchmark as one JSON document."""
     return {
         "schema": SCHEMA,
         "version": __version__,

@@ -1,4 +1,4 @@
-"""Counts and sums in integers, which are the same in any order and on any machine."""
+"""Counts and sums as integers, so that results do not depend on the order or the machine."""
 
 from __future__ import annotations
 
@@ -22,16 +22,17 @@ class Tally:
     Attributes
     ----------
     frames
-        Number of error frames. Further fields have their error before and after, and the numbers of
-        frames that are corrected and that become worse by more than half a degree.
+        Number of error frames. The next fields are sums of their error before and after, and the
+        numbers of frames that are corrected and that become worse by more than half a degree.
     pairs
         Clean (joint, frame) pairs of all chains.
     damaged
-        Pairs that the method changes by more than 1° here but not in the clean clip.
+        Pairs that the method changes by more than 1°, unlike in the clean clip.
     damage
         Sum of the changes of damaged pairs.
     natural, natural_change
-        Count and sum of the pairs that the method changes in the clean clip in the same way.
+        Number of pairs that the method changes in the same way in the clean clip, and the sum of
+        these changes.
     target_pairs, target_damaged
         `pairs` and `damaged` for the two joints of the injected chain only.
     truths, found, matched
@@ -64,7 +65,7 @@ class Tally:
         return Tally(*(a + b for a, b in zip(self.values(), other.values(), strict=True)))
 
     def values(self) -> tuple[int, ...]:
-        """The numbers of the tally, in the order of the fields."""
+        """Return the numbers of the tally, in the order of the fields."""
         return tuple(vars(self).values())
 
 

@@ -1,4 +1,4 @@
-"""The ratios that QuaMo must reach, their bounds, and the best observed ratios for missed
+"""The ratios that QuaMo must reach, with their bounds, and the best observed ratios for missed
 bounds.
 """
 
@@ -156,7 +156,7 @@ class BoundCheck:
 
     @property
     def met(self) -> bool:
-        """True if the mean over seeds meets the bound."""
+        """Return True if the mean over seeds meets the bound."""
         if self.bound is None:
             return True
         return self.value >= self.bound if self.above else self.value <= self.bound

@@ -34,8 +34,9 @@ _TRAIN_SEED = 100  # not used by any table
 
 
 def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
-    """Return the constant offset, fitted on other subjects, and the tuned rivals, causal ones
-    first.
+    """Return the methods for comparison: a constant offset, then the tuned rivals.
+
+    The offset for a clip is fitted on the clips of other subjects. Causal rivals come first.
     """
 
     @cache

@@ -1,4 +1,4 @@
-"""Seeded synthetic noise with error levels A and B, which imitates no pose estimator.
+"""Synthetic random noise at error levels A and B, which does not imitate any pose estimator.
 
 The levels match only the size and the speed that are reported for the errors of video pose
 estimators [Le26 Table 1].
@@ -30,9 +30,9 @@ class NoiseLevel:
     white
         Noise that is independent in every frame at 25 Hz.
     root_smooth
-        The range from which the size for each clip is drawn.
+        The range from which the size of the root's bias is drawn for each clip.
     root_white
-        The white size for the root, which is constant.
+        The size of the white noise of the root, which is the same for every clip.
     """
 
     smooth: float

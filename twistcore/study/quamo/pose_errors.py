@@ -33,7 +33,7 @@ class Errors:
 
 
 def errors(found: Array, truth: Array) -> Errors:
-    """Return all metrics of positions (frames, 24, 3) in mm; foot contacts are the truth's."""
+    """Return all metrics of positions (frames, 24, 3) in mm, with the foot contacts of `truth`."""
     here, there = root_aligned(found), root_aligned(truth)
     return Errors(
         mpjpe=mean_distance(here[:, 1:], there[:, 1:]),

@@ -1,7 +1,7 @@
 """The reports of `quamo evaluate` and `quamo ablation`, with all checks and tables.
 
-Both reports are written as Markdown and as JSON. The paper's column comes from other data [Le26
-Tables 1, 3]. So only ratios to the input can be compared, and none reproduces the paper's.
+Both reports are written as Markdown and as JSON. The column with the paper's results is from other
+data [Le26 Tables 1, 3], so only ratios to the input can be compared, and none is a reproduction.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class StudyReport:
 def evaluation_report(
     sequences: Sequence[Sequence24], networks: Networks, seeds: Sequence[int], tell: Tell
 ) -> StudyReport:
-    """Compare learned and hand-tuned gains with the rivals and with the bounds.
+    """Report how learned and hand-tuned gains compare with the rivals and with the bounds.
 
     Only clips whose subject was held out from some network of the variant 'full' are used.
     """
@@ -184,7 +184,10 @@ def _heading(sequences: Sequence[Sequence24], seeds: Sequence[int]) -> str:
 
 
 def _tables(scores: Scores, methods: Mapping[str, Method]) -> list[str]:
-    """Return the tables of metrics at each noise level; only ratios with systematic noise."""
+    """Return the tables of metrics at each noise level.
+
+    The tables for systematic noise have only ratios to the input.
+    """
     return [
         ratios_to_markdown(f"noise {c}, ratios", scores, list(methods), c)
         if c.systematic
@@ -199,7 +202,7 @@ def _paper_steps() -> str:
 
 
 def _drift() -> list[tuple[str, float, float, float]]:
-    """Return name, speed (rad/s), and errors in degrees of exact and first-order integration."""
+    """Return rows of name, speed (rad/s), and errors (degrees) of exact and first-order steps."""
     found = []
     for name, speed in SPEEDS:
         exact, first_order = np.degrees(open_loop_drift(speed, NETWORK_DT)).tolist()

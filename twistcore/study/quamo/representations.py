@@ -72,9 +72,7 @@ def from_coordinates(x: Array, representation: Representation) -> Array:
 def track_coordinates(
     q_hat: Array, dt: float, representation: Representation, gains: Gains
 ) -> Array:
-    """Track rotations (frames, …, 4) as three numbers each, beginning at rest on the first
-    frame.
-    """
+    """Track rotations (frames, …, 4) as three numbers each, from rest in the first frame."""
     reference = coordinates(q_hat, representation)
     x = np.empty_like(reference)
     x[0] = reference[0]
@@ -90,7 +88,7 @@ def track_coordinates(
 
 
 def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array:
-    """Track root positions (frames, …, 3) as the tracker does, from rest on the first frame.
+    """Track root positions (frames, …, 3) as the tracker does, from rest in the first frame.
 
     `steps` is the number of Euler steps within a frame, all towards the same reference. Earlier
     work uses six [Le26 supplement F].
@@ -106,7 +104,7 @@ def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array
 
 
 def full_turns(q: Array) -> bool:
-    """True if a clip's root turns through ±180° in any representation.
+    """Return True if a clip's root passes ±180° in any representation.
 
     `q` has the shape (frames, joints, 4).
     """
@@ -117,10 +115,9 @@ def full_turns(q: Array) -> bool:
 
 
 def open_loop_drift(speed: float, dt: float) -> tuple[float, float]:
-    """Return the errors of both integrations in radians after 100 steps at a constant speed
-    (rad/s).
+    """Return the errors in radians of exact and of first-order integration, in this order.
 
-    The first is the error of exact integration, the second is the error of first-order integration.
+    The errors are those after 100 steps at a constant speed (rad/s).
     """
     steps = 100
     axis = np.array([0.36, 0.48, 0.8])

@@ -1,4 +1,4 @@
-"""The rivals that a tracker must beat: causal filters, smoothers of whole clips, and an offset.
+"""Methods for comparison with a tracker: causal filters, whole-clip smoothers, and an offset.
 
 Each rival has separate settings for rotations and for the root's position. The settings are the
 best of a grid on the training subjects for which the MPJPE (and GRE) is no higher than our
@@ -80,7 +80,7 @@ def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
 
 
 def butterworth(x: Array, dt: float, setting: Setting) -> Array:
-    """Filter causally with a Butterworth low-pass that starts settled on the first frame.
+    """Filter causally with a Butterworth low-pass that starts in its steady state.
 
     `setting` is the order and the cut-off in Hz.
     """
@@ -92,7 +92,7 @@ def butterworth(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
-    """Filter with a Butterworth low-pass forward and backward, without a shift in time.
+    """Filter forward and backward with a Butterworth low-pass, without a delay.
 
     `setting` is the order and the cut-off in Hz.
     """
@@ -104,7 +104,7 @@ def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
-    """Fit a polynomial around each frame and return its middle.
+    """Fit a polynomial around each frame and return its value in that frame.
 
     `setting` is the window in frames and the degree.
     """
@@ -116,7 +116,7 @@ def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def spline(x: Array, dt: float, setting: Setting) -> Array:
-    """Smooth with the spline of `quamo refine --method spline`. `setting` is the cut-off in Hz."""
+    """Smooth as `quamo refine --method spline` does. `setting` is the cut-off in Hz."""
     return smoothed(x, setting[0], dt)
 
 

@@ -1,4 +1,4 @@
-"""Prepare clips for networks and tables: 24 joints, metres, 25 Hz, and the subject."""
+"""Convert clips for networks and tables to 24 joints, metres and 25 Hz."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Sequence24:
 
 
 def read_sequence(path: Path) -> Sequence24:
-    """Read a BVH clip without frame 0, which is not captured in CMU's BVH releases.
+    """Read a BVH clip without frame 0, which is a T-pose in CMU's BVH releases.
 
     Lengths are in CMU's unit. The subject is the part of the file name before '_'.
     """
@@ -58,7 +58,7 @@ def read_sequence(path: Path) -> Sequence24:
 
 
 def windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, ...]:
-    """Split clips into pieces of `frames` frames [Le26 §4.2], and drop the remainder."""
+    """Split clips into windows of `frames` frames [Le26 §4.2], and drop the remainder."""
     return tuple(
         replace(s, name=f"{s.name} {at}", q=s.q[at : at + frames], r=s.r[at : at + frames])
         for s in sequences

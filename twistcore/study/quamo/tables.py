@@ -1,4 +1,4 @@
-"""The scores of methods at every noise level and seed, as tables and as JSON."""
+"""Compute the scores of methods at every noise level and seed, and write tables and JSON."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ def ratios_to_markdown(
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a Markdown table whose columns are not aligned."""
+    """Return a Markdown table without padding in its cells."""
     lines = [f"| {' | '.join(cells)} |" for cells in (head, *rows)]
     lines.insert(1, f"|{'---|' * len(head)}")
     return "\n".join(lines) + "\n"

@@ -1,4 +1,4 @@
-"""The state space and both networks in PyTorch, step by step as in tracker.py and network.py.
+"""The state space and both networks in PyTorch, with the same steps as tracker.py and network.py.
 
 torch is passed in or imported when needed, so the rest of the program does not depend on it.
 """
@@ -151,7 +151,7 @@ def _moved(torch: Any, q: Tensor, phi: Tensor, exact: bool) -> Tensor:
 def relative_places(torch: Any, q: Tensor, offsets: Array) -> Tensor:
     """Return positions relative to the root, (windows, frames, 23, 3)."""
     bone = tensor(torch, offsets)[:, None].expand(-1, q.shape[1], -1, -1)
-    local, bones = q.unbind(dim=2), bone.unbind(dim=2)  # one gradient for all joints, not 24
+    local, bones = q.unbind(dim=2), bone.unbind(dim=2)  # one gradient, not 24
     turned, place = [local[0]], [torch.zeros_like(bones[0])]
     for k in range(1, JOINTS):
         above = turned[PARENTS[k]]

@@ -72,7 +72,7 @@ def train(
     compiled: bool = False,
     tell: Callable[[str], None] = print,
 ) -> Network:
-    """Train on these clips, continuing from a `checkpoint` with the same settings if there is one.
+    """Train on clips. `checkpoint` is a file to store the progress in and to continue from.
 
     Raises TwistError if PyTorch is not installed or if no clip is as long as a window.
     """
@@ -127,7 +127,7 @@ def batches(
     settings: TrainingSettings,
     epoch: int,
 ) -> Iterator[Batch]:
-    """Yield an epoch's windows in random order, randomly mirrored and rotated, with new noise.
+    """Yield an epoch's windows, shuffled, randomly mirrored and rotated, with new noise.
 
     The batches depend only on the settings' seed and on the epoch, so a resumed run gives the same
     result.
@@ -181,8 +181,8 @@ def _spread(sequences: Sequence[Sequence24]) -> Array:
 def _augmented(
     sequence: Sequence24, rng: np.random.Generator, spread: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    # Change the posture: turn every joint by a constant angle of its usual size of movement, so
-    # that the network learns how far a joint turns, not the posture of these people.
+    # Rotate every joint by a constant random angle of the size of its usual movement, so that the
+    # network learns how far a joint turns and not the posture of these people.
     posture = rng.standard_normal(spread.shape) * spread
     q, r, offsets = multiply(exponential(posture), sequence.q), sequence.r, sequence.offsets
     if rng.random() < 0.5:
@@ -219,7 +219,7 @@ def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> T
 def _settings_text(settings: TrainingSettings) -> str:
     """Return the settings as text for checkpoints.
 
-    The text has the class's old name, so that earlier checkpoints are accepted.
+    The text contains the former name of the class, so that earlier checkpoints are accepted.
     """
     return repr(settings).removeprefix("Training")
 
