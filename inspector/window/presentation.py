@@ -1,4 +1,4 @@
-"""The presentation: figure and curves in large type, for a lecture hall or a meeting."""
+"""The presentation mode: figure and curves in large type, for a lecture hall or a meeting."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ _CURVES_SHARE = 0.42  # share of the window's height
 
 
 class Presentation:
-    """Hides everything except figure, transport and curves, and restores the window afterwards."""
+    """A mode that shows only the figure, the transport and the curves, in large type.
+
+    At the end, the window is restored.
+    """
 
     def __init__(
         self,
@@ -40,7 +43,7 @@ class Presentation:
         self.escaped = self._escape.activated
 
     def enter(self) -> None:
-        """Start the presentation with large type on the full screen."""
+        """Start the presentation: large type, full screen."""
         if self._layout is not None:
             return
         window = self._window
