@@ -38,7 +38,7 @@ from twistcore.formats.suffixes import clip_suffix
 
 
 def default_clip() -> Path:
-    """Return the sample with injected errors and known ground truth."""
+    """Return the path of the sample clip, which has injected errors and known ground truth."""
     clips = sorted((places.ROOT / "assets").glob("*.truth.json"))
     names = [clip.with_name(clip.name.removesuffix(".truth.json") + ".bvh") for clip in clips]
     preferred = places.ROOT / "assets/walk_injected.bvh"
@@ -58,7 +58,7 @@ def copy_in_out(clip: Path) -> Path:
 
 
 def command_run(args: list[str]) -> int:
-    """Open the program; without a screen, run a demonstration and list its results."""
+    """Open the program. Without a screen, run a demonstration and list its results."""
     if has_screen() or {"--demo", "--screenshot", "--help", "-h", "--version"} & set(args):
         words = args or [str(copy_in_out(default_clip()))]
         with screen() as env:
@@ -72,7 +72,7 @@ def command_run(args: list[str]) -> int:
 
 
 def demonstrate(env: dict[str, str]) -> int:
-    """Run a demonstration on the sample that accepts everything."""
+    """Run a demonstration that accepts all intervals of the sample clip."""
     clip = default_clip()
     say(
         f"There is no screen, so a demonstration with {clip.name} runs on a virtual one. It "
@@ -82,7 +82,7 @@ def demonstrate(env: dict[str, str]) -> int:
 
 
 def show_clip(args: list[str], env: dict[str, str]) -> int:
-    """Take a picture of a clip and list its errors; nothing is decided."""
+    """Take a picture of a clip and list its errors, without any decisions."""
     say("There is no screen, so a picture is taken on a virtual one. Nothing is decided.")
     status = start_unseen([*args, "--screenshot", str(places.OUT / "inspector.png")], env)
     if status == 0 and clip_suffix(args[0]):
@@ -102,7 +102,7 @@ def start_unseen(words: list[str], env: dict[str, str]) -> int:
 
 
 def list_results(began: float) -> None:
-    """List the files left in out/ and its folders, with what they are."""
+    """List the new files in out/ with their kinds. `began` is the time since which they are new."""
     kinds = {
         ".png": "picture of the window",
         ".bvh": "corrected motion: only accepted intervals have changed",
@@ -126,9 +126,9 @@ def list_results(began: float) -> None:
 
 
 def command_test(args: list[str]) -> int:
-    """Run the quick tests, all tests with --all, or the tests that pytest arguments select.
+    """Run the quick tests, all tests with --all, or the tests selected by pytest's arguments.
 
-    Thorough tests run if a file or a mark is named, or with --all.
+    Thorough tests run with --all, or if a file or a mark is named.
     """
     words = [word for word in args if word != "--all"]
     everything = words != args
@@ -146,7 +146,7 @@ def command_test(args: list[str]) -> int:
 
 
 def warn_of_missing_translations() -> int:
-    """List texts that wait for a translation; the exit status, 0 unless CI is set."""
+    """List texts without a translation. Return the exit status, which is 0 unless CI is set."""
     status = start([str(places.PYTHON), "-m", "tests.gui.untranslated"], dict(os.environ))
     return status if os.environ.get("CI") else 0
 
@@ -177,7 +177,7 @@ def command_check(args: list[str]) -> int:
 
 
 def command_bench(args: list[str]) -> int:
-    """Run every benchmark, or the one named, with the remaining arguments."""
+    """Run all benchmarks or the named one, and pass the remaining arguments on."""
     names = sorted(file.stem for file in (places.ROOT / "benchmarks").glob("[!_]*.py"))
     if args and not args[0].startswith("-"):
         if args[0] not in names:
@@ -200,7 +200,7 @@ def command_shot(args: list[str]) -> int:
 
 
 def command_docs(args: list[str]) -> int:
-    """Build the site, with warnings as errors; with --links, check its external links."""
+    """Build the site, with warnings as errors. With --links, check its external links instead."""
     if args not in ([], ["--links"]):
         raise SetupError(f"docs takes --links or nothing, but got: {legible(' '.join(args))}")
     way, where = ("linkcheck", "build/links") if args else ("html", "build/site")
@@ -213,7 +213,7 @@ def command_docs(args: list[str]) -> int:
 
 
 def command_lock(args: list[str]) -> int:
-    """Update the lock files; versions that still fit are kept."""
+    """Update the lock files. Versions that still fit are kept."""
     if args not in ([], ["--upgrade"]):
         raise SetupError(f"lock takes --upgrade or nothing, but got: {' '.join(args)}")
     return write_locks(args)
@@ -238,7 +238,10 @@ COMMANDS = {
 
 
 def main(argv: list[str]) -> int:
-    """Set up what is missing, then run the command. Exit code 2 if a person must act."""
+    """Set up what is missing, then run the command.
+
+    Return the exit status, which is 2 if the user must do something first.
+    """
     if sys.version_info < OLDEST_PYTHON:
         say("Twist Inspector needs Python 3.11 or newer; this is Python " + sys.version.split()[0])
         return 2

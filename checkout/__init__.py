@@ -1,4 +1,5 @@
-"""What `dev.py` does in a checkout: set up, start, test. Only the standard library is used here.
+"""The implementation of `dev.py`, which sets up, starts and tests the program in a checkout.
 
-Nothing else is there when it begins; nothing of it is in a wheel.
+These modules use only the standard library, because nothing else is installed when they start. They
+are not part of the wheel.
 """

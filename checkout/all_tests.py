@@ -1,4 +1,4 @@
-"""The tests in two tiers, every module of window tests by itself, several at a time."""
+"""Run the tests in several processes at a time, with one process per module of window tests."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
     from tests.gui.forked import Parent
 
-# The modules of window tests that take longest, in this order: first, so that no lane ends with a
-# long one while the others have nothing left to do.
+# The slowest modules of window tests, in this order. They start first, because a slow module at
+# the end would run alone while the other lanes are idle.
 LONG = (
     *("tuning_pages", "nothing_lost", "taken_away", "kill", "sessions", "starts_and_ends"),
     *("recording", "test_tuning", "folder", "in_browser", "quality", "by_hand", "language"),
@@ -35,14 +35,18 @@ LONG = (
 )
 QUICK_MINUTES = "5 to 10 minutes on two cores"
 ALL_MINUTES = "15 to 25 minutes on two cores"
-EXAMPLES = "TWIST_INSPECTOR_EXAMPLES"  # what a person sets goes before the tier's
-NO_TESTS = 5  # pytest's status where no test was left to run
+EXAMPLES = "TWIST_INSPECTOR_EXAMPLES"  # set by the user, it overrides the tier's profile
+NO_TESTS = 5  # the exit status of pytest if no test was selected
 CORE_PARTS = 8
 
 
 @dataclass(frozen=True)
 class Tier:
-    """Which tests run: pytest's words for them, and Hypothesis's profile (tests/conftest.py)."""
+    """A selection of tests.
+
+    - words: the arguments for pytest
+    - examples: the profile of Hypothesis, see tests/conftest.py
+    """
 
     words: tuple[str, ...]
     examples: str
@@ -54,18 +58,22 @@ ALL = Tier((), "patient")
 
 @dataclass
 class Outcome:
-    """What became of some tests: how many passed and so on, and a line for each that failed."""
+    """The result of some tests.
+
+    - counts: the number of tests, keyed by 'passed', 'failed' and 'skipped'
+    - failures: a line for each failed test
+    """
 
     counts: collections.Counter[str] = field(default_factory=collections.Counter)
     failures: list[str] = field(default_factory=list)
 
 
 def run_all(*, everything: bool = False) -> int:
-    """Run the quick tests, or all, several processes at a time; return the exit status.
+    """Run the quick tests, or all tests, and return the exit status.
 
-    Every module of window tests has a process of its own. Three run at a time where each has a
-    virtual screen: on a real one windows would take each other's keys, so that they run one after
-    another, with the tests that open no windows at the same time.
+    Every module of window tests runs in its own process, and three processes run at a time, each
+    with its own virtual screen. If there is a real screen, the window tests run one after another,
+    because several windows would receive each other's keys. The other tests run at the same time.
     """
     if everything:
         say(f"All tests take {ALL_MINUTES}; dev.py test runs the quick ones.")
@@ -79,7 +87,7 @@ def run_all(*, everything: bool = False) -> int:
     def run_twice(part: list[str], parent: Parent | None) -> None:
         with tempfile.TemporaryFile() as output:
             done = run_part(part, output, parent, tier)
-            if done is None and not given_up:  # it crashed, or hung until pytest gave it up
+            if done is None and not given_up:  # it crashed, or pytest stopped it after a timeout
                 notes.append(f"{part[0]}: its process did not come to its end and was run again.")
                 done = run_part(part, output, parent, tier)
             output.seek(0)
@@ -90,7 +98,7 @@ def run_all(*, everything: bool = False) -> int:
         whole.failures.extend(done.failures)
 
     def lane(*queues: Iterator[tuple[list[str], Parent | None]]) -> None:
-        for queue in queues:  # each is shared by all lanes
+        for queue in queues:  # all lanes share each queue
             for part, parent in queue:
                 if not given_up:
                     run_twice(part, parent)
@@ -99,7 +107,7 @@ def run_all(*, everything: bool = False) -> int:
         modules = window_tests() if everything else [m for m in window_tests() if has_quick(m)]
         windows = iter([([module], parent) for module in modules])
         core = iter([(part, None) for part in core_tests()])
-        # Windows wait for half their time, on the screen and on each other: there is room for more.
+        # Window tests are idle half of the time, so more processes than cores are useful.
         queues = (
             [(core,), (windows,)] if has_screen() else [(core, windows), *[(windows, core)] * 2]
         )
@@ -107,7 +115,7 @@ def run_all(*, everything: bool = False) -> int:
         try:
             for each in running:
                 each.result()
-        except BaseException:  # Ctrl+C, or we were told to end
+        except BaseException:  # Ctrl+C or SIGTERM
             given_up = True
             for child in tuple(RUNNING):
                 child.terminate()
@@ -120,13 +128,13 @@ def run_all(*, everything: bool = False) -> int:
 
 
 def failures_told(failures: Iterable[str]) -> list[str]:
-    """Every failed test once, with the first line of its reason."""
+    """Return lines that list every failed test once, with the first line of the reason."""
     lines = [f"  {line}" for line in dict.fromkeys(failures)]
     return ["", "Failed:", *lines] if lines else []
 
 
 def core_tests() -> list[list[str]]:
-    """The modules of tests that open no window, in parts of about the same size."""
+    """Return the test modules that open no window, in parts of about the same size."""
     files = sorted(places.ROOT.glob("tests/**/test_*.py"))
     names = [file.relative_to(places.ROOT).as_posix() for file in files]
     names = [name for name in names if not name.startswith("tests/gui/")]
@@ -134,21 +142,24 @@ def core_tests() -> list[list[str]]:
 
 
 def window_tests() -> list[str]:
-    """The modules of window tests, the long ones first."""
+    """Return the modules of window tests, with the slow ones first."""
     files = sorted(places.ROOT.glob("tests/gui/test_*.py"))
     files.sort(key=lambda file: [name not in file.name for name in LONG])
     return [file.relative_to(places.ROOT).as_posix() for file in files]
 
 
 def has_quick(module: str) -> bool:
-    """False if all tests of the module are thorough, so that its process need not start."""
+    """Return False if all tests of the module are thorough, so that it need not be started."""
     text = (places.ROOT / module).read_text("utf-8")
     return not re.search(r"^pytestmark = (\[\s*)?pytest\.mark\.thorough", text, re.MULTILINE)
 
 
 @contextlib.contextmanager
 def parent_of_tests() -> Iterator[Parent | None]:
-    """What has imported all that window tests need; None where processes cannot be forked off."""
+    """Start a process from which window tests are forked, with all their imports already loaded.
+
+    On systems other than Linux, yield None.
+    """
     if not sys.platform.startswith("linux"):
         yield None
         return
@@ -167,9 +178,10 @@ def run_part(
     parent: Parent | None = None,
     tier: Tier = ALL,
 ) -> Outcome | None:
-    """Run some of the tests on a screen of their own and count; None if pytest did not end.
+    """Run some of the tests on a screen and count the results. Return None if pytest did not end.
 
-    What it says goes to `output`, or to where we say things. parent: it is forked off that.
+    The output is written to `output`, or to the terminal. With a `parent`, the tests run in a
+    process forked from it.
     """
     with tempfile.TemporaryDirectory(prefix="twist-inspector-") as folder, screen() as env:
         report = Path(folder) / "report.xml"
@@ -189,24 +201,24 @@ def run_part(
         raise KeyboardInterrupt
     passed = number["tests"] - failed - number["skipped"]
     failures = [line for case in suite.iter("testcase") for line in failure_of(case)]
-    if status and not failed:  # what went wrong outside of any test
+    if status and not failed:  # an error outside of all tests
         failed, failures = 1, [f"{part[-1]}: pytest ended with {status}, outside of any test."]
     counts = collections.Counter(passed=passed, failed=failed, skipped=number["skipped"])
     return Outcome(counts, failures)
 
 
 def failure_of(case: ElementTree.Element) -> list[str]:
-    """Name a test of pytest's report and the first line of each reason why it failed."""
+    """Return the name of a failed test in pytest's report with the first line of each reason."""
     module, name = case.get("classname", ""), case.get("name", "")
-    if not module:  # one that could not be collected
+    if not module:  # a module that could not be collected
         module, name = name, ""
-    # Of the words with points between them the first that begins like one is the file.
+    # The first dotted name that begins with test_ is the file.
     file = re.sub(r"^((?:\w+\.)*?test_\w+)", lambda m: m[0].replace(".", "/") + ".py", module)
     name = "::".join(filter(None, [*file.replace(".py.", ".py::").split("::"), name]))
     lines = []
     for found in (*case.iterfind("failure"), *case.iterfind("error")):
         message, text = found.get("message", ""), found.text or ""
-        if message.startswith("collection failure"):  # why is in the text alone
+        if message.startswith("collection failure"):  # only the text has the reason
             errors = [line[1:] for line in text.splitlines() if line.startswith("E ")]
             message = errors[-1] if errors else text.strip()
         reason = next(iter(message.strip().splitlines()), "no reason was given")
@@ -217,12 +229,16 @@ def failure_of(case: ElementTree.Element) -> list[str]:
 def run_forked(
     parent: Parent, words: list[str], env: dict[str, str], output: IO[bytes]
 ) -> int | None:
-    """The exit status of Python, forked off; None where it is not known, as its parent is gone."""
+    """Run Python in a forked process and return its exit status.
+
+    `words` are Python's arguments. The result is None if the parent process has ended, so that the
+    status is unknown.
+    """
     try:
         with contextlib.closing(parent.start(words, env, output, places.ROOT)) as child:
             try:
                 return finish(child)
-            except (OSError, ValueError):  # it may go on, on the screen that is needed
+            except (OSError, ValueError):  # it may still use the screen
                 os.kill(child.pid, signal.SIGKILL)
     except (OSError, AssertionError):
         pass

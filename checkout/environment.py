@@ -1,4 +1,4 @@
-"""The Python environment of a checkout: `.venv`, what the lock file says, and the lock files."""
+"""The Python environment of a checkout in `.venv`, and its lock files."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 PACKAGES = ["inspector", "twistcore"]
 OLDEST_PYTHON = (3, 11)
 LOCKED_EXTRAS = {places.LOCK: "dev", places.BUNDLE_LOCK: "bundle"}
-# What finds faults of a report's pages for people who hear them or have keys only: one script, out
-# of a package whose own needs are not wanted. Beside the environment's packages, not among them.
+# The package with a script that checks the accessibility of a report's pages. Only the script is
+# used, so the package is installed in a separate folder, without its dependencies.
 AXE, AXE_FOLDER = "axe-playwright-python==0.1.8", places.VENV / "axe"
 AXE_HASH = "fdd263c998388f1a8e67cad02677e612d946248bd44d163be5e8650ea31f95f8"
 UNLOCKED = "--unlocked"
 UNLOCKED_COMMAND = f"python3 dev.py setup {UNLOCKED}"
 # Measured with every extra and tool: on the disk, and with what pip unpacks beside it on the way.
 VENV_GB, SETUP_GB = 2.0, 3.0
-# What pip says where a file is another than the lock file's, and where that has none that fits.
+# Messages of pip if a file has the wrong hash, and if the lock file has no suitable version.
 HASH_DIFFERS = re.compile(r"DO NOT MATCH THE HASHES")
 NOT_LOCKED = re.compile(
     r"No matching distribution|Could not find a version|versions pinned with =="
@@ -40,7 +40,7 @@ NOT_LOCKED = re.compile(
 
 
 def venv_version() -> str:
-    """The full version of the interpreter in .venv; empty where it is absent or broken."""
+    """Return the full version of the Python in .venv, or '' if it is missing, broken or too old."""
     code = f"import sys; print(sys.version if sys.version_info >= {OLDEST_PYTHON} else '')"
     try:
         command = [str(places.PYTHON), "-c", code]
@@ -51,14 +51,20 @@ def venv_version() -> str:
 
 
 def fingerprint() -> str:
-    """Changes whenever the installation has to be repeated, a moved checkout included."""
+    """Return a hash that changes whenever the packages must be installed again.
+
+    It depends on the lock file, the Python version and the path of the checkout.
+    """
     files = [places.ROOT / "pyproject.toml", places.LOCK]
     parts = [*(file.read_text("utf-8") for file in files), venv_version(), str(places.ROOT)]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
 def make_venv(uv: str | None) -> None:
-    """Create .venv, in place of one whose interpreter no longer starts."""
+    """Create .venv, and replace an existing one.
+
+    Raise SetupError if it cannot be created. `uv` is the path of uv, or None.
+    """
     say("Making .venv")
     command = [uv, "venv", "--clear", "--python", sys.executable, str(places.VENV)] if uv else None
     if command and not quietly(command):
@@ -112,7 +118,10 @@ def free_bytes(folder: Path) -> int:
 
 
 def install(words: Sequence[str], uv: str | None) -> str:
-    """Install into .venv by uv where possible, else by pip. Empty, or why not in pip's words."""
+    """Install into .venv with uv if possible, or else with pip.
+
+    `words` are the arguments of `pip install`. Return '' on success, or the last lines of pip.
+    """
     python = str(places.PYTHON)
     with_uv = ["pip", "install", "--compile-bytecode", "--python", python, *words]
     if uv and not quietly([uv, *with_uv]):
@@ -120,28 +129,31 @@ def install(words: Sequence[str], uv: str | None) -> str:
     pip = [python, "-m", "pip"]
     if quietly([*pip, "--version"]):  # an environment that uv made has no pip
         quietly([python, "-m", "ensurepip"])
-    # uv installs several times faster than pip, so that fetching it first pays off.
+    # uv installs several times faster than pip, so it is worth installing first.
     if not uv and not fetch_uv() and not quietly([python, "-m", "uv", *with_uv]):
         return ""
-    # pip has the last word: it knows settings, such as a mirror in pip.conf, that uv does not.
+    # If uv fails, pip may still succeed, because it reads settings such as a mirror in pip.conf.
     return quietly([*pip, "install", "--retries", "2", *words])
 
 
 def fetch_uv() -> str:
-    """The uv of the lock file, into .venv. Empty if it is there, else why not."""
+    """Install the locked version of uv into .venv. Return '' on success, or an error message."""
     if not quietly([str(places.PYTHON), "-m", "uv", "--version"]):
         return ""
     return install_hashed(locked("uv"), "--retries", "1")
 
 
 def locked(name: str) -> str:
-    """What the lock file says of a package: its version, and its hashes on further lines."""
+    """Return the entry of a package in the lock file: its version, and its hashes."""
     entries = re.split(r"\n(?=\S)", places.LOCK.read_text("utf-8"))
     return "\n".join(entry for entry in entries if entry.startswith(f"{name}=="))
 
 
 def install_hashed(requirement: str, *options: str) -> str:
-    """Install by pip what is given with its hashes. Empty, or why not."""
+    """Install a package with pip, given its version and hashes.
+
+    Return '' on success, or an error message.
+    """
     with tempfile.TemporaryDirectory(prefix="twist-inspector-") as folder:
         file = Path(folder) / "requirements.txt"
         file.write_text(requirement, "utf-8")
@@ -150,7 +162,7 @@ def install_hashed(requirement: str, *options: str) -> str:
 
 
 def why_not_installed(problem: str) -> str:
-    """What pip's last lines say is wrong, in words."""
+    """Return an explanation of the last lines of pip."""
     if HASH_DIFFERS.search(problem):
         return (
             "The Python packages could not be installed: what the package index gave is not what "
@@ -229,11 +241,11 @@ def ensure_venv(*, unlocked: bool = False) -> None:
     # and every start where Python is told to keep nothing.
     folders = [str(places.ROOT / package) for package in PACKAGES]
     quietly([str(places.PYTHON), "-m", "compileall", "-q", *folders])
-    places.STAMP.write_text(fingerprint(), "utf-8")  # last: an interrupted set-up is repeated
+    places.STAMP.write_text(fingerprint(), "utf-8")  # last, so an interrupted set-up is repeated
 
 
 def ensure_axe() -> None:
-    """Fetch the script; where it cannot be had the pages are not looked at with it."""
+    """Download the script that checks accessibility. Without it, some tests are skipped."""
     if any(AXE_FOLDER.rglob("axe.min.js")):
         return
     options = ["--target", str(AXE_FOLDER), "--retries", "1"]
@@ -242,13 +254,13 @@ def ensure_axe() -> None:
 
 
 def write_locks(options: Sequence[str]) -> int:
-    """Write the lock files anew; what they name stays where it still fits. options: uv's."""
+    """Update the lock files, and keep versions that still fit. `options` are options of uv."""
     oldest = ".".join(map(str, OLDEST_PYTHON))
     words = ["pip", "compile", "--universal", "--python-version", oldest, "--generate-hashes"]
     words += ["--no-emit-index-url", "--no-annotate", "--no-config", "--quiet", *options]
     words += ["--custom-compile-command", "python3 dev.py lock"]
     for file, extra in LOCKED_EXTRAS.items():
-        # One version of each package, wherever it is installed.
+        # All lock files have the same version of each package.
         same = ["--constraint", places.LOCK.name] if file != places.LOCK else []
         to = ["--extra", extra, *same, "pyproject.toml", "--output-file", str(file)]
         status = start([str(places.PYTHON), "-m", "uv", *words, *to], dict(os.environ))

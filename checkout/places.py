@@ -1,4 +1,4 @@
-"""Where things are in a checkout."""
+"""The paths of files and folders in a checkout."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 STAMP = VENV / "twist-inspector.stamp"
 OUT = ROOT / "out"
-# Which version of every package is installed here, each file by its hash, for every system and
-# Python from the oldest on; and the same for what a bundle is made of. `pip install` of the program
-# knows nothing of them: in somebody's environment it must get on with what else is there.
+# The version and the hashes of every package in .venv and in a bundle, for all systems and all
+# supported versions of Python. `pip install` of the program does not use these files, because it
+# must be compatible with the packages that the user already has.
 LOCK, BUNDLE_LOCK = ROOT / "requirements.lock", ROOT / "packaging" / "bundle.lock"

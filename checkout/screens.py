@@ -1,4 +1,4 @@
-"""Screens that programs of a checkout run on: the real one, or a virtual one of their own."""
+"""The screen on which programs of a checkout run, either the real or a virtual one."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ from inspector.system_libraries import has_screen
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
+QT_API = {"QT_API": "pyside6"}  # pyvistaqt uses QtPy, which may also find another Qt
 
 
 @contextlib.contextmanager
 def screen() -> Iterator[dict[str, str]]:
-    """The environment for a program with windows; a virtual screen where there is no real one."""
+    """Yield the environment variables for a program with windows.
+
+    If there is no real screen, the program runs on a virtual one.
+    """
     if has_screen():
         yield os.environ | QT_API
         return
@@ -30,13 +33,16 @@ def screen() -> Iterator[dict[str, str]]:
 
 @contextlib.contextmanager
 def virtual_screen(*options: str) -> Iterator[dict[str, str]]:
-    """The environment for a program on a virtual screen of its own; options: of Xvfb."""
+    """Start a virtual screen, and yield the environment variables for a program that uses it.
+
+    `options` are additional options of Xvfb.
+    """
     env = os.environ | QT_API
     reader, writer = os.pipe()
     command = ["Xvfb", "-displayfd", str(writer), "-screen", "0", "1920x1080x24"]
     command += ["+extension", "GLX", "+render", "-noreset", *options]
     with tempfile.TemporaryDirectory(prefix="twist-inspector-") as scratch:
-        # A session of its own, so that Ctrl+C does not take the screen from under the program.
+        # In a new session, because Ctrl+C must not stop the screen before the program.
         server = subprocess.Popen(
             command,
             pass_fds=[writer],
@@ -56,7 +62,10 @@ def virtual_screen(*options: str) -> Iterator[dict[str, str]]:
 
 
 def read_line(descriptor: int, seconds: float) -> str:
-    """The number that Xvfb writes once it is ready."""
+    """Return the line that Xvfb writes when it is ready, which is its display number.
+
+    Raise SetupError if there is none after `seconds`.
+    """
     line = b""
     while not line.endswith(b"\n"):
         ready, _, _ = select.select([descriptor], [], [], seconds)

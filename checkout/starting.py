@@ -1,4 +1,4 @@
-"""Programs that a checkout starts: unseen, in the foreground, with nothing left running."""
+"""Functions that start other programs and wait for them."""
 
 from __future__ import annotations
 
@@ -18,27 +18,30 @@ if TYPE_CHECKING:
 
     from tests.gui.forked import Forked
 
-# What pip and uv say where the index cannot be reached, or is not trusted.
+# Messages of pip and uv if the index cannot be reached, or its certificate is not trusted.
 CERTIFICATE = re.compile(r"certificate|SSLError|UnknownIssuer", re.IGNORECASE)
 CONNECTION = re.compile(
     r"connection|network|resolv|\bdns\b|timed out|unreachable|no route",
     re.IGNORECASE,
 )
-# Of graphics drivers that look for hardware which a virtual screen has not, and go on without.
+# Harmless messages of graphics drivers that find no hardware on a virtual screen.
 DRIVER_NOISE = re.compile(rb"libGL |libEGL |MESA|glx: |.*(ZINK|zink|failed to load driver)")
 
 
 class SetupError(Exception):
-    """Something a person has to mend; the text says what, in words."""
+    """The set-up failed, and the user must do something. The text of the error says what."""
 
 
 def say(text: str) -> None:
-    """Tell the person; at once, also into a pipe."""
+    """Print a text and flush the output, so that it also appears immediately in a pipe."""
     print(text, flush=True)
 
 
 def quietly(command: Sequence[str], env: dict[str, str] | None = None) -> str:
-    """Run a command unseen. Empty if it succeeded, else the last lines that say why not."""
+    """Run a command without showing its output.
+
+    Return '' on success, or the last lines that explain the failure.
+    """
     try:
         done = subprocess.run(
             command, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
@@ -49,7 +52,7 @@ def quietly(command: Sequence[str], env: dict[str, str] | None = None) -> str:
         return ""
     lines = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
     reasons = [line for line in lines if line.lstrip().startswith(("ERROR:", "E:"))]  # pip, apt
-    # Why nothing could be fetched stands before them, once a trial; ERROR: says what is lacking.
+    # The reason for a failed download precedes the lines with ERROR:, once per attempt.
     causes = [line for line in lines if CERTIFICATE.search(line) or CONNECTION.search(line)]
     told = [*(line for line in causes[-1:] if line not in reasons), *(reasons or lines)[-6:]]
     return "\n".join(f"  {line.strip()}" for line in told) or f"  exit status {done.returncode}"
@@ -65,16 +68,17 @@ def start(
     output: IO[bytes] | None = None,
     errors: int | None = None,
 ) -> int:
-    """Run a command in the foreground, or into `output`, and return its exit status.
+    """Run a command and return its exit status.
 
-    Ctrl+C reaches the command itself, so the first is left to it; the second ends it.
+    The output goes to `output`, or to the terminal. The command itself receives Ctrl+C, so the
+    first Ctrl+C has no effect here, but the second one terminates the command.
     """
     errors = errors if output is None else subprocess.STDOUT
     return finish(subprocess.Popen(command, env=env, cwd=cwd, stdout=output, stderr=errors))
 
 
 def finish(child: subprocess.Popen[bytes] | Forked) -> int:
-    """Wait for what was started, and return its exit status."""
+    """Wait for a process that was started, and return its exit status."""
     RUNNING.add(child)
     interrupted = False
     try:
@@ -85,7 +89,7 @@ def finish(child: subprocess.Popen[bytes] | Forked) -> int:
                 if interrupted:
                     child.terminate()
                 interrupted = True
-            except SystemExit:  # we were told to end: so is the command
+            except SystemExit:  # on SIGTERM, terminate the command, too
                 child.terminate()
                 child.wait()
                 raise
@@ -97,7 +101,11 @@ def finish(child: subprocess.Popen[bytes] | Forked) -> int:
 
 @contextlib.contextmanager
 def without_driver_noise() -> Iterator[int]:
-    """Where a program's errors go: on to ours, but for what drivers say of a virtual screen."""
+    """Yield a file descriptor for a program's errors.
+
+    The errors are copied to standard error, without messages of graphics drivers about a virtual
+    screen.
+    """
     reader, writer = os.pipe()
 
     def pass_on() -> None:
@@ -112,4 +120,4 @@ def without_driver_noise() -> Iterator[int]:
         yield writer
     finally:
         os.close(writer)
-        thread.join(5)  # no longer, where something that was left running holds the pipe
+        thread.join(5)  # limited, because a program that is still running may keep the pipe open

@@ -1,4 +1,4 @@
-"""What the system brings: libraries, the virtual screen, programs that tests use."""
+"""The system packages that the program and its tests need."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ if TYPE_CHECKING:
 
 # The virtual screen, and the software OpenGL driver that draws on it.
 XVFB_PACKAGES = ["xvfb", "libgl1-mesa-dri"]
-# Tests that use the program as a person does have a screen of their own, where nothing else is
-# seen or typed, with a window manager, with and without a compositor, and real mouse and keys.
+# Tests that use the program like a user run on a separate screen, where no other program
+# interferes, with a window manager, with and without a compositor, and with real input events.
 TEST_PROGRAMS = {
     "Xvfb": XVFB_PACKAGES,
     "openbox": ["openbox"],
     "xcompmgr": ["xcompmgr"],
     "xdotool": ["xdotool"],
 }
-# What a lesson's web page is opened in. It is large, 120 MB to fetch and 400 MB on the disk: CI has
-# it brought, elsewhere a browser that is there is used.
+# The browser in which tests open a lesson's web page. It is large (a download of 120 MB, 400 MB on
+# disk), so only CI installs it. On other machines, an installed browser is used.
 BROWSER = {"chromium": ["chromium"]}
 
 
 def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
-    """What the system lacks: library or program -> the Debian package that brings it.
+    """Return the missing libraries and programs, each with the Debian package that contains it.
 
-    Unless `windows` are to be opened, only what making .venv takes is looked for; `tests` of them
-    take some programs more.
+    Unless `windows` are to be opened, this checks only what is needed to create .venv. With
+    `tests`, it also checks the programs that window tests need.
     """
     if not sys.platform.startswith("linux"):
         return {}
     missing = {}
     if not (places.PYTHON.exists() or shutil.which("uv") or importlib.util.find_spec("ensurepip")):
-        # Debian ships this part of Python apart.
+        # Debian has this part of Python in a separate package.
         missing["ensurepip"] = f"python{sys.version_info[0]}.{sys.version_info[1]}-venv"
     if not windows:
         return missing
@@ -56,7 +56,10 @@ def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
 
 
 def install_packages(packages: Sequence[str]) -> None:
-    """Install Debian packages, or say which command does it where this user may not."""
+    """Install Debian packages.
+
+    If the user may not do this, raise SetupError with the command to run.
+    """
     install = install_command(packages)
     if not shutil.which("apt-get"):
         raise SetupError(
@@ -70,7 +73,7 @@ def install_packages(packages: Sequence[str]) -> None:
         )
     say(f"Installing system packages: {' '.join(packages)}")
     env = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
-    # An index that cannot be refreshed may still be good enough: the install is what counts.
+    # Errors are ignored, because the installation may succeed with an old index.
     quietly(["apt-get", "update"], env)
     problem = quietly(install, env)
     if problem:
@@ -78,11 +81,11 @@ def install_packages(packages: Sequence[str]) -> None:
 
 
 def ensure_system(*, windows: bool, tests: bool = False) -> None:
-    """Bring the libraries and the virtual screen where they are missing."""
+    """Install missing system packages. Raise SetupError if any are still missing afterwards."""
     missing = missing_system(windows=windows, tests=tests)
     if missing:
         install_packages(sorted(set(missing.values())))
-    importlib.invalidate_caches()  # Python itself may have just become complete
+    importlib.invalidate_caches()  # the installation may have added modules of Python
     still = missing_system(windows=windows, tests=tests) if missing else {}
     if still:
         raise SetupError(f"Still not found after the installation: {', '.join(still)}.")

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Make a folder that runs without Python: `python3 packaging/build_bundle.py`.
+"""Build a folder with the program that runs without Python: `python3 packaging/build_bundle.py`.
 
-Takes a Python ≥ 3.11 with its shared library, on Linux `binutils`, and some 3 GB of disk. What
-bundle.lock names, by its hashes, and the wheel are installed into an environment of its own under
-packaging/build; PyInstaller gathers them into packaging/dist/twist-inspector, which is packed
-beside it. A bundle runs on systems with the glibc of its builder or a newer one, so build on the
-oldest meant.
+This needs Python ≥ 3.11 with its shared library, about 3 GB of disk and, on Linux, `binutils`. The
+packages in bundle.lock, checked by their hashes, and the wheel are installed into a new environment
+in packaging/build. PyInstaller collects them in packaging/dist/twist-inspector, and the folder is
+also packed into an archive next to it. A bundle runs on systems with the same glibc as the build
+machine or a newer one, so build it on the oldest system to support.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ assert QIcon(sys.argv[1]).pixmap(int(sys.argv[3])).save(sys.argv[2])
 
 
 def main() -> int:
-    """Build, pack and say where it is; returns the exit code."""
+    """Build and pack the bundle, print its paths and sizes, and return the exit status."""
     shutil.rmtree(BUILD, ignore_errors=True)
     shutil.rmtree(DIST, ignore_errors=True)
     python = environment()
@@ -57,7 +57,10 @@ def main() -> int:
 
 
 def environment() -> Path:
-    """An environment with the wheel, not the checkout, and PyInstaller; returns its Python."""
+    """Create an environment with PyInstaller and the wheel. Return the path of its Python.
+
+    The program is installed from the wheel, not from the checkout.
+    """
     BUILD.mkdir()
     venv.create(BUILD / "venv", with_pip=True)
     python = BUILD / "venv" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
@@ -71,13 +74,13 @@ def environment() -> Path:
 
 
 def draw_icon(python: Path) -> None:
-    """The icon as a picture: PyInstaller makes Windows' and macOS' own kinds of it."""
+    """Draw the icon as a PNG file, which PyInstaller converts for Windows and macOS."""
     env = os.environ | {"QT_QPA_PLATFORM": "offscreen"}
     run(python, "-c", _DRAW, ICON, BUILD / "icon.png", ICON_SIZE, env=env)
 
 
 def add_papers(folder: Path) -> None:
-    """Licence and what belongs into a desktop's menu."""
+    """Add the licences and, on Linux, the files for the desktop's menu."""
     shutil.copy(ROOT / "LICENSE", folder)
     copy_licences(folder / "licences")
     if sys.platform == "linux":
@@ -90,15 +93,18 @@ def add_papers(folder: Path) -> None:
 
 
 def copy_licences(target: Path) -> None:
-    """The licence files of every package that is in it, by the package's name, and Python's."""
+    """Copy the licence files of Python and of every package in the bundle.
+
+    Each package has a folder of its name in `target`.
+    """
     (site,) = (BUILD / "venv").rglob("site-packages")
     there = {key(known.metadata["Name"]): known for known in distributions(path=[str(site)])}
     for name in shipped(LOCK.read_text("utf-8")):
-        if name in there:  # else another system's
+        if name in there:  # packages for other systems are not installed
             copy_licence_files(there[name], target / name)
-    shutil.copytree(HERE / "licences", target, dirs_exist_ok=True)  # that Qt's wheels only name
+    shutil.copytree(HERE / "licences", target, dirs_exist_ok=True)  # Qt's wheels only name these
     shutil.copy(PAGE, target / "README.md")
-    (target / "tables").mkdir()  # where the page links to it
+    (target / "tables").mkdir()  # the page links to this folder
     shutil.copy(TABLE, target / "tables")
     for folder in (Path(sys.base_prefix), Path(stdlib_folder("stdlib"))):
         if (folder / "LICENSE.txt").exists():
@@ -106,21 +112,24 @@ def copy_licences(target: Path) -> None:
 
 
 def copy_licence_files(known: Distribution, target: Path) -> None:
-    """Into the folder, each under the path that it has: numpy brings twenty of one name."""
+    """Copy the licence files of a package, without changing their relative paths.
+
+    numpy, for example, has twenty files of the same name.
+    """
     for file in known.files or ():
         if _LICENCE.search(file.name) and file.suffix not in {".py", ".pyc", ".pyi"}:
             place = Path(*(part for part in file.parts if part not in {"licenses", ".."}))
             to = target / (Path(*place.parts[1:]) if ".dist-info" in place.parts[0] else place)
             to.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(str(file.locate()), to)
-    if not target.exists():  # some packages name it only
+    if not target.exists():  # some packages have no licence file, only its name
         target.mkdir(parents=True)
         told = licence(known.metadata["Name"], known.metadata)
         (target / "LICENCE.txt").write_text(told + "\n", "utf-8")
 
 
 def version() -> str:
-    """The version as the package has it."""
+    """Return the version of the program."""
     text = (ROOT / "twistcore" / "files" / "version.py").read_text("utf-8")
     found = re.search(r'__version__ = "([^"]+)"', text)
     assert found, "twistcore/files/version.py has no version"
@@ -128,14 +137,14 @@ def version() -> str:
 
 
 def size(folder: Path) -> float:
-    """Megabytes of a folder's files."""
+    """Return the size of a folder's files in megabytes."""
     return sum(f.stat().st_size for f in folder.rglob("*") if not f.is_symlink()) / 1e6
 
 
 def run(*words: object, env: dict[str, str] | None = None) -> None:
-    """Carry out a command; one that fails ends the build."""
+    """Run a command. Raise CalledProcessError if it fails."""
     print("+", *words, flush=True)
-    # Not in the checkout, whose packages Python would find before the installed wheel's.
+    # Not in the checkout, because Python would find its packages before those of the wheel.
     subprocess.run([str(word) for word in words], check=True, env=env, cwd=BUILD)
 
 

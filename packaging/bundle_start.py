@@ -1,7 +1,7 @@
-"""What both programs of a bundle start with: the one whose name was called, or a process of theirs.
+"""The start of both programs of a bundle, and of the processes that they start.
 
-A bundle has no Python beside it. What the programs start as processes of their own, which they ask
-of `sys.executable` in Python's words, `-m MODULE` and `-c CODE`, is therefore answered here.
+A bundle has no Python interpreter, and `sys.executable` is the program itself. When the program
+starts it with the arguments `-m MODULE` or `-c CODE`, this module runs the module or the code.
 """
 
 import multiprocessing
@@ -12,8 +12,8 @@ from pathlib import Path
 
 
 def main() -> int:
-    """Run what was asked for; returns the exit code."""
-    multiprocessing.freeze_support()  # a spawned process goes on in here and never returns
+    """Run the program, or the module or code in the arguments. Return the exit status."""
+    multiprocessing.freeze_support()  # in a spawned process, this call never returns
     words = sys.argv[1:]
     if words[:1] == ["-c"]:
         sys.argv = ["-c", *words[2:]]

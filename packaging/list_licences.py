@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Write docs/tables/licences.csv: `python packaging/list_licences.py`, with all packages installed.
 
-What each package says of itself comes from its metadata; what its files bring beside, and no
-metadata tells, stands here, as seen in the wheels of the versions that packaging/bundle.lock names.
+The licence of each package comes from its metadata. The tables in this file list what the metadata
+lacks, such as licences of libraries in a wheel. They describe the versions in
+packaging/bundle.lock.
 """
 
 from __future__ import annotations
@@ -18,14 +19,14 @@ ROOT = Path(__file__).resolve().parents[1]
 LOCK, PAGE = ROOT / "packaging" / "bundle.lock", ROOT / "docs" / "licences.md"
 TABLE = ROOT / "docs" / "tables" / "licences.csv"
 
-# What makes a bundle and is not in it. PyInstaller's start-up code is in it; it may be passed on
-# with any program.
+# Packages that build a bundle and are not part of it. The bundle contains PyInstaller's start-up
+# code, which may be distributed with any program.
 BUILDS = {
     *("altgraph", "build", "hatch-fancy-pypi-readme", "hatchling", "macholib", "pathspec"),
     *("pefile", "pluggy", "pyinstaller", "pyinstaller-hooks-contrib", "pyproject-hooks"),
     *("pywin32-ctypes", "setuptools", "tomlkit", "trove-classifiers"),
 }
-# Where the metadata holds the whole text, or nothing: its name.
+# The names of licences for which the metadata has the whole text, or nothing.
 NAMES = {
     "colorama": "BSD-3-Clause",
     "contourpy": "BSD-3-Clause",
@@ -41,7 +42,7 @@ NAMES = {
     "trimesh": "MIT",
     "vtk": "BSD-3-Clause",
 }
-# What else lies in the wheel: each with a licence of its own.
+# Other contents of wheels, with their licences.
 BRINGS = {
     "av": "FFmpeg's libraries (LGPL-3.0-or-later as configured), x264 and x265 "
     "(GPL-2.0-or-later), SVT-AV1, dav1d, libvpx, Opus, libwebp, oneVPL (BSD-like), LAME "
@@ -71,12 +72,15 @@ ONLY_ON = {"darwin": "macOS", "win32": "Windows"}
 
 
 def key(name: str) -> str:
-    """A distribution's name as indexes compare it."""
+    """Return the normalised name of a distribution, as package indexes compare it."""
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
 def shipped(lock: str) -> dict[str, str]:
-    """Name -> the one system that needs it, or empty, of all that the bundle's lock names."""
+    """Return the packages of the bundle, each with the only system that needs it, or ''.
+
+    `lock` is the text of the bundle's lock file.
+    """
     found = {}
     for name, marker in re.findall(r"^([\w.-]+)==[^\s;]+(.*)$", lock, re.MULTILINE):
         system = re.search(r"sys_platform == '(\w+)'", marker)
@@ -85,7 +89,7 @@ def shipped(lock: str) -> dict[str, str]:
 
 
 def licence(name: str, told: metadata.PackageMetadata) -> str:
-    """As the metadata names it; LookupError where it does not."""
+    """Return the licence in a package's metadata. Raise LookupError if there is none."""
     short = told.get("License-Expression") or told.get("License") or ""
     if not short or "\n" in short or len(short) > 60:
         raise LookupError(f"{name} does not name its licence: look, and say it in NAMES")
@@ -105,7 +109,7 @@ def table() -> str:
 
 
 def main() -> int:
-    """Write the table."""
+    """Write the table and return the exit status."""
     TABLE.write_text(table(), "utf-8")
     return 0
 

@@ -26,15 +26,15 @@ _STAGED = frozenset(("a", "q", "w", "n", "alpha", "swing", "twist", "theta_p"))
 
 @dataclass(frozen=True)
 class Equation:
-    """An equation "symbol = right" with its number in the paper and its value.
+    """An equation of the form "symbol = right", with its number in the paper and its value.
 
     Attributes
     ----------
     corrected
         The difference from the printed equation, or '' if there is none.
     shown
-        A function that returns the value as text. By default, the value is the quantity with the
-        symbol's name.
+        A function that returns the value as text. By default, the value is the quantity named by
+        the symbol.
     """
 
     symbol: str
@@ -55,7 +55,7 @@ class Equation:
 
 @dataclass(frozen=True)
 class Section:
-    """Equations under a heading.
+    """A heading and the equations below it.
 
     `title` is the text of the heading, with {P}, {C} and {G} for the joints' names.
     """
@@ -70,7 +70,7 @@ class Section:
 
 
 def _of_one_swing(value_of: Callable[[Decomposition], str]) -> Callable[[FrameNumbers], str]:
-    """Return a function that calls `value_of`, but returns 'undefined' at a swing of 180°."""
+    """Return `value_of` as a function that returns 'undefined' at a swing of 180°."""
     return lambda of: value_of(of.frame) if of.frame.swing_is_one else _UNDEFINED
 
 
@@ -100,7 +100,7 @@ def _dtheta_c(of: FrameNumbers) -> str:
 
 
 def _opposed(of: FrameNumbers) -> str:
-    """Return whether the product of the changes is below zero, and the product, as text."""
+    """Return the product of the changes as text, and whether it is below zero."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     product = float(np.degrees(np.degrees(of.frame.product)))
@@ -117,7 +117,7 @@ def _opposed(of: FrameNumbers) -> str:
 
 
 def _strength(of: FrameNumbers) -> str:
-    """Return m, compared with τ, as text."""
+    """Return m and its comparison with τ as text."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     m, tau = of.frame.strength, of.correction.tau
@@ -273,7 +273,7 @@ SECTIONS = (
 )
 
 
-OTHER_FORMS = {  # of q_P, as TeX; explained in other_forms
+OTHER_FORMS = {  # other forms of q_P as TeX, explained in other_forms
     "swing first": r"q_P=q_\mathrm{swing}\,q_\mathrm{twist}",
     "twist first": r"q_P=q_\mathrm{twist}\,q\mathrm{ʹ}_\mathrm{swing}",
     "as it is": r"q_P",
@@ -282,7 +282,7 @@ OTHER_FORMS = {  # of q_P, as TeX; explained in other_forms
 
 
 def typeset_texts() -> tuple[str, ...]:
-    """Return every TeX text that the tab shows."""
+    """Return all TeX texts that the teaching tab shows."""
     equations = [e.right for section in SECTIONS for e in section.rows]
     return tuple(
         dict.fromkeys([*(mark.tex for mark in MARKS.values()), *equations, *OTHER_FORMS.values()])

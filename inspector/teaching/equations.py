@@ -82,7 +82,7 @@ class _Typeset:
 
 
 class SymbolButton(QAbstractButton):
-    """A symbol that can be clicked."""
+    """A button that shows a typeset symbol. It is checked while the symbol is highlighted."""
 
     def __init__(
         self, symbol: str, typesetter: Typesetter, colours: Colours, row: _Row = _ROW
@@ -106,7 +106,7 @@ class SymbolButton(QAbstractButton):
         self._inked()
 
     def set_calm(self, *, calm: bool) -> None:
-        """Use the normal text colour if the value is not a warning."""
+        """If `calm`, use the normal text colour, because the value is not a warning."""
         if calm != self._calm:
             self._calm = calm
             self._inked()
@@ -145,14 +145,14 @@ class SymbolButton(QAbstractButton):
 
 
 class _InRow(QLabel):
-    """A sign or number without a height, so that formulas determine the row's height."""
+    """A sign or number that asks for no height, because the formulas determine the row's height."""
 
     def sizeHint(self) -> QSize:
-        """Return the width of the text and no height."""
+        """Return the width of the text and a height of 0."""
         return QSize(super().sizeHint().width(), 0)
 
     def minimumSizeHint(self) -> QSize:
-        """Return `sizeHint`."""
+        """Return the same size as `sizeHint`."""
         return self.sizeHint()
 
 
@@ -174,7 +174,10 @@ class RightSide(QWidget):
 
 
 class Equations(QWidget):
-    """All equations, under headings that can be folded. `clicked` is emitted with a symbol."""
+    """All equations, under headings that can be folded.
+
+    `clicked` is emitted with the symbol that the user clicks.
+    """
 
     clicked = Signal(str)
 
@@ -261,7 +264,7 @@ class Equations(QWidget):
                 button.set_calm(calm=not event)
 
     def show_only(self, symbols: Iterable[str] | None) -> None:
-        """Show only the rows of these symbols, even under folded headings, or all rows for None."""
+        """Show only the rows of these symbols, even under folded headings. None shows all rows."""
         self._only = None if symbols is None else frozenset(symbols)
         self._arrange()
 
@@ -284,12 +287,12 @@ class Equations(QWidget):
         return self.minimumSizeHint().width() + beside - least
 
     def show_lit(self, symbol: str) -> None:
-        """Highlight a symbol."""
+        """Highlight a symbol and no other. '' removes the highlight."""
         for name, button in self.buttons.items():
             button.setChecked(name == symbol)
 
     def paint_into(self, painter: QPainter, size: QSizeF) -> None:
-        """Draw the list as outlines, scaled to fit into `size`."""
+        """Draw the list with vector outlines, scaled to fit into `size`."""
         self.ensurePolished()
         own = self.size() if self.isVisible() else self.sizeHint()
         if not self.isVisible():

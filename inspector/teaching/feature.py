@@ -31,15 +31,15 @@ class Teaching(FeatureParts):
         self.teaching.moved_far.connect(actions["focus_chain"].trigger)
 
     def connect(self, window: HostWindow) -> None:
-        """Connect the tab to the window, so that teaching is active while the tab is visible."""
+        """Connect the tab to the window. Teaching is active while the tab is visible."""
         self._dock, self._window = window.docks["teaching"], window
         self._dock.visibilityChanged.connect(self._set_shown)
 
     def _set_shown(self, on: bool) -> None:
-        """Activate or deactivate teaching. While it is active, draw one figure with wedges.
+        """Activate or deactivate teaching.
 
-        The gizmo is drawn on the wedges, so the striped skin and the figures side by side are
-        switched off.
+        While it is active, a single figure without the striped skin is shown, because the gizmo is
+        drawn on the bones' wedges.
         """
         for look in ("skin", "side_by_side"):
             wanted = not on and bool(self._window.settings.value(look))
@@ -47,7 +47,7 @@ class Teaching(FeatureParts):
         self.teaching.set_shown(on)
 
     def content(self) -> QWidget:
-        """Return the content of the dock, which is at least as wide as the symbols."""
+        """Return the content of the dock. Its minimum width depends on the typeset symbols."""
         area = scrolled(self.teaching)
         self.teaching.least_width.connect(area.setMinimumWidth)
         return area

@@ -1,4 +1,4 @@
-"""Compute a joint that turns through ±180° and the five trackers that follow it."""
+"""A joint that turns through ±180°, and five trackers that follow it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TRACKED = ("axis-angle, raw", "Euler XYZ, raw", "Euler XYZ, wrapped")
 
 
 def turning(speed: float) -> Array:
-    """Return a joint that turns about a fixed axis, as quaternions (FRAMES, 4).
+    """Return the rotations of a joint about a fixed axis, as quaternions (FRAMES, 4).
 
     `speed` is in turns per second. The rotation starts slowly.
     """
@@ -33,7 +33,7 @@ def turning(speed: float) -> Array:
 def followers(q_hat: Array) -> dict[str, Array]:
     """Return each tracker's distance from the input, in degrees, (frames,), keyed by name.
 
-    All trackers have the same gains.
+    All trackers use the same gains.
     """
     gains = Gains()
     by_name = {r.name: r for r in REPRESENTATIONS}
@@ -46,7 +46,7 @@ def followers(q_hat: Array) -> dict[str, Array]:
 
 
 def euler_angles(q_hat: Array) -> Array:
-    """Return the input as unprocessed Euler angles X, Y and Z, in degrees, (frames, 3)."""
+    """Return the input as Euler angles X, Y and Z without unwrapping, in degrees, (frames, 3)."""
     return np.degrees(coordinates(q_hat, Representation("", "XYZ")))
 
 

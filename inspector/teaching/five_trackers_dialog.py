@@ -51,7 +51,7 @@ _LEAP = 180.0  # degrees
 
 
 class FiveTrackers(QWidget):
-    """The window of the five trackers. Its plots follow the speed slider and the frame."""
+    """The window of the five trackers, with plots for the chosen speed and frame."""
 
     def __init__(self, colours: Colours, parent: QWidget | None = None) -> None:
         super().__init__(parent, Qt.WindowType.Window)
@@ -153,7 +153,7 @@ class FiveTrackers(QWidget):
 
 
 def _broken(angles: Array) -> Array:
-    """Return the angles with a gap at every jump, so that no line crosses it."""
+    """Return the angles with a NaN at every jump, so that no line is drawn across it."""
     out = angles.copy()
     out[1:][np.abs(np.diff(angles)) > _LEAP] = np.nan
     return out

@@ -1,4 +1,4 @@
-"""Draw the gizmo, which shows the tab's symbols in space, on top of the figure."""
+"""Drawing of the gizmo, which shows the tab's symbols in space, on top of the figure."""
 
 from __future__ import annotations
 
@@ -50,19 +50,22 @@ _TOGETHER = {
 
 
 def lit_parts(symbol: str) -> frozenset[str]:
-    """Return the parts of the gizmo to highlight for a symbol, none for ''."""
+    """Return the parts of the gizmo to highlight for a symbol. For '', return no parts."""
     return frozenset((symbol, *_TOGETHER.get(symbol, ()))) if symbol else frozenset()
 
 
 class GizmoGuest:
-    """The gizmo of the teaching tab, which the 3D view shows while the tab is visible."""
+    """The gizmo of the teaching tab.
+
+    The 3D view shows it on top of the figure while the tab is visible.
+    """
 
     def __init__(self, viewport: Viewport, taught: TaughtFrame, typesetter: Typesetter) -> None:
         self._viewport, self._taught = viewport, taught
         self.labels = Labels(viewport, typesetter)
         self.hold = Hold(viewport, taught)
         self._pieces: dict[str, Piece] = {}
-        self._parts: list[GizmoPart] = []  # symbols and sizes are the same in every frame
+        self._parts: list[GizmoPart] = []  # only their points differ between frames
         self._layer: vtkOpenGLRenderer | None = None
         self._below: vtkRenderer | None = None
         self._triads = Piece(gizmo_joints.POINTS, lines=gizmo_joints.LINES).unlit(width=2.0)
@@ -72,7 +75,10 @@ class GizmoGuest:
     # -- called by the view -------------------------------------------------------------------
 
     def pose(self, scene: Scene, show: Show) -> Pose:
-        """Return the captured figure, or the what-if with the captured figure as a ghost."""
+        """Return the pose to draw: the captured figure, or the edited one.
+
+        The edited figure is drawn with the captured figure as a ghost.
+        """
         what_if = None if show == Show.BEFORE else self._taught.pose()
         return altered_pose(self._taught.document, scene, what_if)
 
@@ -121,13 +127,18 @@ class GizmoGuest:
         )  # fmt: skip
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
-        """Return the gizmo's points, and the view direction that shows swing and dial best."""
+        """Return the gizmo's points, and the view direction that shows swing and dial best.
+
+        Return None if no chain is selected.
+        """
         d, chain = self._taught.quantities, self._taught.chain
         shapes = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
         if shapes is None or d is None or chain is None:
             return None
         points = [p.points for p in shapes.parts if p.look != CLEAR]
-        if (data := self._taught.document.data) is not None:  # G does not move in a counter-twist
+        if (
+            data := self._taught.document.data
+        ) is not None:  # a counter-twist does not move G
             own = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
             points.append(data.positions[self._taught.document.frame, own])
         q_parent = pose.rotations[chain.parent]
@@ -148,7 +159,7 @@ class GizmoGuest:
         return np.vstack(points), seen[int(np.argmax(worth))]
 
     def leave(self) -> None:
-        """Remove everything from the view."""
+        """Remove the gizmo from the view."""
         self.labels.hide()
         self.hold.leave()
         for piece in self._pieces.values():
@@ -165,7 +176,7 @@ class GizmoGuest:
     # -- drawing ------------------------------------------------------------------------------
 
     def _shapes(self, scene: Scene, pose: Pose) -> Sketch | None:
-        """Return the gizmo's shapes for a pose, or None without a chain."""
+        """Return the gizmo's shapes for a pose, or None if no chain is selected."""
         d, chain = self._taught.quantities, self._taught.chain
         if d is None or chain is None:
             return None
@@ -181,7 +192,7 @@ class GizmoGuest:
         return shapes
 
     def _attend(self, scene: Scene, shapes: Sketch) -> None:
-        """Create the layer and the labels over the right-hand picture, if they do not exist yet."""
+        """Create the layer and the labels over the right-hand image, unless they already exist."""
         below = scene.renderers()[-1]
         if self._layer is not None and self._below is below:
             return
@@ -234,7 +245,7 @@ class GizmoGuest:
 
 
 def _stage_words(stage: float) -> str:
-    """Return text for a stage of P's rotation, 0…2."""
+    """Return the legend's text for a stage of P's rotation, 0…2."""
     if stage <= 0.0:
         return tr("no rotation: along <b>a</b>")
     if stage <= 1.0:

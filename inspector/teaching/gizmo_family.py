@@ -32,9 +32,10 @@ _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
 
 
 def family(d: Decomposition) -> tuple[Array, Array]:
-    """Return normals n, (MEMBERS, 3), in the coordinates of P's parent, and θp for each.
+    """Return several normals n and the θp that gives the same pose with each of them.
 
-    The first pair is the pair (n, θp) of the frame itself.
+    The normals (MEMBERS, 3) are in the coordinates of P's parent. The first pair is the (n, θp) of
+    the frame itself.
     """
     n = d.n if d.n.any() else perpendicular(d.a)
     normals: Array = turned(n, d.a, _TURNS[:, None])
@@ -42,7 +43,7 @@ def family(d: Decomposition) -> tuple[Array, Array]:
 
 
 def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) -> None:
-    """Add a fan of normals around P, each with a dial, but only at a swing of 180°.
+    """Add a fan of normals around P, each with a dial. At other swings than 180°, it is empty.
 
     The hands of all dials point in the same direction, because the pose is the same, but the dials
     have different zeros.
@@ -77,9 +78,10 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
 
 
 def _around(start: Array, axis: Array, angles: Array) -> Array:
-    """Return unit vectors (n, m, 3): `start` (n, 3), turned about perpendicular axes.
+    """Return vectors (n, m, 3): each `start` (n, 3) turned about its axis by m angles.
 
-    `angles` are in radians, shape (n or 1, m).
+    Each axis is a unit vector perpendicular to its `start`. `angles` are in radians, shape (n or 1,
+    m).
     """
     across = np.cross(axis, start)
     angles = np.atleast_2d(angles)[..., None]
@@ -88,7 +90,10 @@ def _around(start: Array, axis: Array, angles: Array) -> Array:
 
 
 def _fans() -> Index:
-    """Return the faces (n, 4) of every dial, from its centre, the first point, to the rim."""
+    """Return the faces (n, 4) of every dial.
+
+    Each face is a triangle from the centre, which is a dial's first point, to the rim.
+    """
     rim = segments(np.arange(1, _STEPS + 2))
     one = np.column_stack([np.zeros(len(rim), np.int64), rim, rim[:, 1]])
     return (one + (_STEPS + 2) * np.arange(MEMBERS)[:, None, None]).reshape(-1, 4)

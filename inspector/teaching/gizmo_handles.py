@@ -1,7 +1,7 @@
 """The handles of the gizmo: their positions on the screen, and the effect of dragging them.
 
-All functions are pure functions of the camera and of positions in the world. Pixels are counted
-from the top of the image.
+All functions are pure functions of the camera and of world positions. Pixels are counted from the
+top left corner of the image.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from twistcore.analysis.decomposition.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate, wrap
 
 W, DIAL = "w", "theta_p"  # the handles, keyed by symbol
-REACH = 14.0  # pixels around the tip of w or the ring within which the mouse grips it
+REACH = 14.0  # pixels around the tip of w or the ring within which the mouse grabs it
 _FLAT = 0.2  # cosine between view and dial axis below which the ring is edge-on
 _DEAD = 0.15  # share of the dial's radius; closer to the centre, the mouse has no direction
 
@@ -60,7 +60,7 @@ class Handles:
 
 
 def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Handles:
-    """Return the handles of a gizmo drawn by `gizmo_shapes.sketch`.
+    """Return the handles of a gizmo that `gizmo_shapes.sketch` has drawn.
 
     `unit` is the bone length that sets the gizmo's size.
     """
@@ -77,7 +77,7 @@ def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Ha
 
 
 def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
-    """Return the handle at a pixel (2,), or '' if there is none."""
+    """Return the handle at the pixel `at` (2,), or '' if there is none."""
     tip, _ = camera.project(held.tip, *size)
     if np.linalg.norm(tip - at) <= REACH:
         return W
@@ -90,7 +90,7 @@ def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
 class SwingDrag:
     """A drag of the tip of w, which follows the mouse on a sphere around P.
 
-    If the mouse leaves the sphere, the tip continues on the far side.
+    If the mouse leaves the sphere's outline, the tip continues on the back of the sphere.
     """
 
     def __init__(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> None:
@@ -99,7 +99,10 @@ class SwingDrag:
         self._far = float((held.tip - held.root) @ ray) > 0.0  # on the far side of the sphere
 
     def way(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> Array:
-        """Return the new direction of w, a unit vector (3,) in world coordinates."""
+        """Return the new direction of w, a unit vector (3,) in world coordinates.
+
+        `at` is the pixel of the mouse, shape (2,).
+        """
         ray = camera.ray(at - self._slip, *size)
         root = held.root - camera.position
         aside = float(root @ ray) * ray - root  # from P to the closest point of the ray
@@ -113,7 +116,7 @@ class SwingDrag:
 
 
 class TwistDrag:
-    """A drag of the dial, whose hand follows the mouse around the centre for any number of turns.
+    """A drag of the dial. The hand follows the mouse around the centre for any number of turns.
 
     If the dial is seen edge-on, it rolls under the mouse instead.
     """
@@ -139,7 +142,7 @@ class TwistDrag:
         return self.turned
 
     def _angle(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float | None:
-        """Return the mouse's angle about the dial's axis, or None if it is undefined."""
+        """Return the angle of the mouse about the dial's axis, or None if it is undefined."""
         if self._rolls:
             return self._rolled(held, camera, size, at)
         ray, axis = camera.ray(at, *size), held.axis
@@ -154,7 +157,7 @@ class TwistDrag:
         return float(np.arctan2(spoke @ np.cross(axis, first), spoke @ first))
 
     def _rolled(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
-        """Return the angle of a dial that rolls under the mouse."""
+        """Return the angle by which a dial seen edge-on has rolled under the mouse."""
         centre, _ = camera.project(held.centre, *size)
         ray = camera.ray(centre, *size)
         along = normalise(np.cross(held.axis, -ray))

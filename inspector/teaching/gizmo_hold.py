@@ -1,4 +1,4 @@
-"""Drag the gizmo with the mouse: handles appear, and a drag changes the frame."""
+"""Dragging of the gizmo with the mouse, which changes the displayed frame."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _BESIDE = QPointF(18.0, -22.0)  # pixels from the mouse to the number
 
 
 class Hold(QObject):
-    """Handles mouse events on the gizmo before the camera gets them; other events pass through."""
+    """Handle mouse events on the gizmo before the camera gets them, and pass on all others."""
 
     def __init__(self, viewport: Viewport, taught: TaughtFrame) -> None:
         super().__init__(viewport)
@@ -67,7 +67,7 @@ class Hold(QObject):
     # -- called by the gizmo ------------------------------------------------------------------
 
     def show_places(self, places: Handles) -> None:
-        """Update the positions of the handles."""
+        """Update the positions of the handles in the world."""
         self.places = places
         if self._watched is None:
             self._watched = self._view.view
@@ -76,7 +76,7 @@ class Hold(QObject):
         self._draw()
 
     def leave(self) -> None:
-        """Stop watching the mouse, because the gizmo is removed."""
+        """Stop watching the mouse when the gizmo is removed."""
         self._drop()
         if self._watched is not None:
             self._watched.removeEventFilter(self)
@@ -86,7 +86,7 @@ class Hold(QObject):
     # -- mouse and keys -----------------------------------------------------------------------
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Filter the view's mouse events and, during a drag, the program's key and focus events."""
+        """Handle the view's mouse events and, during a drag, the program's key and focus events."""
         if isinstance(event, QKeyEvent):
             return self.held and self._key(event)
         if event.type() == QEvent.Type.WindowDeactivate and self.held:
@@ -127,7 +127,10 @@ class Hold(QObject):
         return bool(self.under)
 
     def _key(self, event: QKeyEvent) -> bool:
-        """Handle a key during a drag: Esc cancels it; Ctrl applies or removes the counter-twist."""
+        """Handle a key during a drag.
+
+        Esc cancels the drag. Ctrl adds the counter-twist while it is pressed.
+        """
         escape, press = event.key() == Qt.Key.Key_Escape, event.type() == QEvent.Type.KeyPress
         if escape:
             event.accept()
@@ -143,7 +146,7 @@ class Hold(QObject):
     def _found(self, at: QPointF) -> str:
         """Return the handle at a point of the view, or '' if there is none.
 
-        There is none while the rotation is animated.
+        While the rotation is animated, the result is ''.
         """
         camera, places, stage = self._view.camera, self.places, self._taught.stage
         if camera is None or places is None or (stage is not None and stage < 2.0):
@@ -167,7 +170,7 @@ class Hold(QObject):
         self._draw()
 
     def _move(self, keys: Qt.KeyboardModifier) -> None:
-        """Change the frame according to the position of the mouse."""
+        """Change the displayed frame to match the position of the mouse."""
         camera, places = self._view.camera, self.places
         if camera is None or places is None:
             self._let_go()
@@ -198,7 +201,10 @@ class Hold(QObject):
         self._hover("")
 
     def _hover(self, under: str, at: QPointF | None = None) -> None:
-        """Show the effect of a drag by the cursor, a larger knob and a tooltip."""
+        """Show which handle can be dragged, with a cursor, a larger knob and a tooltip.
+
+        `under` is the handle under the mouse, or ''.
+        """
         view = self._view.view
         if under == self.under or view is None:
             return
@@ -213,7 +219,7 @@ class Hold(QObject):
         self._draw()
 
     def _pixel(self, at: QPointF) -> tuple[tuple[int, int], Array]:
-        """Return the size of the gizmo's image, and a point of the view in its pixels."""
+        """Return the size of the gizmo's image, and the pixel in it for a point of the view."""
         size = self._view.picture_size()
         return size, np.array([at.x() - (self._view.width() - size[0]), at.y()])
 
@@ -244,7 +250,7 @@ class Hold(QObject):
 
 
 class Knobs(QWidget):
-    """Knobs at the handles, drawn over the 3D view, with a larger knob under the mouse."""
+    """The knobs at the handles, drawn over the 3D view. The knob under the mouse is larger."""
 
     def __init__(self, viewport: QWidget) -> None:
         super().__init__(viewport)
@@ -255,7 +261,7 @@ class Knobs(QWidget):
     def show_handles(
         self, theme: Theme, spots: Array, ring: Array, under: str, at: QPointF, words: str
     ) -> None:
-        """Show the knobs of w and of the dial, the edge of the dial, and words near the mouse.
+        """Show the knobs of w and of the dial, the edge of the dial, and text near the mouse.
 
         Parameters
         ----------
@@ -298,7 +304,7 @@ class Knobs(QWidget):
             self._write(painter)
 
     def _write(self, painter: QPainter) -> None:
-        """Draw the words near the mouse, inside the view."""
+        """Draw the text near the mouse, inside the view."""
         painter.setFont(figures_font(self.font().pointSizeF()))
         size = QFontMetricsF(painter.font()).size(0, self.words)
         box = QRectF(self._at + _BESIDE, size).adjusted(-6.0, -3.0, 6.0, 3.0)

@@ -15,7 +15,10 @@ _LONG = 0.16  # length of an axis, in bone lengths
 
 
 def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
-    """Add a name at every joint of the chain. A visible label G_real replaces the name of G."""
+    """Add a label with the name of each joint of the chain.
+
+    If the label G_real is visible, it replaces the label of G.
+    """
     parent, child = positions[chain.parent], positions[chain.child]
     out.mark("P", parent, child)
     if chain.grandchild < 0:
@@ -28,7 +31,10 @@ def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
 
 
 def triads(chain: Chain, rotations: Array, positions: Array, unit: float) -> Array:
-    """Return lines along the x, y and z axes of P, C and G, in this order, (POINTS, 3) each."""
+    """Return lines along the x, y and z axes of P, C and G, in this order, (POINTS, 3).
+
+    Each line is a pair of points. Without G, the axes of C are repeated.
+    """
     joints = [chain.parent, chain.child, max(chain.grandchild, chain.child)]
     axes = matrix_from_quaternion(rotations[joints]).transpose(0, 2, 1)  # rows: x, y, z
     start = np.repeat(positions[joints], 3, axis=0)

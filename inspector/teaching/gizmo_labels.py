@@ -57,7 +57,7 @@ class Labels(QWidget):
     ) -> None:
         """Place the labels in an image so that they overlap neither each other nor `covered`.
 
-        `covered` is the part of the image that something else covers.
+        `covered` is the area of the image that the legend covers.
         """
         view = self.parentWidget()
         assert view is not None
@@ -95,7 +95,7 @@ class Labels(QWidget):
         self.update(before + self._region())
 
     def _free(self, at: Array, way: Array, formula: Formula, covered: QRectF) -> QRectF:
-        """Return a free position near a point, on the given side if possible."""
+        """Return a free position near a point, preferably on the side `way` of the point."""
         wide = formula.box.width() * self._scale
         high = formula.box.height() * self._scale
         wanted = np.arctan2(way[1], way[0])
@@ -128,7 +128,7 @@ class Labels(QWidget):
                 painter.drawPixmap(corner, self._drawn(formula, ink, bright))
 
     def _draw(self, painter: QPainter, formula: Formula, ink: str, bright: bool) -> None:
-        """Draw a label on a halo in the background colour."""
+        """Draw a label with a halo in the background colour."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.scale(self._scale, self._scale)
         painter.translate(-formula.box.topLeft())
@@ -139,7 +139,7 @@ class Labels(QWidget):
         painter.fillPath(formula.path, QColor(ink))
 
     def _drawn(self, formula: Formula, ink: str, bright: bool) -> QPixmap:
-        """Return an image of a label, from the cache if possible."""
+        """Return an image of a label, cached if possible."""
         ratio = self.devicePixelRatioF()
         key = (formula, ink, bright, self._scale, self._paper.rgb(), ratio)
         if key not in self._pixmaps:
@@ -157,7 +157,7 @@ class Labels(QWidget):
         return self._pixmaps[key]
 
     def _region(self) -> QRegion:
-        """Return the region that the labels cover."""
+        """Return the region of the view that the labels cover."""
         region = QRegion()
         for _, box, _, _ in self._placed:
             region += box.adjusted(-_HALO, -_HALO, _HALO, _HALO).toAlignedRect()
@@ -166,7 +166,7 @@ class Labels(QWidget):
 
 @lru_cache(maxsize=64)
 def _written(words: str, family: str) -> Formula:
-    """Return plain words as an outline, as for a formula."""
+    """Return the outline of plain words in the form of a formula."""
     font = QFont(family)
     font.setPixelSize(round(_WORDS * EM))
     path = QPainterPath()

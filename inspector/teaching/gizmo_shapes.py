@@ -1,6 +1,6 @@
 """The geometry of the gizmo's shapes, which show the symbols of a frame in space.
 
-The number of points is always the same, so that a new frame only moves them.
+Every frame has the same number of points, so a new frame only moves them.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Mark:
     at
         The position of the label (3,).
     away
-        A point (3,) to keep away from.
+        A point (3,) that the label should not cover.
     words
         The text, by default the symbol.
     """
@@ -98,7 +98,7 @@ class Sketch:
         self.parts.append(GizmoPart(symbol, THIN, start + at * (stop - start), cells, share))
 
     def arrow(self, symbol: str, start: Array, way: Array) -> None:
-        """Add an arrow. The head of a short arrow is smaller."""
+        """Add an arrow from `start` along the vector `way`. A short arrow gets a smaller head."""
         size = float(np.linalg.norm(way))
         along = way / size if size > 0.0 else np.array([0.0, 1.0, 0.0])
         head = min(_HEAD[0] * self.unit, 0.6 * size)
@@ -113,7 +113,7 @@ class Sketch:
     def sector(
         self, symbol: str, centre: Array, rim: Array, share: float, inner: float = 0.0
     ) -> None:
-        """Add a transparent face from a centre to a rim (n, 3).
+        """Add a transparent face between a centre and a rim (n, 3).
 
         `inner` is the fraction of the radius that is left empty.
         """
@@ -169,7 +169,7 @@ def sketch(
 
 
 def _drawn(d: Decomposition, *, staged: bool) -> Decomposition:
-    """Return the quantities with undefined angles set to zero, so that they are not drawn."""
+    """Return the quantities with undefined vectors set to zero, so that they are not drawn."""
     if not d.swing_is_one:
         d = replace(d, theta_p=0.0)
     if staged or not d.dtheta_p_is_defined:
@@ -198,9 +198,9 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
 
 
 def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
-    """Add the dial, whose hand shows the direction of a mark on the bone.
+    """Add the dial of θp. Its hand is the direction of a mark on the bone.
 
-    The zero of the dial is the direction of the mark after the swing alone.
+    The zero of the dial is the direction of this mark after the swing alone.
     """
     centre, radius = parent + DIAL_AT * out.unit * along, DIAL_SIZE * out.unit
     hand = rotate(q_parent, perpendicular(d.a))
@@ -250,11 +250,14 @@ def _azimuth(
 
 
 def fan(start: Array, axis: Array, angle: float) -> Array:
-    """Return `start` turned in steps about an axis perpendicular to it, (_ARC + 1, 3)."""
+    """Return an arc (_ARC + 1, 3): `start` turned in steps up to `angle` about an axis.
+
+    The axis is perpendicular to `start`.
+    """
     return turned(start, axis, np.linspace(0.0, angle, _ARC + 1)[:, None])
 
 
 def turned(v: Array, axis: Array, angle: Array | float) -> Array:
-    """Return a vector (3,) turned about an axis perpendicular to it."""
+    """Return a vector (3,) turned by an angle about an axis perpendicular to it."""
     turned: Array = np.cos(angle) * v + np.sin(angle) * cross(axis, v)
     return turned

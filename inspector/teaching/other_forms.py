@@ -43,7 +43,10 @@ _TIPS = {
 
 
 class OtherForms(QWidget):
-    """A section of the tab, initially folded, that updates its numbers only while it is open."""
+    """The section of the tab with other forms of the rotation.
+
+    The section is folded at first. It updates its numbers only while it is open.
+    """
 
     def __init__(self, taught: TaughtFrame, typesetter: Typesetter) -> None:
         super().__init__()
@@ -100,7 +103,7 @@ class OtherForms(QWidget):
 
     @property
     def open(self) -> bool:
-        """True if any of the numbers are visible."""
+        """True if the section is unfolded or some of its rows are listed."""
         return any(self._lists(name) for name in ROWS)
 
     def _lists(self, name: str) -> bool:
@@ -177,7 +180,7 @@ class OtherForms(QWidget):
         self.values["lock"].setVisible(bool(locks) and self._lists("euler"))
 
     def _channels(self, joint: int) -> EulerChannels | None:
-        """Return a joint's Euler angles, from the file or, for an edited pose, the nearest ones."""
+        """Return a joint's Euler angles from the file, or for an edited pose the nearest ones."""
         data, taught, frame = self._taught.document.data, self._taught, self._taught.document.frame
         chain, found = taught.chain, taught.numbers
         assert data is not None
@@ -200,7 +203,7 @@ class OtherForms(QWidget):
 
 
 def _lock(found: EulerChannels) -> str:
-    """Return a note if the first and the last axis coincide or nearly coincide, or ''."""
+    """Return a note about gimbal lock, if the first and the last axis nearly coincide, or ''."""
     first, middle, last = tuple(found.order)
     at = degree_text(float(wrap(found.angles[1])))
     apart = degree_text(found.between).removeprefix("+")

@@ -1,4 +1,4 @@
-"""The heading of a section in the teaching tab, which folds the section."""
+"""The heading of a section in the teaching tab. A click on it folds the section."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _GAP = 6.0
 
 
 class SectionHead(QAbstractButton):
-    """Bold text with an arrow. It is checked while its section is open."""
+    """Bold text with an arrow. The button is checked while its section is open."""
 
     def __init__(self, text: str, *, folded: bool = False) -> None:
         super().__init__()
@@ -46,11 +46,11 @@ class SectionHead(QAbstractButton):
         return QSize(letters.horizontalAdvance(self.text()) + 22, letters.height() + 2)
 
     def minimumSizeHint(self) -> QSize:
-        """Return no minimum width."""
+        """Return a size without a minimum width."""
         return QSize(0, self.sizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the arrow if the heading is enabled, and the text, shortened if necessary."""
+        """Draw the text, shortened if necessary, and the arrow if the heading is enabled."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         role = QPalette.ColorRole

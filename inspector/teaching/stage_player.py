@@ -1,4 +1,4 @@
-"""Animate P's rotation: first the swing away from a, then the twist."""
+"""The animation of P's rotation: first the swing away from a, then the twist."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TIP = tr(
 
 
 class StagePlayer(QWidget):
-    """A play button, slider, speed and loop button for the stages of P's rotation."""
+    """The controls of the animation: a play button, a slider, a speed and a loop button."""
 
     def __init__(self, taught: TaughtFrame) -> None:
         super().__init__()
@@ -67,7 +67,7 @@ class StagePlayer(QWidget):
         self._follow()
 
     def minimumSizeHint(self) -> QSize:
-        """Return the minimum size without the label, whose text the tooltip repeats."""
+        """Return the minimum size without the label, because the tooltip repeats its text."""
         least, words = super().minimumSizeHint(), self._words
         gone = words.sizeHint().width() + _GAP if not words.isHidden() else 0
         return QSize(least.width() - gone, least.height())
@@ -124,7 +124,7 @@ class StagePlayer(QWidget):
         self._taught.set_stage(stage)
 
     def _follow(self) -> None:
-        """Show the stage of the teaching tab.
+        """Show the stage of the teaching tab on the slider.
 
         Stop the animation if something else has set the stage or the tab is hidden.
         """

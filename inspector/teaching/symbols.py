@@ -1,4 +1,4 @@
-"""The symbols of [Choi26 §3] in one table, for the panel, the 3D view and the plots."""
+"""The symbols of [Choi26 §3] in one table, used by the panel, the 3D view and the plots."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from inspector.widgets.theme import Theme
 class Symbol:
     """A quantity: its TeX, the family that determines its colour, and its meaning in words.
 
-    `curves` are the plots that show it, each with the first letter of the names of its curves.
+    `curves` lists the curves that show it, as the key of a plot and the prefix of the curves'
+    names.
     """
 
     tex: str

@@ -1,6 +1,6 @@
-"""The state of the teaching tab: the frame's quantities, the what-if and the lit symbol.
+"""The state of the teaching tab: the frame's quantities, the what-if and the highlighted symbol.
 
-A what-if only changes the displayed pose, never the review.
+A what-if is an edit of the displayed frame. It changes only the displayed pose, never the review.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ _ALONG = 1e-6  # tolerance for parallel vectors, in the file's unit
 
 
 class FrameNumbers(NamedTuple):
-    """The numbers for a frame in the tab, which describe the displayed pose and its correction."""
+    """The numbers that the tab shows for a frame: the displayed pose and its correction."""
 
     frame: Decomposition
     correction: FrameCorrection
-    own: bool = False  # removes the selected interval's offset, not the running sum
+    own: bool = False  # uses the selected interval's offset instead of the running sum
     staged: bool = False  # the displayed pose is being animated
 
     @property
@@ -51,7 +51,7 @@ class FrameNumbers(NamedTuple):
 
 
 class TaughtFrame(QObject):
-    """The state of the teaching tab while it is visible."""
+    """The frame that the teaching tab explains, and how the tab displays it."""
 
     changed = Signal()  # the quantities changed, or the tab was shown or hidden
     lit_changed = Signal()
@@ -84,12 +84,12 @@ class TaughtFrame(QObject):
 
     @property
     def quantities(self) -> Decomposition | None:
-        """Equations 1 to 13 for the displayed pose, or None without a chain."""
+        """The quantities of Eq. 1 to 13 for the displayed pose, or None without a chain."""
         return None if (numbers := self.numbers) is None else numbers.frame
 
     @property
     def joints(self) -> dict[str, str]:
-        """The names of P, C and G in the file, made readable; empty without a chain."""
+        """The readable names of P, C and G, keyed by letter, or {} without a chain."""
         data, chain = self.document.data, self.chain
         if data is None or chain is None:
             return {}
@@ -120,7 +120,10 @@ class TaughtFrame(QObject):
 
     @property
     def interval(self) -> Judged | None:
-        """The selected interval if it contains the frame and the frame is not edited, or None."""
+        """The selected interval if it contains the frame, or None.
+
+        In an edited frame the result is None, too.
+        """
         judged, frame = self.document.interval, self.document.frame
         altered_too = replace(self.what_if, applied=0.0).changes
         if judged is None or altered_too or judged.interval.chain != self.document.chain:
@@ -128,13 +131,16 @@ class TaughtFrame(QObject):
         return judged if judged.interval.start <= frame < judged.interval.stop else None
 
     def _own_offset(self) -> float | None:
-        """Return the offset of `interval` in radians, or None to use the paper's running sum."""
+        """Return the offset of `interval` in radians, or None if there is no such interval.
+
+        Without it, the paper's running sum is used.
+        """
         if (judged := self.interval) is None:
             return None
         return float(judged.interval.offset[self.document.frame - judged.interval.start])
 
     def _running_offset(self, frame: int) -> float:
-        """Return offset(t) of the captured clip as in the paper, with the review's τ."""
+        """Return offset(t) of the captured clip as in the paper, for the review's τ."""
         assert self.document.data is not None
         signals = self.document.data.signals[self.document.chain]
         key = (signals, self.tau)
@@ -144,14 +150,14 @@ class TaughtFrame(QObject):
 
     @property
     def tau(self) -> float:
-        """The review's τ of the chain, radians; 0 without a clip."""
+        """The τ of the chain in the review, in radians; 0 without a clip."""
         document = self.document
         return document.review.state.tau.get(document.chain, 0.0) if document.data else 0.0
 
     def pose(self) -> tuple[Array, Array] | None:
-        """Return global rotations (joints, 4) and positions (joints, 3) of the what-if.
+        """Return the edited pose: global rotations (joints, 4) and positions (joints, 3).
 
-        The result is None if there is nothing to show except the captured pose.
+        Return None if the pose is as captured.
         """
         data, chain = self.document.data, self.chain
         numbers = self.numbers if self.what_if.changes or self.stage is not None else None
@@ -165,7 +171,7 @@ class TaughtFrame(QObject):
     # -- what a person does -------------------------------------------------------------------
 
     def set_active(self, on: bool) -> None:
-        """Set whether the tab is visible. While it is hidden, the clip is displayed unedited."""
+        """Set whether the tab is visible. While it is not, the clip is shown without the edit."""
         if on != self.active:
             self.active = on
             self.changed.emit()
@@ -177,21 +183,21 @@ class TaughtFrame(QObject):
             self._emit_changed()
 
     def alter(self, **change: Any) -> None:
-        """Change some fields of the what-if."""
+        """Change some fields of the current what-if."""
         self.set_what_if(replace(self.what_if, **change))
 
     def set_stage(self, stage: float | None) -> None:
         """Show a stage of P's rotation, or the whole pose if None.
 
-        From 0 to 1, the stage is the share of the swing; from 1 to 2, it is 1 plus the share of the
-        twist after the whole swing. The child joints follow.
+        A stage from 0 to 1 is a share of the swing. From 1 to 2, it is the whole swing and a share
+        of the twist. The child joints follow.
         """
         if stage != self.stage:
             self.stage = stage
             self._emit_changed()
 
     def reset(self) -> None:
-        """Show the frame as captured."""
+        """Show the frame as captured, without an edit."""
         self.set_stage(None)
         self.set_what_if(WhatIf())
 
@@ -203,12 +209,12 @@ class TaughtFrame(QObject):
             self.rows_changed.emit()
 
     def light(self, symbol: str) -> None:
-        """Highlight a symbol everywhere, or end the highlighting if it is already highlighted."""
+        """Highlight a symbol everywhere. If it is already highlighted, remove the highlight."""
         self.lit = "" if symbol == self.lit else symbol
         self.lit_changed.emit()
 
     def unlight(self) -> None:
-        """End the highlighting."""
+        """Remove the highlight of the symbol."""
         if self.lit:
             self.light(self.lit)
 
@@ -227,7 +233,7 @@ def degree_text(angle: float) -> str:
 
 
 def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
-    """Return the names of P, C and G in the file."""
+    """Return the names of P, C and G as in the file."""
     names = skeleton.names
     names_shown = {"P": names[chain.parent], "C": names[chain.child]}
     if chain.grandchild >= 0:
@@ -238,7 +244,7 @@ def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
 
 
 def reliable(share: float) -> str:
-    """Return the reliability of an angle, `share` in 0…1, as text."""
+    """Return the reliability of an angle as text. `share` is in 0…1."""
     percent = tr("under 1") if share < 0.01 else f"{100.0 * share:.0f}"
     return tr("{percent} % reliable", percent=percent)
 

@@ -36,7 +36,7 @@ class TeachingPanel(QWidget):
     def __init__(
         self, taught: TaughtFrame, viewport: Viewport, timeline: Timeline, actions: list[QAction]
     ) -> None:
-        """Set up the panel with the buttons of `actions` at the top."""
+        """Set up the panel. It has buttons for `actions` at the top."""
         super().__init__()
         self._taught, self._viewport, self._timeline = taught, viewport, timeline
         self.typesetter = Typesetter(self)
@@ -103,7 +103,7 @@ class TeachingPanel(QWidget):
         self._invite()
 
     def _invite(self) -> None:
-        """Show the gizmo while the tab is in front, unless a limb is selected."""
+        """Show the gizmo in the 3D view while the tab is in front, unless a limb is selected."""
         if self._taught.active:
             whole = selected_limb(self._taught.document) is not None
             self._viewport.invite(None if whole else self.gizmo)
@@ -164,6 +164,9 @@ class TeachingPanel(QWidget):
             QTimer.singleShot(0, self, self._left)
 
     def _left(self) -> None:
-        """End the what-if if another tab is in front now, but not if the window is minimised."""
+        """End the what-if if another tab is now in front.
+
+        If the window is only minimised, the what-if remains.
+        """
         if not self._taught.active and not self.window().isMinimized():
             self._taught.reset()

@@ -31,12 +31,12 @@ class _Knob:
     steps: int = 10
 
     def value(self, place: int) -> float:
-        """Return the value of a slider position in radians, or as a share for a slider in %."""
+        """Return the value at a slider position, in radians, or as a share for a slider in %."""
         at = place / self.steps
         return at / 100.0 if self.unit == " %" else float(np.radians(at))
 
     def shown(self, value: float) -> float:
-        """Return a value in the `unit` of the slider."""
+        """Convert a value to the `unit` of the slider."""
         return 100.0 * value if self.unit == " %" else float(np.degrees(value))
 
 
@@ -77,7 +77,7 @@ def _shown(knob: _Knob, value: float) -> str:
 
 
 class SpokenSlider(QSlider):
-    """A slider for which a screen reader reads the value with its unit, not only the position."""
+    """A slider whose value a screen reader reads with the unit, not only its position."""
 
     def __init__(self) -> None:
         super().__init__(Qt.Orientation.Horizontal)
@@ -96,7 +96,7 @@ class SpokenSlider(QSlider):
 
 
 class WhatIfBox(QWidget):
-    """Sliders, the stage player, buttons for the child, a reset button, and a sentence."""
+    """The sliders, the animation, and the buttons, with a sentence about the edited frame."""
 
     def __init__(self, taught: TaughtFrame, colours: Colours) -> None:
         super().__init__()

@@ -8,8 +8,8 @@ from inspector.teaching.taught_frame import TaughtFrame
 def plotted(taught: TaughtFrame) -> dict[str, float]:
     """Return the angles of a what-if in radians, keyed by the names of TwistSignals.
 
-    Undefined angles are left out. The result is empty if the frame is as captured, or during an
-    animation.
+    Undefined angles are left out. The result is empty during an animation, or if the frame is not
+    edited.
     """
     d = taught.quantities if taught.active and taught.what_if.changes else None
     if d is None or (taught.stage is not None and taught.stage < 2.0):

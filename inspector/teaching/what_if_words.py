@@ -1,4 +1,4 @@
-"""Describe the frame of the teaching tab by its numbers, in one or two sentences."""
+"""One or two sentences about the frame of the teaching tab and its numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _HALF_TURN = np.radians(120.0)  # beyond this twist, wrapping may change a sign
 
 
 def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) -> tuple[str, str]:
-    """Return a description of the frame, and the theme's colour role for the text."""
+    """Return a text about the frame, and the colour role of this text in the theme."""
     d = numbers.frame
     if stage is not None:
         return _on_its_way(d, stage), "soft"
@@ -30,17 +30,17 @@ def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) ->
 
 
 def theta_per_tip(alpha: float) -> float:
-    """Return the change of θp if w is tipped sideways by 1° near a swing of 180°.
+    """Return the change of θp, in radians, if w is tipped sideways by 1° near a swing of 180°.
 
-    The result is in radians.
+    `alpha` is the angle of the swing in radians.
     """
     return float(2.0 * np.arctan2(_TIP, np.pi - alpha))
 
 
 def azimuth_per_tip(reliability: float) -> float:
-    """Return the turn of v⊥ if v is tipped sideways by 1° in an almost straight limb.
+    """Return the turn of v⊥, in radians, if v is tipped sideways by 1° in a nearly straight limb.
 
-    `reliability` is the reliability of the azimuth. The result is in radians.
+    `reliability` is the reliability of the azimuth.
     """
     return float(np.arctan2(_TIP, np.arcsin(min(reliability, 1.0))))
 

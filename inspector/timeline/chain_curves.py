@@ -19,7 +19,7 @@ ANGLES = (("p", "theta_p"), ("c", "theta_c"))
 
 
 class ChainCurves(Curves):
-    """The curves of the document's selected chain.
+    """The curves of the chain that is selected in the document.
 
     - before, after: the chain's angles as captured and after correction
     - centres: the usual values of θp and θc, in radians
@@ -56,16 +56,19 @@ class ChainCurves(Curves):
         self.running = NOTHING if blind or tau is None else running_offset(self.before, tau)
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Return the values with θc added: θc at the previous frame plus the edited change."""
+        """Return the values with θc added, if they contain Δθc.
+
+        θc is its value at the previous frame plus the edited change.
+        """
         if "dtheta_c" not in values:
             return values
         sum_before = float(self.before.theta_c[frame] - self.before.dtheta_c[frame])
         return {**values, "theta_c": float(wrap(sum_before + values["dtheta_c"]))}
 
     def both_angles(self, prefix: str, frame: int) -> Title:
-        """Return θp and θc at a frame, before and after correction, as text.
+        """Return the part of a title that shows θp and θc at a frame, before and after correction.
 
-        `prefix` is 'd' for their changes since the previous frame, or '' for the angles.
+        `prefix` is '' for the angles themselves, or 'd' for their changes since the previous frame.
         """
         title: Title = []
         for k, name in ANGLES:

@@ -26,8 +26,8 @@ def context_menu(
 ) -> QMenu:
     """Return the context menu for a point in a plot.
 
-    `judged` is the interval there, or None. `degrees` is the τ at the height of the point, 0 in
-    plots without τ. `plots` are menu entries about the plots themselves.
+    `judged` is the interval at that point, or None. `degrees` is the τ at the height of the point,
+    or 0 in plots without τ. `plots` are menu entries that show and hide plots.
     """
     menu = QMenu(parent)
     at = max(0, min(document.frames - 1, round(frame)))

@@ -14,10 +14,10 @@ _NOTHING = np.zeros(0)
 
 
 class Line(pg.GraphicsObject):
-    """A line through points. After a change, the caller must repaint the plot.
+    """A line through points.
 
-    pyqtgraph's own curve has more features, but searches all points for its bounding box. This line
-    uses the visible range as its bounding box.
+    The caller must repaint the plot after a change. pyqtgraph's curve has more features, but it
+    searches all points for its bounding box. This line uses the visible range as its bounding box.
     """
 
     def __init__(self, view: pg.ViewBox) -> None:
@@ -30,7 +30,7 @@ class Line(pg.GraphicsObject):
         view.sigRangeChanged.connect(lambda *_: self.prepareGeometryChange())
 
     def show_points(self, x: Array, y: Array) -> None:
-        """Set the points by their frames and heights, (points,) each. NaN breaks the line."""
+        """Set the points. `x` are frames and `y` heights, (points,) each; NaN breaks the line."""
         self._points = x, y
         self._path = None
 

@@ -13,24 +13,24 @@ _MOVES = np.radians(90.0)  # a larger turn in a frame is a jump
 
 
 def centre_of(angle: Array) -> float:
-    """Return the circular mean of an angle, radians, (frames,) → number."""
+    """Return the circular mean of an angle (frames,), in radians, or 0 without frames."""
     return float(np.angle(np.exp(1j * angle).sum())) if len(angle) else 0.0
 
 
 def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]]:
     """Return an angle in degrees within half a turn of `centre`, (frames,), and its seams.
 
-    A seam is a frame after which the angle leaves the range at one side and enters at the other.
-    The line is broken there, because a full turn is no movement. Real jumps are drawn.
+    A seam is a frame after which the angle wraps around, from one end of this range to the other.
+    Lines are broken at seams, because the wrapped angle has not really moved. Real jumps are drawn.
     """
     y = np.degrees(centre + wrap(angle - centre))
     return y, np.flatnonzero(np.abs(np.diff(y)) > 180.0)
 
 
 def rarest(angle: Array) -> float:
-    """Return a direction that an angle, (n,), is rarely close to, in radians in (−2π, 0].
+    """Return a direction that an angle (n,) is rarely close to, in radians in (−2π, 0].
 
-    Lines can be broken at this direction without hiding jumps of half a turn.
+    A line that is broken at this direction still shows jumps of half a turn.
     """
     count, _ = np.histogram(wrap(angle), _BINS, (-np.pi, np.pi))
     near = np.minimum(np.arange(_BINS), _BINS - np.arange(_BINS)) * 2.0 * np.pi / _BINS
@@ -43,7 +43,8 @@ def rarest(angle: Array) -> float:
 def above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
     """Return an angle in degrees, from `seam` to one turn above it, (frames,), and its seams.
 
-    The seams are the same as in :func:`degrees_about`, but jumps of half a turn are drawn.
+    Seams are defined as in :func:`degrees_about`, but jumps of more than 90° are not seams, so they
+    are drawn.
     """
     y, _ = degrees_about(angle, seam + np.pi)
     across = (np.abs(np.diff(y)) > 180.0) & (np.abs(wrap(np.diff(angle))) < _MOVES)
@@ -53,12 +54,11 @@ def above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
 def thinned(
     y: Array, seams: NDArray[np.int64], first: float, last: float, pixels: int
 ) -> tuple[Array, Array]:
-    """Return the points of a line over the visible frames.
+    """Return x and y of a line over the visible frames, with NaN where the line is broken.
 
-    These are all points, or the lowest and highest value at each pixel if there are more frames
-    than pixels. `y` has a value per frame, NaN for a gap. NaN is ignored in the lowest and highest
-    values, so that a short piece between gaps stays visible when zoomed out. Returns x and y, with
-    NaN where the line is broken.
+    `y` has a value per frame, NaN for a gap. If there are many more frames than pixels, the result
+    has only the lowest and the highest value at each pixel. These ignore NaN, so that a short piece
+    between gaps stays visible when zoomed out.
     """
     start, stop = max(0, int(first) - 1), min(len(y), int(last) + 3)
     step = (stop - start) // max(1, pixels)
@@ -75,7 +75,7 @@ def thinned(
     block = y[start : start + bins * step]
     if len(block) < bins * step:
         block = np.concatenate([block, np.full(bins * step - len(block), np.nan)])
-    # One row per frame of a pixel: numpy then compares whole rows, eight times as fast.
+    # A row has one frame of each pixel, so numpy compares whole rows, eight times as fast.
     block = np.ascontiguousarray(block.reshape(bins, step).T)
     ends = np.stack([np.fmin.reduce(block), np.fmax.reduce(block)], axis=1)
     at = (seams + 1 - start) // step
@@ -85,9 +85,6 @@ def thinned(
 
 
 def unreliable_spans(reliability: Array, least: float = RELIABLE) -> NDArray[np.int64]:
-    """Return the spans [start, stop) in which the reliability is below `least`.
-
-    The result is an array of integers, (spans, 2).
-    """
+    """Return the spans [start, stop) in which the reliability is below `least`, (spans, 2)."""
     low = np.concatenate([[False], reliability < least, [False]])
     return np.flatnonzero(np.diff(low)).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""Values, ranges and number formats for the curves of both chains and limbs."""
+"""The common base of the curves of chains and limbs, with number formats for titles."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ NOTHING: Array = np.zeros(0)
 
 
 class Curves(ABC):
-    """The curves of the document's selection.
+    """The curves of the chain or limb that is selected in the document.
 
     - strength: the signal that is compared with τ, in degrees, (frames,)
     - unreliable: the spans of frames in which the angle is unreliable, (spans, 2)
-    - unreliable_words: the text in these spans
+    - unreliable_words: the text that plots show in these spans
     - unreliable_hint: the tooltip of these spans
     """
 
@@ -49,18 +49,18 @@ class Curves(ABC):
         """Update the values after correction from the review's intervals."""
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Return the angles of an edited frame in radians, with angles that follow from them."""
+        """Return the angles of an edited frame, in radians, with the angles that depend on them."""
         return values
 
     def fit_tau(self, pane: Pane, degrees: float) -> None:
-        """Set the range of the strength plot from 0 to its peak, or above τ if that is higher."""
+        """Set the range of the strength plot: from 0 to the peak, or to above τ if τ is higher."""
         reach = (0.0, min(max(self._peak, _HEADROOM * degrees, 5.0), max(190.0, self._peak)))
         if reach != self._reach:
             self._reach = reach
             pane.show_values(*reach)
 
     def grow(self, pane: Pane, degrees: Array, least: float) -> None:
-        """Widen a plot's range to fit a curve. During a drag, the range never becomes narrower.
+        """Widen a plot's range to fit a curve, and never narrow it.
 
         `least` is the smallest initial range in degrees.
         """

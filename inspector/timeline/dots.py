@@ -14,9 +14,11 @@ _DOT, _RING = 4.0, 6.5  # radii in pixels; dot and ring at the same place are bo
 
 
 class Dots(Layer):
-    """The dots of one plot, at heights in the plot's own values.
+    """The dots of one plot at one frame.
 
-    Each is a height and True for a ring. role: their colour role in the theme.
+    - frame: the frame of all dots
+    - dots: a pair per dot: the height in the plot's values, and True to draw a ring
+    - role: the colour role of the dots in the theme
     """
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery, role: str = "after") -> None:
@@ -26,7 +28,7 @@ class Dots(Layer):
         self.dots: list[tuple[float, bool]] = []
 
     def mark(self, pane: Pane) -> None:
-        """Show the dots in a pane, and repaint the strip that contains them."""
+        """Repaint the strip of a pane that contains the dots."""
         if self.dots:
             wide = 2.0 * _RING * self.scenery.scale
             strip = QRectF(self.place(self.frame) - wide, 0.0, 2.0 * wide, self._view.height())

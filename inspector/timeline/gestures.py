@@ -47,19 +47,19 @@ _CURSORS = {Part.EMPTY: Qt.CursorShape.CrossCursor, Part.BODY: Qt.CursorShape.Op
 
 @dataclass(frozen=True)
 class Hit:
-    """The part of a plot that was hit, and its interval if it has one."""
+    """The part of a plot under the cursor, and the interval that it belongs to, if any."""
 
     part: Part
     judged: Judged | None = None
 
 
 class Gestures:
-    """Turns the mouse events of all plots into changes of the document.
+    """Turn the mouse events of all plots into changes of the document.
 
-    `plots` is a function that returns additional menu entries for a plot, given its key. `tau_plot`
-    is the key of the plot that shows τ. While an edge is dragged or an interval is drawn, the
-    playhead follows the cursor, so that the 3D view shows that frame. Afterwards the playhead
-    returns to its old frame, or moves to the new interval.
+    `plots` is a function that takes the key of a plot and returns additional menu entries.
+    `tau_plot` is the key of the plot that shows τ. While an edge is dragged or an interval is
+    drawn, the playhead follows the cursor, so that the 3D view shows that frame. Afterwards the
+    playhead returns to its old frame, or moves to the new interval.
     """
 
     draws = True  # a drag on empty space draws an interval
@@ -75,8 +75,8 @@ class Gestures:
     ) -> None:
         """Set up the gestures.
 
-        `refresh` is a function that applies pending changes, so that the mouse only grips intervals
-        that still exist. `repaint` is a function that repaints the plots.
+        `refresh` applies pending changes, so that the mouse only grabs intervals that still exist.
+        `repaint` repaints the plots.
         """
         self._document, self._scenery, self._visible = document, scenery, visible
         self._refresh, self._repaint, self._parent = refresh, repaint, parent
@@ -98,8 +98,8 @@ class Gestures:
     def hit(self, frame: float, pixel: float) -> Hit:
         """Return the part of the plot at `frame`. `pixel` is the number of frames per pixel.
 
-        An edge takes precedence over the playhead, because the playhead is on the edge after a jump
-        to an interval.
+        An edge takes precedence over the playhead, because selecting an interval moves the playhead
+        to its edge.
         """
         reach = _REACH * pixel
         near = self._scenery.between(frame - reach, frame + reach)
@@ -130,7 +130,10 @@ class Gestures:
         return Hit(Part.BODY, body) if body else Hit(Part.EMPTY)
 
     def interval_at(self, frame: float) -> Judged | None:
-        """Return the interval at `frame`: the selected interval if it is there, or the shortest."""
+        """Return the interval at `frame`, or None.
+
+        If there are several, this is the selected interval or else the shortest one.
+        """
         near = self._scenery.between(frame, frame)
         if not near:
             return None
@@ -266,9 +269,9 @@ class Gestures:
             self._visible.deselect_hidden()
 
     def _ask_peak(self, frame: float, pixel: float) -> bool:
-        """Go to a nearby peak above τ outside all intervals, and explain why none was found.
+        """Go to a nearby peak above τ outside all intervals, and explain why it is not an interval.
 
-        Returns False if there is no such peak.
+        Return False if there is no such peak.
         """
         near = peak_near(self._document, round(frame), max(_REACH * pixel, 0.5))
         if near is None or (reason := reason_here(self._document, near)) is None:
@@ -278,7 +281,7 @@ class Gestures:
         return True
 
     def open_menu(self, key: str, frame: float, place: float, position: QPoint) -> QMenu:
-        """Open the context menu for a point in a plot, without blocking."""
+        """Open and return the context menu for a point in a plot, without blocking."""
         judged = self.interval_at(frame)
         if judged is not None:
             self._document.select_interval(judged.id)

@@ -1,8 +1,8 @@
 """Layers behind and in front of the curves: intervals, shading, playhead, titles.
 
-Each layer is one graphics item per plot, and paints only the visible part, in pixels. Its speed
-depends only on the visible intervals, whereas one graphics item per interval would be slow with
-thousands of intervals.
+Each layer is one graphics item per plot, and paints only the visible part, in pixels. Painting time
+therefore depends only on the number of visible intervals. One graphics item per interval would be
+slow with thousands of intervals.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from twistcore.review import Judged
 from twistcore.skeleton.rotation import Array
 
 _TITLE_HEIGHT = 17.0
-_WHOLE = 0.95  # share of all values above which no mark is needed
+_WHOLE = 0.95  # visible share of the values above which the scroll mark is omitted
 _REMEMBERED = 8  # cached regions; all plots use the same one or two
 
 
@@ -47,9 +47,9 @@ class DragLabel:
 
 @dataclass
 class Scenery:
-    """Everything that the plots show apart from the curves.
+    """The data of everything that the plots show except the curves.
 
-    The timeline sets these data, and the layers read them.
+    The timeline sets the data, and the layers read them.
     """
 
     colours: Colours
@@ -62,8 +62,8 @@ class Scenery:
     selected: int | None = None
     drag_label: DragLabel | None = None
     unreliable: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
-    unreliable_words: str = ""  # drawn there
-    unreliable_hint: str = ""  # tooltip there
+    unreliable_words: str = ""  # the text drawn in unreliable spans
+    unreliable_hint: str = ""  # the tooltip of unreliable spans
     starts: Array = field(default_factory=lambda: np.zeros(0))
     stops: Array = field(default_factory=lambda: np.zeros(0))
     _regions: dict[object, Regions] = field(default_factory=dict)
@@ -97,23 +97,26 @@ class Scenery:
         self.stops = np.array([j.interval.stop for j in intervals], dtype=np.float64)
 
     def between(self, first: float, last: float) -> list[Judged]:
-        """Return the intervals in a range of frames, the selected interval last."""
+        """Return the intervals that overlap a range of frames, with the selected interval last."""
         seen = np.flatnonzero((self.stops - 0.5 > first) & (self.starts - 0.5 < last))
         chosen = [self.intervals[k] for k in seen]
         chosen.sort(key=lambda j: j.id == self.selected)
         return chosen
 
     def drawn_ends(self, judged: Judged, pixel: float) -> tuple[float, float]:
-        """Return the drawn ends of an interval, in frames; short intervals are drawn wider.
+        """Return the ends of an interval as drawn, in frames.
 
-        `pixel` is the number of frames per pixel.
+        Short intervals are drawn wider than they are. `pixel` is the number of frames per pixel.
         """
         ends = np.array([[judged.interval.start, judged.interval.stop]]) - 0.5
         start, stop = wide_enough(ends, pixel)[0].tolist()
         return start, stop
 
     def regions(self, first: float, last: float, width: int) -> Regions:
-        """Return the regions of a range of frames at a width in pixels, which all plots share."""
+        """Return the regions to paint for a range of frames. `width` is the plot's width in pixels.
+
+        The regions are cached, because all plots use the same ones.
+        """
         key = (first, last, width, self.selected)
         if key not in self._regions:
             if len(self._regions) >= _REMEMBERED:
@@ -124,7 +127,7 @@ class Scenery:
 
 
 class Layer(QGraphicsItem):
-    """A graphics item that covers a view, in pixel coordinates."""
+    """A graphics item that covers a view and paints in pixel coordinates."""
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery, z: float) -> None:
         # Not a child of the view, which clips its children to a path and makes fills slow.
@@ -145,7 +148,7 @@ class Layer(QGraphicsItem):
         return QRectF(self._view.rect())
 
     def place(self, frame: float) -> float:
-        """Return the horizontal pixel of a position in frames."""
+        """Return the horizontal pixel of a frame. The frame may have a fraction."""
         first, last = self._view.viewRange()[0]
         return float((frame - first) / (last - first) * self._view.width())
 
@@ -160,7 +163,7 @@ class BackLayer(Layer):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Paint the visible part."""
+        """Paint the unreliable spans and the intervals in the visible range."""
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         if self._shade:
@@ -237,7 +240,7 @@ class FrontLayer(Layer):
             painter.drawLine(QLineF(x, 0.0, x, self._view.height()))
 
     def _paint_part(self, painter: QPainter) -> None:
-        """Mark the visible part of all values at the right edge, like a scroll bar."""
+        """Mark the visible part of the values at the right edge, like a scroll bar."""
         if self._values.part is None:
             return
         (low, high), (bottom, top) = self._values.viewRange()[1], self._values.all_values
@@ -288,10 +291,10 @@ class FrontLayer(Layer):
             painter.drawText(box, Qt.AlignmentFlag.AlignRight, self.time)
 
     def _beside_tau(self, metrics: QFontMetricsF, edge: float) -> tuple[float, float]:
-        """Return the top and bottom of the free space for a label left of `edge`.
+        """Return the top and bottom of the free space for the left axis label.
 
-        If it would overlap the τ label, this is the larger of the spaces above and below that
-        label.
+        `edge` is the right edge of that label. If the label would overlap the τ label, the result
+        is the larger of the spaces above and below the τ label.
         """
         tall, box = self._view.height(), self._tau_box(metrics)
         if box is None or box.left() >= edge:
@@ -323,7 +326,7 @@ class FrontLayer(Layer):
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
     def title_lines(self) -> list[list[tuple[str, str]]]:
-        """Return the lines of the title: one line, or as many as needed in a figure."""
+        """Return the title broken into lines. Only figures have more than one line."""
         if not self.scenery.still:
             return [self.title]
         advance = QFontMetricsF(self.scenery.font()).horizontalAdvance

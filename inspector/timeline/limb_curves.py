@@ -13,12 +13,12 @@ from twistcore.skeleton.limb import Limb
 
 
 class LimbCurves(Curves):
-    """The curves of the document's selected limb.
+    """The curves of the limb that is selected in the document.
 
     - swivel: the swivel as captured
     - after: the swivel after correction
     - height: the distance of the middle joint from the line between the limb's ends, in per cent
-    - departures: the remaining jumps of the swivel, in radians
+    - departures: the jumps of the swivel that remain after correction, in radians
     - seam: the angle at which lines are broken
     """
 

@@ -24,12 +24,12 @@ _HEADROOM = 2.2  # smallest range of the plot, in units of τ
 
 
 class Onlooker(Gestures):
-    """Mouse gestures for a plot that can be scrolled and zoomed, but not edited."""
+    """Mouse gestures for a read-only plot, which can be scrolled and zoomed."""
 
     draws = False
 
     def hit(self, frame: float, pixel: float) -> Hit:
-        """Return the playhead if it is there, or the empty part."""
+        """Return the playhead if it is at `frame`, or else the empty part."""
         hit = super().hit(frame, pixel)
         return hit if hit.part is Part.PLAYHEAD else Hit(Part.EMPTY)
 
@@ -37,7 +37,7 @@ class Onlooker(Gestures):
 class OtherDetector(Pane):
     """A plot of the selected chain with another detector at its automatic τ.
 
-    The analysis runs in the background when the plot is first shown.
+    The analysis runs in the background, and starts when the plot is first shown.
     """
 
     def __init__(self, document: Document, colours: Colours, parent: QWidget | None = None) -> None:
@@ -55,7 +55,7 @@ class OtherDetector(Pane):
 
     @property
     def method(self) -> str:
-        """The detector that was used before the current one, or initially any other detector."""
+        """The detector to show: the one used before the current one, or else any other detector."""
         if self._used[0] != (now := self._document.method):
             self._used = [now, self._used[0]]
         before = self._used[1]
@@ -68,7 +68,7 @@ class OtherDetector(Pane):
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """The intervals found in the selected chain; empty while the analysis is running."""
+        """The intervals that the other detector finds in the chain; empty during the analysis."""
         return self.scenery.intervals
 
     def _colour_line(self, theme: Theme) -> None:
@@ -80,7 +80,7 @@ class OtherDetector(Pane):
         super().move_playhead(before, after)
 
     def refresh(self) -> None:
-        """Show the selected chain, and analyse the clip first if necessary."""
+        """Show the selected chain. If the clip is not yet analysed, start the analysis."""
         data = self._document.data
         if data is None or not self._document.chain or self._document.limb is not None:
             return  # limb flips have only one detector

@@ -17,15 +17,15 @@ from twistcore.review import Decision, Judged
 HEIGHT = 26
 _SELECTED_SHARE = 0.46  # share of the strip's height for the selected chain
 _EDGE = 3.0
-_NEAR = 4.0  # pixels within which the mouse grips or hits
+_NEAR = 4.0  # pixels within which the mouse hits a part
 
 
 class _Grip(Enum):
-    """The part of the overview that a drag moves."""
+    """The part of the overview that the mouse drags."""
 
     PLAYHEAD = "playhead"
     WINDOW = "window"  # the visible range of the plots
-    FIRST = "first"  # its ends
+    FIRST = "first"  # the ends of the visible range
     LAST = "last"
 
 
@@ -254,7 +254,10 @@ class OverviewStrip(QWidget):
     # -- the mouse ----------------------------------------------------------------------------
 
     def interval_at(self, at: QPointF) -> Judged | None:
-        """Return the interval at a point of the strip, in the nearest row."""
+        """Return the interval at a point of the strip, or None.
+
+        If there are several, this is the one whose row is nearest.
+        """
         rows = self._rows()
         found: list[tuple[float, float, Judged]] = []
         for judged in self._intervals:

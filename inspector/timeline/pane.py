@@ -52,7 +52,7 @@ BEFORE_AND_AFTER = (  # of θp and θc
 
 
 class Pane(Canvas):
-    """A plot with curves, whose values are set from outside."""
+    """A plot with curves. The timeline sets the values of the curves."""
 
     enlarged = Signal()  # show this plot alone, or all again
     least_part = 10.0  # least range of a part of the values
@@ -98,13 +98,13 @@ class Pane(Canvas):
         self.colour()
 
     def refresh(self) -> None:
-        """Update content that is not set from outside."""
+        """Update content that the timeline does not set. Subclasses override this."""
 
     def forget(self) -> None:
-        """Discard all data of the clip, because the clip or the detector has changed."""
+        """Discard all data of the clip, after a change of the clip or the detector."""
 
     def set_scale(self) -> None:
-        """Scale text and lines with the scenery's scale."""
+        """Apply the scenery's scale to text and lines."""
         scale = self.scenery.scale
         for axis in self.axes.values():
             axis.type_scale = scale
@@ -114,7 +114,7 @@ class Pane(Canvas):
         self.set_bottom(shown=self._bottom_shown)
 
     def colour(self) -> None:
-        """Use the scenery's colours."""
+        """Apply the scenery's colours."""
         theme = self.scenery.theme
         self.colour_ground(theme)
         self._zero.setPen(pg.mkPen(theme.line))
@@ -128,7 +128,7 @@ class Pane(Canvas):
             self.viewport().update(0, 0, self.width(), self._title_height)
 
     def show_tau(self, place: float, words: str) -> None:
-        """Show a label for the τ line at the axis. `place` is its position in the plot's values."""
+        """Show the label of the τ line at the axis. `place` is its height in the plot's values."""
         if self.front.tau != (place, words):
             self.front.tau = place, words
             if isinstance(axis := self.axes["left"], RootAxis):
@@ -157,7 +157,7 @@ class Pane(Canvas):
             curve.pen, curve.smooth = pen, self._smooth
 
     def light(self, first: str | None) -> None:
-        """Highlight the curves whose names begin with `first`, or none for None."""
+        """Highlight the curves whose names begin with `first`. None removes the highlight."""
         if first != self._lit:
             self._lit = first
             self._set_pens()
@@ -177,7 +177,7 @@ class Pane(Canvas):
         self._thin(name)
 
     def _thin(self, name: str) -> None:
-        """Give the visible points of a curve to its line.
+        """Set the points of a curve's line from its values in the visible frames.
 
         pyqtgraph's own downsampling is not used because it would drop points next to gaps.
         """
@@ -190,7 +190,7 @@ class Pane(Canvas):
             self._thin(name)
 
     def show_values(self, low: float, high: float) -> None:
-        """Show a range of degrees with a margin. If it begins at 0, 0 stays at the bottom."""
+        """Show a range of values in degrees, with a margin. 0 is shown near the bottom."""
         if self.root:
             low, high = float(root_scale(low)), float(root_scale(high))
         span = high - low
@@ -199,9 +199,10 @@ class Pane(Canvas):
         self.touch()
 
     def show_part(self, first: float, last: float, *, grow: bool = False) -> None:
-        """Show only the range of the values between two positions in frames.
+        """Fit the value axis to the values between two frames, instead of to all values.
 
-        With `grow`, the currently visible part is extended, unless all values are visible.
+        With `grow`, the visible range of values is only extended, and does not change if it already
+        contains all values.
         """
         part = self.time.part
         if self.root or (grow and part is None):
@@ -232,7 +233,7 @@ class Pane(Canvas):
             self.touch()
 
     def set_bottom(self, *, shown: bool) -> None:
-        """Show or hide the frame numbers, which only the lowest plot of a column has."""
+        """Show or hide the frame numbers. Only the lowest plot of a column shows them."""
         axis = self.axes["bottom"]
         axis.setStyle(showValues=shown)
         axis.setHeight(_AXIS_HEIGHT * self.scenery.scale if shown else 3)

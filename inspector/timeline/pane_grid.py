@@ -1,4 +1,4 @@
-"""The grid of panes, with several columns if there is too little height, or a hint."""
+"""The grid of panes, which has several columns if there is too little height for one."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from inspector.timeline.plot import Plot
 from inspector.widgets.building import hint
 
 _ROW, _COLUMN = 88, 440  # pixels that a pane needs to be readable
-_NARROW = 280  # pixels of the width of two panes, if there is no room for two others
+_NARROW = 280  # minimum width of two panes in pixels, if two columns do not fit
 
 
 class PaneGrid(QStackedWidget):
-    """The panes from top to bottom. `shown` has the keys of the visible panes.
+    """The panes from top to bottom, or a hint instead of them.
 
-    The visible panes are chosen by the person and apply to the selection. As many as fit are shown,
-    or a single enlarged pane.
+    `shown` has the keys of the visible panes. Candidates are the panes that the user has chosen and
+    that apply to the selection. As many of them as fit are shown, or a single enlarged pane.
     """
 
     arranged = Signal()  # the set or the position of visible panes has changed
@@ -69,7 +69,10 @@ class PaneGrid(QStackedWidget):
         return self._alone in self.chosen
 
     def show_panes(self, applicable: Collection[str]) -> None:
-        """Show the panes with these keys, which apply to the selection, and no hint."""
+        """Show the chosen panes among `applicable`, the keys of panes that suit the selection.
+
+        This also removes the hint.
+        """
         self._applicable = frozenset(applicable)
         self.arrange()
         self.setCurrentIndex(0)
@@ -100,7 +103,7 @@ class PaneGrid(QStackedWidget):
     def arrange(self) -> None:
         """Arrange the panes in as few columns as the height allows.
 
-        If there is too little width, show fewer panes.
+        If the width does not suffice for these columns, show fewer panes.
         """
         wanted = [self._alone] if self.alone else self.chosen
         scale = max((pane.scenery.scale for pane in self._panes.values()), default=1.0)

@@ -1,6 +1,6 @@
 """The description of a pane: its texts, its position and its drawing functions.
 
-A pane is an object of :class:`Plot`, named `plot`, in its own file in `panes/`. All files of that
+A pane is an object of :class:`Plot`, named `plot`, in its own file in `panes/`. All files in that
 folder are found automatically.
 """
 

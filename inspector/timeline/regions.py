@@ -16,7 +16,7 @@ from twistcore.skeleton.rotation import Array
 
 _CROWDED = 4  # with fewer pixels per region, borders and glyphs are omitted
 _GLYPH_ROOM = 11  # pixels
-LEAST = 8  # minimum pixels of a region, so that the mouse can grip it
+LEAST = 8  # minimum width of a region in pixels, so that the mouse can grab it
 _GLYPHS = {Decision.ACCEPTED: "✓", Decision.REJECTED: "✗", Decision.UNDECIDED: "?"}
 _BORDERS = {
     Decision.ACCEPTED: Qt.PenStyle.SolidLine,
@@ -29,7 +29,7 @@ _Spans = list[list[int]]  # left and right pixels
 
 @dataclass(frozen=True)
 class _Group:
-    """The regions of all intervals with one decision: their union, and each region."""
+    """The regions of all intervals with one decision: their union and each single region."""
 
     decision: Decision
     selected: bool
@@ -38,7 +38,7 @@ class _Group:
 
 
 class Regions:
-    """The regions of a range of frames at a width in pixels, for painting at any height.
+    """The intervals in a range of frames as regions at a width in pixels, for any height.
 
     - seen: the intervals in the range
     - selected: the id of the interval to emphasise
@@ -66,7 +66,7 @@ class Regions:
         self._shapes: list[tuple[_Group, list[QRect], QPainterPath]] = []
 
     def paint(self, painter: QPainter, theme: Theme, height: int, glyphs: QFont | None) -> None:
-        """Paint fills and borders and, with `glyphs` (a font), the symbols of the decisions."""
+        """Paint fills and borders, and the symbols of the decisions if `glyphs` is a font."""
         painter.setClipRect(QRect(0, 0, self._width, height))
         for group, rects, lines in self._shapes_of(height):
             _paint_group(painter, theme, group, rects, lines, self._width, height)
@@ -81,7 +81,7 @@ class Regions:
     def _shapes_of(self, height: int) -> list[tuple[_Group, list[QRect], QPainterPath]]:
         """Return the fills and borders for plots up to this height.
 
-        Lower plots show only a part of them.
+        They are computed for the highest plot. Lower plots clip them.
         """
         if height > self._height:
             self._height = height
@@ -129,7 +129,7 @@ def _paint_group(
 def _places(regions: Sequence[Judged], first: float, last: float, width: int) -> _Spans:
     """Return the left and right pixel of each region, limited to the view.
 
-    The pixels are limited here, because clipping at fractions of pixels makes painting slow.
+    Without this limit, painting would be slow, because it would clip at fractions of pixels.
     """
     frames = np.array([(j.interval.start, j.interval.stop) for j in regions]) - 0.5
     if len(regions) * 2 * LEAST < width:  # leave many regions apart
@@ -155,7 +155,7 @@ def _inside(places: _Spans, width: int) -> list[int]:
 
 
 def _uprights(at: Sequence[int], height: int) -> QPainterPath:
-    """Return vertical lines as a single path, which is faster than separate lines."""
+    """Return vertical lines at the pixels `at` as a single path, which paints faster."""
     x = np.repeat(np.array(at, dtype=np.float64), 2)
     path: QPainterPath = pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
     return path

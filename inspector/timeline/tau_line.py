@@ -17,7 +17,7 @@ SMALLEST_TAU, LARGEST_TAU = 0.1, 180.0  # degrees
 
 
 class ChainTauLine(TauLine):
-    """A line at the τ of the selected chain, on a square-root scale. A drag is one undo step."""
+    """A line at the τ of the selected chain, on a square-root scale. Each drag is one undo step."""
 
     dropped = Signal()
 
@@ -76,7 +76,10 @@ class ChainTauLine(TauLine):
 
 
 def set_tau_at(document: Document, place: float, drag: int = 0) -> None:
-    """Set τ of the selected chain from a height on the square-root scale."""
+    """Set τ of the selected chain from a height on the square-root scale.
+
+    `drag` is the id of the drag whose changes form one undo step.
+    """
     set_tau_degrees(document, round(from_root_scale(place), 1), drag)
 
 

@@ -30,9 +30,9 @@ class Mouse(Protocol):
 
 
 class TimeView(pg.ViewBox):
-    """A view whose mouse events the timeline's gestures handle.
+    """A view that passes its mouse events to the timeline's gestures.
 
-    The values are shown in the range of `fit_to` until the person zooms. The timeline sets the
+    The value axis shows the range set with `fit_to` until the user zooms. The timeline sets the
     range of frames.
     """
 
@@ -43,19 +43,19 @@ class TimeView(pg.ViewBox):
         self.gestures: Mouse | None = None
         self.zoomed = False  # a person has zoomed the values
         self._all = (0.0, 1.0)
-        self._part: tuple[float, float] | None = None  # shown instead of all values
+        self._part: tuple[float, float] | None = None  # the range shown instead of all values
         self._beyond: tuple[float, float] | None = None  # an additional temporary range
 
     # -- values -------------------------------------------------------------------------------
 
     def fit_to(self, low: float, high: float) -> None:
-        """Set the range of all values, and show it unless the view is zoomed or shows a part."""
+        """Set the range of all values. Show it unless the user has zoomed or a part is shown."""
         self._all = (low, high)
         if not self.zoomed and self._part is None:
             self.fit()
 
     def show_part(self, low: float, high: float) -> None:
-        """Show a part of the values, unless the person has zoomed."""
+        """Show only a part of the values, unless the user has zoomed."""
         if not self.zoomed and (low, high) != self._part:
             self._part = low, high
             self.setYRange(low, high, padding=0.0)
@@ -71,7 +71,7 @@ class TimeView(pg.ViewBox):
         return self._all
 
     def forget_zoom(self) -> None:
-        """Show all values with the next `fit_to`."""
+        """Make the next `fit_to` show all values, even if the user has zoomed."""
         self.zoomed, self._part = False, None
 
     def fit(self) -> None:
@@ -83,10 +83,11 @@ class TimeView(pg.ViewBox):
         self.setYRange(low, high, padding=0.0)
 
     def include(self, values: tuple[float, float] | None, spare: float) -> None:
-        """Extend the range to include (lowest, highest), unless the person has zoomed.
+        """Extend the range to include `values`, a pair (lowest, highest).
 
-        `spare` is the margin as a share of the range. From then on, the range never becomes
-        narrower, until a call with None ends this.
+        `spare` is the margin as a share of the range. The extended range is never narrowed until a
+        call with None restores the normal range. If the user has zoomed, the visible range does not
+        change.
         """
         seen = self._beyond or self._all
         if values is None:
@@ -104,12 +105,12 @@ class TimeView(pg.ViewBox):
             self.fit()
 
     def look_like(self, other: TimeView) -> None:
-        """Use the value range of another view if the person has zoomed that view."""
+        """Show the same values as another view if the user has zoomed that view."""
         if other.zoomed:
             self._show_values(*other.viewRange()[1])
 
     def zoom_values(self, at: float, notches: float) -> None:
-        """Zoom the values around the value `at`."""
+        """Zoom the value axis around the value `at`."""
         low, high = self.viewRange()[1]
         whole = self._all[1] - self._all[0]
         wanted = (high - low) * _ZOOM**-notches
@@ -129,7 +130,10 @@ class TimeView(pg.ViewBox):
     # -- the mouse ----------------------------------------------------------------------------
 
     def wheelEvent(self, event: QGraphicsSceneWheelEvent, axis: int | None = None) -> None:
-        """Zoom at the cursor; with Shift, pan; with Ctrl or at the left axis, zoom the values."""
+        """Zoom in time at the cursor.
+
+        With Shift, pan instead. With Ctrl or over the left axis, zoom the values.
+        """
         event.accept()
         at = self.mapToView(self.mapFromScene(event.scenePos()))
         notches, keys = event.delta() / _NOTCH, event.modifiers()
@@ -140,7 +144,10 @@ class TimeView(pg.ViewBox):
             self.gestures.wheel(float(at.x()), notches, pan=shift)
 
     def mouseDragEvent(self, event: Any, axis: int | None = None) -> None:
-        """Drag with the left button; with the middle button, with Shift or at an axis, pan."""
+        """Pass a drag on to the gestures.
+
+        A drag on the left axis pans the values. A drag on the bottom axis pans in time.
+        """
         event.accept()
         if axis == 1:
             places = event.lastScenePos(), event.scenePos()  # `pos` is in the axis's coordinates
@@ -150,16 +157,16 @@ class TimeView(pg.ViewBox):
             self.gestures.drag(self, event, pan=axis == 0)
 
     def mouseClickEvent(self, event: Any) -> None:
-        """Handle a click: select, move the playhead, set τ, or open the menu."""
+        """Pass a click on to the gestures, except clicks with the middle button."""
         if self.gestures and event.button() != Qt.MouseButton.MiddleButton:
             event.accept()
             self.gestures.click(self, event)
 
     def hoverEvent(self, event: Any) -> None:
-        """Set the cursor for the part under the mouse."""
+        """Pass mouse movements on to the gestures, which set the cursor."""
         if self.gestures and not event.isExit():
             self.gestures.hover(self, event)
 
     def frame_at(self, position: QPointF) -> float:
-        """Return the frame number, with fraction, at a position in this view."""
+        """Return the frame at a position in this view, with a fraction."""
         return float(self.mapToView(position).x())

@@ -141,8 +141,9 @@ class Timeline(QWidget):
             pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # it would become a bitmap
 
     def fit_titles(self) -> None:
-        """Reserve enough lines above each plot of a figure for the plot title with the most
-        lines.
+        """Reserve title lines above each plot of a figure.
+
+        All plots get as many lines as the longest title needs.
         """
         lines = max(len(self.panes[key].front.title_lines()) for key in self.grid.shown)
         if lines != self.scenery.title_lines:
@@ -157,7 +158,7 @@ class Timeline(QWidget):
 
     @property
     def _sceneries(self) -> list[Scenery]:
-        """All sceneries, including the separate sceneries of some panes."""
+        """The scenery of the timeline, and those of panes that have their own."""
         return [self.scenery, *(pane.scenery for pane in self.panes.values())]
 
     def _refresh_shown(self) -> None:
@@ -176,9 +177,7 @@ class Timeline(QWidget):
             pane.time.fit()
 
     def _arranged(self) -> None:
-        """Update plots that have just become visible, and show on the button how many are
-        hidden.
-        """
+        """Update plots that have just become visible, and the counts on the button."""
         self._repaint()
         self._refresh_shown()
         seen, wanted = len(self.grid.shown), len(self.grid.chosen)
@@ -204,14 +203,14 @@ class Timeline(QWidget):
     def light(self, curves: tuple[tuple[str, str], ...]) -> None:
         """Highlight some curves.
 
-        `curves` are pairs of a plot's key and the first letters of the names of its curves.
+        Each of `curves` is the key of a plot and the prefix of the names of its curves.
         """
         wanted = dict(curves)
         for key, pane in self.panes.items():
             pane.light(wanted.get(key))
 
     def show_what_if(self, values: Mapping[str, float]) -> None:
-        """Show dots for an edited frame at the playhead. `values` are radians, keyed by name."""
+        """Show dots for an edited frame at the playhead. `values` are in radians, keyed by name."""
         if values or self._what_if:
             self._what_if = values
             self._show_dots()
@@ -323,7 +322,7 @@ class Timeline(QWidget):
         self.overview.show_frame(document.frame)
 
     def _pick(self, frame: int, judged: Judged | None) -> None:
-        """Handle a click on the overview: select the interval there, or deselect."""
+        """Handle a click on the overview: select the interval at that point, or deselect."""
         if judged is not None:
             frame = min(max(frame, judged.interval.start), judged.interval.stop - 1)
         self.document.select_interval(judged.id if judged is not None else None)
@@ -357,7 +356,7 @@ class Timeline(QWidget):
         self.overview.show_view(*self.visible.ends)
 
     def _fit_part(self) -> None:
-        """Fit the values to the visible frames when the interval's chain is loaded."""
+        """Fit the values to the visible frames, once the chain of the interval is loaded."""
         self._arriving = True
         self._stale.mark()
 

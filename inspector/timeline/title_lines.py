@@ -1,4 +1,4 @@
-"""Break the title of a plot into lines for a figure."""
+"""Breaking the title of a plot into lines, for a figure."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Parts = list[tuple[str, str]]  # text and the theme's colour role
 
 def title_lines(title: Sequence[tuple[str, str]], room: float,
                 advance: Callable[[str], float]) -> list[Parts]:  # fmt: skip
-    """Return the parts of the title for each line. A symbol stays on a line with its numbers.
+    """Return the parts of the title for each line, with a symbol and its numbers on one line.
 
     `room` is the width of a line. `advance` is a function that returns the width of a text. Spaces
     that only align columns are removed.
@@ -31,7 +31,7 @@ def title_lines(title: Sequence[tuple[str, str]], room: float,
 
 
 def _groups(title: Sequence[tuple[str, str]]) -> list[Parts]:
-    """Return the parts that must stay on one line: words with their symbol and its numbers."""
+    """Return the groups of parts that must stay on one line: words, a symbol and its numbers."""
     groups: list[Parts] = []
     for raw, role in title:
         text = re.sub(r"  +", " ", raw)

@@ -13,7 +13,10 @@ _SPARE = 3.5  # maximum number of frames on either side, in lengths of the inter
 
 
 class VisibleRange(QObject):
-    """The visible range. `ends` are the first and last visible position in frames."""
+    """The range of frames that the plots show.
+
+    `ends` are the first and the last visible frame, with fractions.
+    """
 
     changed = Signal()
     arrived = Signal()  # at an interval
@@ -57,7 +60,10 @@ class VisibleRange(QObject):
         self.arrived.emit()
 
     def deselect_hidden(self) -> None:
-        """Deselect an interval that is not visible, so that no key press decides on it."""
+        """Deselect the selected interval if it is not visible.
+
+        A key press can then not decide on an interval that the user does not see.
+        """
         if (judged := self._document.interval) and not self._sees(judged.interval):
             self._document.select_interval(None)
 

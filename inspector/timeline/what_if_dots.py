@@ -1,6 +1,6 @@
-"""Dots in the plots at the playhead that show the values of an edited frame.
+"""Dots in the plots at the playhead that show the angles of an edited frame.
 
-A full dot shows θp or m, and a ring shows θc; both have the colour of the pose after correction.
+A full dot shows θp or m, and a ring shows θc. Both have the colour of the corrected pose.
 """
 
 from __future__ import annotations
@@ -36,7 +36,10 @@ class WhatIfDots:
         self._values: dict[str, float] = {}
 
     def show(self, curves: Curves | None, frame: int, values: Mapping[str, float]) -> None:
-        """Show the angles of an edited frame, radians keyed by name, except undefined angles."""
+        """Show the angles of an edited frame, except undefined ones.
+
+        `values` are in radians, keyed by name.
+        """
         self._values = dict(curves.completed(frame, values)) if curves is not None else {}
         for key, pane in self._panes.items():
             dots = []

@@ -29,7 +29,7 @@ _STYLES = (
 def shown_interval(document: Document) -> Interval | None:
     """Return the selected interval if its kind declares a quantity, or None.
 
-    An exercise must not reveal its errors, so it has none.
+    In an exercise the result is None, because the curve would reveal the error.
     """
     judged = document.interval
     if document.data is None or document.data.blind or judged is None:
@@ -38,9 +38,10 @@ def shown_interval(document: Document) -> Interval | None:
 
 
 class WhyListed(Pane):
-    """A plot of the quantity that the kind of the selected interval declares.
+    """A plot of the quantity that shows why the selected interval is listed.
 
-    The quantity is computed in the background, and immediately in a figure.
+    The kind of the interval declares this quantity, which is computed in the background. A figure
+    computes it immediately.
     """
 
     def __init__(self, document: Document, scenery: Scenery, parent: QWidget | None = None) -> None:
@@ -48,7 +49,7 @@ class WhyListed(Pane):
         self.least_part = 0.0  # the limit is always visible
         self._document = document
         self._task = OneTask(self)
-        self._interval: Interval | None = None  # whose quantity is shown or being computed
+        self._interval: Interval | None = None  # the interval of the shown or pending quantity
         self.quantity: Quantity | None = None
         self._failure = ""
         self.dot = Dots(self.view, scenery, "before")
@@ -60,7 +61,7 @@ class WhyListed(Pane):
         if interval is None or interval is self._interval or self.isHidden():
             return
         if self._interval is None or not self._interval.may_be_same(interval):
-            self.forget()  # for the same error the curve stays until the new one is there
+            self.forget()  # a curve of the same error stays visible until the new one is ready
         self._interval = interval
         assert self._document.data is not None
         search = self._document.data.analysis.search(self._document.method)
@@ -72,7 +73,7 @@ class WhyListed(Pane):
             self._task.run(lambda _: work(), self._show, self._fail)
 
     def forget(self) -> None:
-        """Drop the quantity and cancel its computation."""
+        """Discard the quantity and cancel its computation."""
         self._task.cancel()
         self._interval = self.quantity = None
         self._failure = ""
@@ -103,7 +104,7 @@ class WhyListed(Pane):
         if quantity.size is not None:
             size[interval.start : interval.stop] = quantity.size
             inside = np.abs(values[interval.start : interval.stop] - quantity.size)
-            if np.isfinite(inside).any():  # where the number of the interval is reached
+            if np.isfinite(inside).any():  # mark the frame with the interval's number
                 self.dot.frame = interval.start + int(np.nanargmin(inside))
                 self.dot.dots = [(float(values[self.dot.frame]), False)]
         self.set_curve("size", size)
@@ -112,7 +113,7 @@ class WhyListed(Pane):
         self.touch()
 
     def _fit(self) -> None:
-        """Show all values, or those in the visible frames if the other plots do so, too."""
+        """Show all values, or only the range in the visible frames if the other plots do so."""
         seen = np.concatenate([y for y, _ in self.values.values()])
         seen = seen[np.isfinite(seen)]
         low, high = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)
@@ -121,7 +122,7 @@ class WhyListed(Pane):
         self.show_part(*self.view.viewRange()[0])
 
     def _describe(self, *_: object) -> None:
-        """Show the title: the quantity at the playhead, and the limit."""
+        """Show the title with the quantity at the playhead and its limit."""
         if self._interval is None or self.isHidden():
             return
         quantity, frame = self.quantity, self._document.frame

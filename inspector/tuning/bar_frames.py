@@ -1,4 +1,4 @@
-"""Step through the frames of a bar of the histogram."""
+"""Steps through the frames of a bar of the strength histogram."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ class BarFrames:
     def take(self, strength: Array, counted: NDArray[np.bool_]) -> None:
         """Set the data of the histogram.
 
-        `strength` is the strength of each frame in degrees, shape (frames,). `counted` is the mask
-        of the frames that the histogram counts.
+        `strength` is the strength of each frame in degrees, shape (frames,). `counted` is True for
+        the frames that the histogram counts.
         """
         self._frames = np.flatnonzero(counted)
         self._bars = bar_of(strength[counted])
         self.chosen = None
 
     def next_frame(self, bar: int) -> None:
-        """Go to the next frame of a bar, or from the last one to the first."""
+        """Go to the next frame of a bar; after its last frame, go to its first."""
         own = self._frames[self._bars == bar]
         if len(own):
             self.chosen, self._came_from = bar, self._document.frame
@@ -49,7 +49,8 @@ class BarFrames:
     def next_bar(self) -> None:
         """Go to the first frame of the next bar that has frames.
 
-        Bars are visited from the weakest to the strongest, and then from the weakest again.
+        Bars are visited from the weakest strength to the strongest. After the strongest bar, the
+        weakest follows.
         """
         filled = np.unique(self._bars[self._bars >= 0])
         if len(filled):
@@ -57,14 +58,14 @@ class BarFrames:
             self.first_frame(int((later if len(later) else filled)[0]))
 
     def next_in_bar(self) -> None:
-        """Go to the next frame of the current bar; without a current bar, go to the first bar."""
+        """Go to the next frame of the current bar, or to the first bar if no bar is current."""
         if self.chosen is None:
             self.next_bar()
         else:
             self.next_frame(self.chosen)
 
     def back(self) -> None:
-        """Undo the last step, because it was the first click of a double-click."""
+        """Return to the frame before the first click of a double-click."""
         if self.chosen is not None:
             self.chosen = None
             self._document.go_to(self._came_from)

@@ -27,7 +27,7 @@ _NOTHING = tr(
 
 
 class ConfidencePage(QWidget):
-    """Shows the confidence that was learned for the clip's performer or rig."""
+    """The page of the confidence that was learned for the clip's performer or rig."""
 
     def __init__(self, document: Document, evidence: VerdictEvidence, colours: Colours) -> None:
         super().__init__()
@@ -81,7 +81,7 @@ class ConfidencePage(QWidget):
         vbox(*parts, owner=learning, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Shorten sentences to one line with a tooltip if there is too little room."""
+        """If there is too little room, cut long sentences to one line and add a tooltip."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
 
@@ -89,9 +89,9 @@ class ConfidencePage(QWidget):
 
     @property
     def learnt(self) -> tuple[str, LearnedProfile | None]:
-        """The learned profile to use, and its scope.
+        """The learned profile to use, and the name of its scope.
 
-        If the performer with this rig has no profile, the profile of the rig is used.
+        This is the profile of the performer with this rig, or else the profile of the rig.
         """
         present = self._evidence.present
         for scope in present.scopes if present else ():

@@ -1,4 +1,4 @@
-"""The plot of the cost of τ: the share of repaired errors with its band, and false alarms."""
+"""The plot of the cost of τ: the share of errors that are repaired, and the false alarms."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class PercentAxis(Axis):
 
 
 class CostPlot(TauPlot):
-    """The share of repaired errors (FSR, left) and false alarms (right), plotted against τ.
+    """The share of repaired errors (FSR, left axis) and false alarms (right axis) against τ.
 
     FSR has a confidence band, and a triangle ▼ marks the suggested τ.
     """
@@ -74,7 +74,7 @@ class CostPlot(TauPlot):
         self.axes["right"].setTextPen(QColor(theme.rejected))
 
     def show_curve(self, curve: TauCurve | None) -> None:
-        """Show the curve of a chain or the sum of several, or nothing if it is not measured yet."""
+        """Show the cost curve of a chain, or of several chains together. None clears the plot."""
         self.touch()
         known = curve is not None and curve.drawn is not None
         self.band.setVisible(known)
@@ -94,7 +94,7 @@ class CostPlot(TauPlot):
         self._alarms_view.setYRange(0.0, most, padding=0.08)
 
     def show_suggestion(self, curve: TauCurve, suggested: float) -> None:
-        """Mark the suggested τ, in radians, of the curve that is shown."""
+        """Mark the suggested τ, in radians, on the curve that is visible."""
         self.touch()
         if curve.errors:
             place = float(np.log10(np.degrees(suggested)))

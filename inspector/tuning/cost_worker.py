@@ -27,13 +27,13 @@ class Request:
     Attributes
     ----------
     rig
-        The set of chains.
+        The chains of the skeleton, with the user's additions and removals.
     left_out
         The frames that are left out of the measurement.
     draws
         The number of draws of errors for each chain and protocol.
     detector
-        The file and class of the detector, as 'FILE.py:Class', or '' for a detector that every
+        The file and class of the detector as 'FILE.py:Class', or '' for a detector that every
         process knows.
     language
         The language of error messages.
@@ -53,10 +53,10 @@ class Request:
 
 @dataclass(frozen=True)
 class Capture:
-    """The measured frames [first, stop) of the clip, without blends at the clip's ends.
+    """The frames [first, stop) of the clip that are measured, without blends at the clip's ends.
 
-    presumed: the spans (chain, start, stop) of sure intervals that were taken for errors although
-    nobody judged them.
+    presumed: the spans (chain, start, stop) of intervals without a verdict that were counted as
+    errors, because the detector is sure of them.
     """
 
     first: int
@@ -67,8 +67,9 @@ class Capture:
 def measure(pipe: Connection, request: Request) -> None:
     """Measure the curves and send the results through the pipe.
 
-    Sends a Capture, then (chain, curve) for every chain, then None, or an error message. If the
-    name of a chain arrives through the pipe, that chain is measured next.
+    The results are a Capture, then a pair (chain, curve) for every chain, then None. If the
+    measurement fails, an error message is sent. If the name of a chain arrives through the pipe,
+    that chain is measured next.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)

@@ -36,7 +36,7 @@ _NO_COSTS = tr(
 
 
 class CurvesPage(QWidget):
-    """Two plots over τ with captions.
+    """Two plots over τ, with captions: the histogram of the strength, and the cost.
 
     When the user changes τ, the `asked` signal is emitted with the new τ in degrees, and with True
     during a drag.
@@ -114,7 +114,7 @@ class CurvesPage(QWidget):
         self._show_place()
 
     def _frames_that_count(self) -> NDArray[np.bool_]:
-        """Return the mask of the frames that are not left out of tuning."""
+        """Return a mask (frames,), True for frames that tuning uses."""
         counted = np.ones(self._document.frames, dtype=bool)
         if (capture := self._costs.capture) is not None:
             counted[: capture.first] = counted[capture.stop :] = False
@@ -196,14 +196,14 @@ class CurvesPage(QWidget):
 
     @property
     def _has_costs(self) -> bool:
-        """False for a limb or a twist bone, whose τ has a different meaning."""
+        """False for a limb or a twist bone, for which the cost of τ is not defined."""
         document = self._document
         if document.data is None or not document.chain:
             return True
         return not isinstance(document.find_chain(document.chain), Limb | Helper)
 
     def progress(self) -> str:
-        """Return the progress of the measurement or an error, or '' when it is complete."""
+        """Return the progress of the measurement or its error, or '' when it is complete."""
         costs = self._costs
         if costs.trouble:
             return costs.trouble
@@ -216,13 +216,13 @@ class CurvesPage(QWidget):
     # -- frames of a bar ----------------------------------------------------------------------
 
     def next_bar(self) -> None:
-        """Go to the first frame of the next bar."""
+        """Go to the first frame of the histogram's next bar."""
         if self._may_reveal():
             self.bars.next_bar()
             self._show_place()
 
     def next_in_bar(self) -> None:
-        """Go to the next frame of the current bar."""
+        """Go to the next frame of the histogram's current bar."""
         if self._may_reveal():
             self.bars.next_in_bar()
             self._show_place()
@@ -252,7 +252,7 @@ class CurvesPage(QWidget):
 
 
 def _inked(text: str, colour: str) -> str:
-    """Return text as rich text in a colour, without line breaks and followed by a gap."""
+    """Return HTML that shows a text in a colour, without line breaks and followed by a gap."""
     return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 

@@ -1,4 +1,4 @@
-"""The table of all detectors: the suggested and the automatic τ of each, and their costs."""
+"""The table of all detectors, with their suggested and automatic τ and the costs of both."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _TIPS = (
 
 @dataclass(frozen=True)
 class _Line:
-    """A row for a chain, or '' for all chains, with its suggested or its automatic τ."""
+    """A row of the table: a chain, or '' for all chains, with its suggested or automatic τ."""
 
     chain: str
     kind: str
@@ -44,7 +44,7 @@ class _Line:
 class DetectorsModel(RowModel[_Line]):
     """The rows of the table: two for each chain, and two for all chains.
 
-    The first of two rows has the suggested τ, and the second has the automatic τ.
+    The first row of each pair has the suggested τ, and the second has the automatic τ.
     """
 
     def __init__(self, document: Document, colours: Colours, costs: Costs, wishes: Wishes) -> None:
@@ -58,17 +58,17 @@ class DetectorsModel(RowModel[_Line]):
         self.right = range(1, len(self.heads))
 
     def key(self, thing: _Line) -> tuple[str, str]:
-        """Return the chain and the kind of τ of a row."""
+        """Return the chain of a row, and whether its τ is suggested or automatic."""
         return thing.chain, thing.kind
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return a row for display, dimmed if it shows the automatic τ."""
+        """Return a row for display. Rows with the automatic τ are dimmed."""
         soft = thing.kind == _KINDS[1]
         colours = dict.fromkeys(range(len(thing.texts)), self.theme.soft) if soft else {}
         return TableRow(thing.texts, colours=colours, tips=thing.tips)
 
     def refresh(self) -> None:
-        """Update the numbers."""
+        """Update the numbers in the table."""
         data = self._document.data
         names = {c.name: of_core(c.label) for c in data.chains} if data else {}
         chains = [(name, label) for name, label in names.items() if name in self._costs.names]
@@ -101,5 +101,5 @@ class DetectorsModel(RowModel[_Line]):
 
 
 def rows_of(lines: Sequence[_Line], chain: str) -> int | None:
-    """Return the index of the first row of a chain."""
+    """Return the index of the first of a chain's two rows."""
     return next((k for k, line in enumerate(lines) if line.chain == chain), None)

@@ -28,7 +28,7 @@ class Tuning(FeatureParts):
         self.tuning = TuningPanel(window.document, colours, actions, window.settings)
 
     def connect(self, window: HostWindow) -> None:
-        """Connect the tab to the window, so that it computes only while it is visible."""
+        """Connect the tab to the window. The tab computes only while it is visible."""
         self._dock, self._visible = window.docks["tuning"], window.timeline.visible
         self._dock.visibilityChanged.connect(self.tuning.set_seen)
         queue = window.part(folder).queue
@@ -41,7 +41,7 @@ class Tuning(FeatureParts):
         bring_to_front(self._dock)
 
     def leave_out_visible(self) -> None:
-        """Leave the frames that are visible in the plots out of tuning."""
+        """Exclude the frames that are visible in the plots from tuning."""
         self.tuning_actions.leave_out_visible(self._visible.ends)
 
     def close(self) -> None:

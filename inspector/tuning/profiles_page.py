@@ -1,4 +1,4 @@
-"""The page of all chains: their τ and costs, now and in profiles, or with each detector."""
+"""The page of all chains: a table that compares profiles, or one that compares detectors."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _BOTH = tr(
 
 
 class ProfilesPage(QWidget):
-    """A table of τ and costs, or a table of both detectors.
+    """A table of τ and its cost for each chain, or a table of all detectors.
 
     The `chosen` signal is emitted with the chain that was clicked.
     """
@@ -89,19 +89,22 @@ class ProfilesPage(QWidget):
         self._show_buttons()
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Compare the current τ with one profile or none, or show two profiles instead."""
+        """Set the profiles to compare.
+
+        One profile is compared with the current τ, and two are compared with each other.
+        """
         self.model.show_beside(others)
         self._actions["both_costs"].setChecked(False)
         self._need()
 
     def show_both(self, both: bool) -> None:
-        """Show the table of both detectors, or the table of τ."""
+        """Show the table of all detectors if `both`, or else the table of τ."""
         self._tables.setCurrentIndex(int(both))
         self._need()
         self.refresh()
 
     def _need(self) -> None:
-        """Request measurements with every detector that the visible table shows."""
+        """Request measurements for every detector in the visible table."""
         both = self._tables.currentWidget() is self.both_table
         own = (self.model.method(c) for c in self.model.columns if c.profile.method)
         self._costs.needs(self.detectors.methods if both else own)
@@ -113,7 +116,7 @@ class ProfilesPage(QWidget):
             self.buttons[name].setVisible(bool(self.model.others))
 
     def refresh(self) -> None:
-        """Update the numbers."""
+        """Update the numbers in both tables."""
         both = self._tables.currentWidget() is self.both_table
         (self.detectors if both else self.model).refresh()
         note = _BOTH if both else self.model.note
@@ -122,7 +125,7 @@ class ProfilesPage(QWidget):
         self._fit(self.both_table if both else self.table)
 
     def _fit(self, table: RowTable) -> None:
-        """Give the first column the remaining width, or let the table scroll."""
+        """Give the first column the remaining width. If there is none, let the table scroll."""
         header, model = table.horizontalHeader(), table.model()
         if model.rowCount():
             own = max(table.sizeHintForColumn(0), header.sectionSizeHint(0))

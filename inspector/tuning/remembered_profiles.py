@@ -1,4 +1,4 @@
-"""Profiles saved by skeleton and performer, and offered when such a clip is opened."""
+"""Profiles that are saved by skeleton and performer, and offered when a matching clip opens."""
 
 from __future__ import annotations
 
@@ -30,16 +30,17 @@ _PERFORMERS = 2000  # maximum number of clips with a named performer
 def profile_path(mark: str, performer: str = "") -> Path:
     """Return the path of the profile of a skeleton, or of a performer with this skeleton.
 
-    `mark` is the string that identifies the skeleton.
+    `mark` is the string that identifies the skeleton. Without a `performer`, the profile applies to
+    all performers.
     """
     own = f"-{hashlib.sha256(performer.encode()).hexdigest()[:8]}" if performer else ""
     return settings_path().parent / "profiles" / f"{mark[:24]}{own}.toml"
 
 
 def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
-    """Return the profile of the performer with this skeleton, or else of the skeleton.
+    """Return the saved profile of a performer with a skeleton, or else of the skeleton.
 
-    The second result is a message, or an empty string. A damaged file is renamed.
+    The second result is an error message or ''. A damaged file is renamed.
     """
     for who in dict.fromkeys((performer, "")):
         path = profile_path(mark, who)
@@ -57,9 +58,9 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
 
 
 def keep_profile(learnt: LearnedProfile, source: str) -> Path:
-    """Save a profile for its rig and performer, and return its path. Raises OSError.
+    """Save a profile for its rig and performer, and return its path. Raise OSError on failure.
 
-    `source` is the name of the clip that it comes from.
+    `source` is the name of the clip that the profile was learned from.
     """
     path = profile_path(learnt.profile.rig, learnt.profile.performer)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -68,7 +69,7 @@ def keep_profile(learnt: LearnedProfile, source: str) -> Path:
 
 
 class Performers:
-    """The performers of clips, named by the person or taken from the file name."""
+    """The performers of clips: names that the user has given, or else parts of file names."""
 
     def __init__(self) -> None:
         self._path = settings_path().parent / "performers.json"
@@ -83,9 +84,9 @@ class Performers:
         return self._named.get(str(real_path(clip)), performer_of(clip.name))
 
     def name(self, clip: Path, performer: str) -> None:
-        """Set the performer of a clip. Raises OSError.
+        """Set the performer of a clip. Raise OSError if it cannot be saved.
 
-        A name that is also given by the file name is not saved.
+        A name is not saved if the file name already contains it as the performer.
         """
         key = str(real_path(clip))
         self._named.pop(key, None)
@@ -106,7 +107,7 @@ class ProfileOffers(QObject):
         offer: Callable[[str, Answers], None],
         parent: QObject | None = None,
     ) -> None:
-        """Set up the offers. `offer` temporarily shows a sentence with answers."""
+        """Set up the offers. `offer` is a function that shows a question with answers."""
         super().__init__(parent)
         self._document, self._performers, self._offer = document, performers, offer
         self._declined: set[tuple[str, str]] = set()  # during this run
@@ -115,7 +116,10 @@ class ProfileOffers(QObject):
         document.opened.connect(self._later.start)
 
     def _look(self) -> None:
-        """Offer a profile, except in a review that has begun, an exercise or a lesson."""
+        """Offer a saved profile for the clip, if there is one.
+
+        No profile is offered in a review that has begun, in an exercise or in a lesson.
+        """
         data = self._document.data
         if data is None or data.blind or data.session is not None or self._document.borrowed:
             return

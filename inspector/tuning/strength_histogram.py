@@ -22,7 +22,7 @@ _COUNTS = (0, 1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000, 100_000)
 
 
 class _CountAxis(Axis):
-    """An axis of counts on the scale log(1 + n), on which even a single frame is visible."""
+    """An axis of counts on the scale log(1 + n), where even a count of one is visible."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """Return round counts for the ticks, as many as fit."""
@@ -38,8 +38,8 @@ class _CountAxis(Axis):
 class Histogram(TauPlot):
     """The number of frames at each strength, with the paper's m(t) as a grey outline.
 
-    Bars below τ are faint. When a bar is clicked, the `picked`
-    signal is emitted. `words` describes the bar under the mouse or the chosen bar.
+    Bars below τ are faint. A click on a bar emits the `picked` signal. `words` describes the bar
+    under the mouse, or else the chosen bar.
     """
 
     picked = Signal(int)
@@ -81,9 +81,9 @@ class Histogram(TauPlot):
             item.setPen(pg.mkPen(colour, width=0.8))
 
     def show_strength(self, strength: Array, m: Array | None) -> None:
-        """Show the strength and m, in degrees, (frames,).
+        """Show the strength and the paper's m, in degrees, (frames,) each.
 
-        `m` is None if the strength is m itself.
+        `m` is None if the strength is itself m.
         """
         self._counts = _counted(strength)
         shown = np.log1p(_counted(m)) if m is not None else np.zeros(len(_BINS) - 1)
@@ -93,7 +93,7 @@ class Histogram(TauPlot):
         self._split()
 
     def show_choice(self, bar: int | None, words: str) -> None:
-        """Mark a bar and describe it with `words`, or mark no bar for None."""
+        """Mark a bar and describe it with `words`. If `bar` is None, mark no bar."""
         self._chosen, self._choice_words = -1 if bar is None else bar, words
         if bar is not None:
             self.mark.setData(_BINS[bar : bar + 2], np.log1p(self._counts[bar : bar + 1]))
@@ -109,13 +109,13 @@ class Histogram(TauPlot):
             self._show_words()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Describe the chosen bar again when the mouse leaves."""
+        """Describe the chosen bar instead of the bar under the mouse."""
         super().leaveEvent(event)
         self._pointed = -1
         self._show_words()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the words at the right edge."""
+        """Move the words to the new right edge."""
         super().resizeEvent(event)
         if hasattr(self, "words"):
             self._place_words()
@@ -128,14 +128,14 @@ class Histogram(TauPlot):
                 self.picked.emit(bar)
 
     def _bar_at(self, place: QPointF) -> int:
-        """Return the bar at a point of the scene, or −1 if there is none."""
+        """Return the index of the bar at a point of the scene, or −1 if there is none."""
         if not self.view.sceneBoundingRect().contains(place):
             return -1
         bar = int(np.searchsorted(_BINS, self.view.mapSceneToView(place).x())) - 1
         return bar if 0 <= bar < len(self._counts) and self._counts[bar] else -1
 
     def _show_words(self) -> None:
-        """Describe the bar under the mouse or the chosen bar."""
+        """Describe the bar under the mouse, or else the chosen bar."""
         words = self._choice_words
         if self._pointed >= 0 and (self._pointed != self._chosen or not words):
             frames = int(self._counts[self._pointed])
@@ -151,7 +151,7 @@ class Histogram(TauPlot):
         self.words.move(self.width() - AXIS_WIDTH - self.words.width() - 4, 2)
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """Move the τ line, and emphasise the frames whose strength reaches τ.
+        """Move the τ line, and emphasise the frames with a strength of at least τ.
 
         `held` is True while the line is being dragged.
         """
@@ -169,7 +169,7 @@ class Histogram(TauPlot):
 
 
 def bar_of(degrees: Array) -> NDArray[np.int_]:
-    """Return the bar of every strength, (frames,), or −1 for a strength too weak for any bar."""
+    """Return the index of the bar for every strength (frames,), or −1 below the first bar."""
     place = np.log10(np.clip(degrees, LOWEST, HIGHEST))
     bars = np.minimum(np.searchsorted(_BINS, place, side="right") - 1, len(_BINS) - 2)
     return np.where(degrees < LOWEST, -1, bars)

@@ -1,4 +1,4 @@
-"""The page of settings for a suggested τ: the cost of a false alarm, errors, and frames."""
+"""The settings for the suggested τ: the cost of a false alarm, the errors and the frames."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LEAVE_OUT = {  # texts of the buttons after "Leave out"
 
 
 class SuggestionPage(QWidget):
-    """Three settings, the common τ for all chains, and the frames that are used."""
+    """The page with three settings, the common τ for all chains, and the frames that are used."""
 
     def __init__(
         self,

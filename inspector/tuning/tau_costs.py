@@ -1,4 +1,4 @@
-"""Measure the cost of τ for the open clip in the background, and cache the results."""
+"""The cost of τ for the open clip, measured in the background and cached."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _Key = tuple[object, ...]
 class _Measured:
     """The curves of the clip for one set of verdicts, keyed by detector and chain.
 
-    `through` are the detectors whose measurement is complete.
+    `through` are the detectors with a complete measurement.
     """
 
     curves: dict[str, dict[str, TauCurve]] = field(default_factory=dict)
@@ -47,9 +47,9 @@ class _Measured:
 class Costs(QObject):
     """The cost curves of the document's clip, keyed by detector and chain.
 
-    The curves depend on the clip, the verdicts and the frames that are left out. If one of these
-    changes, a running measurement ends. The detector in use is measured first, followed by the
-    detectors that `needs` has requested. Nothing is measured while no view is visible.
+    The curves depend on the clip, the verdicts and the frames that are left out. A change of any of
+    these stops a running measurement. The current detector is measured first, followed by the
+    detectors requested with `needs`. Nothing is measured while no view of the costs is visible.
     """
 
     changed = Signal()
@@ -73,9 +73,9 @@ class Costs(QObject):
         document.intervals_changed.connect(self._check)
         document.chain_changed.connect(self._prefer)
         wishes.changed.connect(self._check)
-        # The parts of the key, to avoid making a new key whenever τ moves.
+        # The parts of the key, cached because computing the key on every change of τ is slow.
         self._judged: tuple[object, ...] | None = None
-        # Of the detector in use, by capture, chain and τ.
+        # The counts of the current detector, keyed by capture, chain and τ.
         self._counted: dict[tuple[Capture | None, str, float], ListCounts] = {}
 
     # -- what views read ----------------------------------------------------------------------
@@ -95,9 +95,10 @@ class Costs(QObject):
         return self._here.capture
 
     def counts(self, method: str, chain: str, tau: float) -> ListCounts | None:
-        """Return how many intervals a detector lists at τ radians; None if that is not known.
+        """Return how many intervals a detector lists at τ, in radians, or None if unknown.
 
-        They are exact for the detector in use, and of the nearest measured τ for another one.
+        For the current detector the counts are exact. For another detector they are the counts at
+        the nearest measured τ.
         """
         data, state = self._document.data, self._document.review.state
         if data is None or method != state.method or chain not in state.tau:
@@ -115,10 +116,10 @@ class Costs(QObject):
         return self._counted[key]
 
     def cost(self, method: str, tau: Mapping[str, float]) -> tuple[Cost, ListCounts] | None:
-        """Return the cost of τ, in radians by chain, and the numbers of listed intervals.
+        """Return the cost of a τ for each chain, and how many intervals are listed.
 
-        The false alarms of the cost are the listed intervals that were rejected. Returns None if
-        one of the chains is not measured.
+        `tau` is in radians, keyed by chain. The false alarms in the cost are the listed intervals
+        that were rejected. The result is None if one of the chains is not measured.
         """
         curves = self.by(method)
         counts = [self.counts(method, name, t) for name, t in tau.items() if name in curves]
@@ -135,7 +136,7 @@ class Costs(QObject):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The chains that have a curve or will get one."""
+        """The names of the chains that have a curve or will get one."""
         data = self._document.data
         if data is None:
             return ()
@@ -143,7 +144,7 @@ class Costs(QObject):
         return tuple(c.name for c in chains if not uncorrectable_joints(data.motion, c))
 
     def coming(self, method: str) -> bool:
-        """True if some curves of a detector are still missing."""
+        """True while a detector is being measured and some of its curves are missing."""
         return self.running and method in self._methods and bool(self._missing(method))
 
     def _missing(self, method: str) -> list[str]:
@@ -157,7 +158,7 @@ class Costs(QObject):
         return self._process is not None or self._settle.isActive()
 
     def needs(self, others: Iterable[str]) -> None:
-        """Measure some more detectors from now on."""
+        """Set the detectors to measure in addition to the current one."""
         others = frozenset(others)
         if others != self._others:
             self._others = others
@@ -183,7 +184,7 @@ class Costs(QObject):
             self.stop()
 
     def stop(self) -> None:
-        """End the measuring process and keep its results."""
+        """Stop the measuring process and keep the results so far."""
         self._settle.stop()
         self._poll.stop()
         self._running = None
@@ -196,7 +197,7 @@ class Costs(QObject):
         self._process = self._pipe = None
 
     def _check(self) -> None:
-        """Check whether a running measurement is still valid."""
+        """Stop a running measurement if it is out of date."""
         data = self._document.data
         if data is None:
             return
@@ -273,7 +274,7 @@ class Costs(QObject):
         self.changed.emit()
 
     def _look(self) -> None:
-        """Receive new results, which takes only microseconds if there are none."""
+        """Receive new results from the process. Without any, this takes only microseconds."""
         news = False
         try:
             while self._pipe is not None and self._pipe.poll():
@@ -317,5 +318,5 @@ class Costs(QObject):
 
 
 def _verdicts(state: ReviewState) -> tuple[Judged, ...]:
-    """Return the person's verdicts on chains, without verdicts on limb flips."""
+    """Return the verdicts of the review on chains, without verdicts on limb flips."""
     return tuple(filter(is_verdict, state.intervals))

@@ -1,4 +1,4 @@
-"""The base class of plots with τ on the horizontal axis, such as the histogram."""
+"""The base class of plots with τ on the horizontal axis."""
 
 from __future__ import annotations
 
@@ -41,7 +41,10 @@ class _WholeAxis(Axis):
 
 
 class TauPlot(Canvas):
-    """A plot over τ in degrees. Dragging the τ line or double-clicking emits `asked`."""
+    """A plot over τ in degrees. Dragging the τ line or double-clicking emits `asked`.
+
+    The arguments of `asked` are the new τ in degrees, and True during a drag.
+    """
 
     asked = Signal(float, bool)  # degrees; True during a drag
     dropped = Signal()
@@ -83,12 +86,12 @@ class TauPlot(Canvas):
         self.touch()
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """Move the line to τ, unless it is being dragged."""
+        """Move the τ line, unless it is being dragged."""
         place = float(np.log10(np.clip(degrees, LOWEST, HIGHEST)))
         if not held and self.tau_line.value() != place:
             self.tau_line.setValue(place)
 
     def show_floor(self, degrees: float) -> None:
-        """Move the dashed line to a τ, for example to the detector's automatic τ."""
+        """Move the dashed line, which marks for example the detector's automatic τ."""
         self.floor_line.setValue(float(np.log10(max(degrees, LOWEST))))
         self.touch()

@@ -1,4 +1,4 @@
-"""The table of τ and its cost for each chain, now and in profiles to compare."""
+"""The table of τ and its cost for each chain, now and in the profiles to compare."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class ComparisonModel(RowModel[_Line]):
         return thing.chain
 
     def describe(self, thing: _Line) -> TableRow:
-        """Return a row for display; values that are the same in both sets of τ are dimmed."""
+        """Return a row for display. Values that are equal in both sets of τ are dimmed."""
         sets = [thing.texts[k : k + _WIDTH] for k in range(1, len(thing.texts), _WIDTH)]
         colours: dict[int, str] = {}
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):
@@ -81,7 +81,7 @@ class ComparisonModel(RowModel[_Line]):
         return (Column(tr("now"), Profile(state.tau, state.method)), *self.others)
 
     def method(self, column: Column) -> str:
-        """Return the detector for a set of τ: its own detector, or the current one."""
+        """Return the detector of a set of τ, or the current one if the profile names none."""
         return column.profile.method or self._document.review.state.method
 
     @property
@@ -102,17 +102,20 @@ class ComparisonModel(RowModel[_Line]):
         return " · ".join(notes)
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Compare the current τ with one profile or none, or show two profiles instead."""
+        """Set the profiles to compare.
+
+        One profile is compared with the current τ, and two are compared with each other.
+        """
         self.others = tuple(others)
         self.reset()
 
     def reset(self) -> None:
-        """Rebuild the table for another clip or other sets of τ."""
+        """Rebuild the table after a change of the clip or of the profiles."""
         self._take_heads()
         self.begin_anew(self._lines())
 
     def refresh(self) -> None:
-        """Update the numbers."""
+        """Update the numbers in the table."""
         self.show(self._lines())
 
     def _lines(self) -> Sequence[_Line]:
@@ -144,7 +147,7 @@ class ComparisonModel(RowModel[_Line]):
         return "…" if coming and (known or not chain) else "–"
 
     def _take_heads(self) -> None:
-        """Set the headings, with the names of profiles if there are several sets of τ."""
+        """Set the column headings, which name the profiles if there are several."""
         heads, tips = ["\n" * bool(self.others) + tr("Chain")], [""]
         for column in self.columns:
             for what, tip in zip(_HEADS, _TIPS, strict=True):
@@ -155,7 +158,10 @@ class ComparisonModel(RowModel[_Line]):
         self.heads, self.head_tips, self.right = tuple(heads), tuple(tips), range(1, len(heads))
 
     def _cost(self, column: Column, chains: Sequence[str]) -> tuple[Cost, ListCounts] | None:
-        """Return the cost of a set of τ over chains; chains without a τ do not count."""
+        """Return the cost of a set of τ over some chains, or None if it is not measured.
+
+        Chains without a τ do not count.
+        """
         tau = {name: column.profile.tau[name] for name in chains if name in column.profile.tau}
         method = self.method(column)
         if len(chains) > 1 and len(self._costs.by(method)) < len(chains):

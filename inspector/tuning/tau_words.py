@@ -1,4 +1,4 @@
-"""Describe the cost of a τ, its difference from another τ, and which intervals nobody judged."""
+"""Texts about the cost of a τ, its difference from another τ, and unjudged intervals."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ _SAME = 0.006  # degrees: texts have two decimals
 
 
 def cost_parts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[str], str]:
-    """Return the listed intervals, the FSR and the false alarms at τ radians, and a tooltip.
+    """Return texts about the cost of τ, in radians, and a tooltip.
 
-    The list is empty if the chain is not measured.
+    The texts are the number of listed intervals, the share of repaired errors (FSR) and the number
+    of false alarms. If the chain is not measured, the list is empty.
     """
     if (known := costs.cost(method, {chain: tau})) is None:
         return [], ""
@@ -37,9 +38,10 @@ def cost_parts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[
 def suggestion_text(
     wishes: Wishes, curve: TauCurve, present: float, gain: Callable[[float, float], str]
 ) -> str:
-    """Return the suggested τ and its gain, or the range of τ that costs the same as `present`.
+    """Return a text with the suggested τ and the gain over `present`, both in radians.
 
-    `gain` returns the difference between two τ, in radians, as text.
+    If no τ is better, the text has the range of τ that costs the same as `present`. `gain` is a
+    function that returns the difference between two τ as text.
     """
     suggested = wishes.suggested(curve, present)
     if suggested != present:
@@ -78,9 +80,9 @@ def difference_text(costs: Costs, method: str, chain: str, before: float, now: f
 
 
 def presumed_text(costs: Costs, chain: str, tau: float) -> str:
-    """Return the intervals of a chain that nobody judged and that still count, or ''.
+    """Return a text about the unjudged intervals of a chain that affect its cost, or ''.
 
-    Some are taken for errors, others, at τ radians, for false alarms.
+    Some of these are counted as errors, and others, at τ (in radians), as false alarms.
     """
     capture, curve = costs.capture, costs.curves.get(chain)
     sure = sum(name == chain for name, _, _ in capture.presumed) if capture else 0

@@ -30,7 +30,7 @@ _PATTERN = tr("Profiles (*.toml);;All files (*)")
 
 @dataclass(eq=False)
 class TuningActions:
-    """The actions that load, save and compare profiles of τ, for this clip and for the folder."""
+    """The actions that load, save and compare profiles of τ for this clip and for the folder."""
 
     document: Document
     queue: FolderQueue
@@ -44,7 +44,7 @@ class TuningActions:
         ask_files(self.window, tr("Load profile"), _PATTERN, lambda p: self.load_profile_from(p[0]))
 
     def load_profile_from(self, path: Path) -> None:
-        """Use the τ of a profile file. A damaged file changes nothing."""
+        """Use the τ of a profile file. If the file is damaged, nothing changes."""
         if (profile := self._read(path)) is not None:
             self._take(profile, path.name)
 
@@ -76,7 +76,7 @@ class TuningActions:
         self.bar.show_message(message, False)
 
     def save_profile(self) -> None:
-        """Ask for a path and write the current τ there."""
+        """Ask for a path and write a profile with the current τ to it."""
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
             return
@@ -87,13 +87,13 @@ class TuningActions:
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def _nothing_kept(self) -> bool:
-        """True, after showing the reason, if the clip is borrowed and so its τ is not saved."""
+        """True if the clip is borrowed, so that its τ is not saved. Also shows this reason."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
 
     def save_profile_to(self, path: Path) -> None:
-        """Write the current τ of every chain, with its cost, atomically."""
+        """Write the current τ of every chain and its cost to a file, atomically."""
         data = self.document.data
         if data is None:
             return
@@ -112,7 +112,7 @@ class TuningActions:
             self.bar.show_message(message, False)
 
     def compare_profiles(self) -> None:
-        """Ask for one or two profiles to compare."""
+        """Ask for one or two profiles and compare them."""
         ask_files(self.window, tr("Compare profiles"), _PATTERN, self.compare_with, several=True)
 
     def compare_with(self, paths: Sequence[Path]) -> None:
@@ -127,7 +127,7 @@ class TuningActions:
             bring_to_front(self.dock)
 
     def take_profile(self) -> None:
-        """Use the τ of the compared profile, or of the right-hand one of two."""
+        """Use the τ of the compared profile. If there are two, use the right-hand one."""
         if self.tuning.profiles.model.others:
             column = self.tuning.profiles.model.others[-1]
             self._take(column.profile, column.name)
@@ -141,7 +141,7 @@ class TuningActions:
             return None
 
     def __post_init__(self) -> None:
-        """Begin to offer saved profiles."""
+        """Start to offer saved profiles when clips are opened."""
         performers = self.tuning.evidence.performers
         offer = self.bar.offer_behind
         self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
@@ -149,14 +149,14 @@ class TuningActions:
     # -- frames left out of tuning -----------------------------------------------------------
 
     def leave_out_interval(self) -> None:
-        """Leave the frames of the selected interval out of tuning."""
+        """Exclude the frames of the selected interval from tuning."""
         if (judged := self.document.interval) is None:
             self.bar.show_message(tr("Select an interval first. N goes to the next one."), False)
         else:
             self.leave_out(judged.interval.start, judged.interval.stop)
 
     def leave_out_visible(self, ends: tuple[float, float]) -> None:
-        """Leave the visible frames out of tuning, unless that is the whole clip."""
+        """Exclude the visible frames from tuning, unless the whole clip is visible."""
         start, stop = max(math.ceil(ends[0]), 0), min(math.floor(ends[1]) + 1, self.document.frames)
         if stop - start >= self.document.frames:
             self.bar.show_message(
@@ -167,9 +167,9 @@ class TuningActions:
             self.leave_out(start, stop)
 
     def leave_out(self, start: int, stop: int) -> None:
-        """Leave more frames out of tuning, as one step that can be undone.
+        """Exclude the frames [start, stop) from tuning, as one undo step.
 
-        The frames that are left out are saved in the session.
+        The excluded frames are saved in the session.
         """
         before = self.document.review.state.left_out
         wanted = joined_spans([*before, (start, stop)])
@@ -189,7 +189,7 @@ class TuningActions:
     # -- the folder ---------------------------------------------------------------------------
 
     def profile_to_folder(self) -> None:
-        """Analyse the open folder again, with the current τ for all its clips."""
+        """Analyse all clips of the open folder again, with the current τ."""
         if self.document.data is None or self.queue.folder is None:
             self.bar.show_message(tr("Open a folder first (Ctrl+Shift+O)."), False)
             return
@@ -210,7 +210,7 @@ class TuningActions:
         )
 
     def automatic_folder(self) -> None:
-        """Analyse the open folder again, with the automatic τ of each clip."""
+        """Analyse all clips of the open folder again, each with its automatic τ."""
         if self.queue.folder is None:
             self.bar.show_message(tr("Open a folder first (Ctrl+Shift+O)."), False)
         elif self.queue.profile is not None:

@@ -148,7 +148,8 @@ class TuningPanel(QWidget):
     def set_seen(self, seen: bool) -> None:
         """Measure and draw only while the tab is visible.
 
-        The dock calls this, because Qt does not hide a panel that is behind another tab.
+        `seen` is True if the tab is visible. The dock calls this method, because Qt does not hide a
+        panel that is behind another tab.
         """
         self._seen = seen
         self._watch()
@@ -209,7 +210,7 @@ class TuningPanel(QWidget):
     # -- input --------------------------------------------------------------------------------
 
     def set_scope(self, scope: Scope) -> None:
-        """Choose the chains for which τ is set.
+        """Set the scope, the chains for which the panel sets τ.
 
         The scope is the selected chain, the same segment on both sides of the body, or all chains.
         """
@@ -231,7 +232,10 @@ class TuningPanel(QWidget):
         return (own.name,)
 
     def set_tau_degrees(self, degrees: float, drag: int = 0) -> None:
-        """Set τ of the chains in scope, in degrees."""
+        """Set τ of the chains in scope, in degrees.
+
+        `drag` is the id of the drag whose changes form one undo step.
+        """
         degrees = min(max(round(degrees, 2), SMALLEST_TAU), LARGEST_TAU)
         tau = float(np.radians(degrees))
         self._document.set_taus(dict.fromkeys(self.chains_in_scope(), tau), drag)
@@ -256,9 +260,9 @@ class TuningPanel(QWidget):
         self._stale.mark()
 
     def suggest(self) -> None:
-        """Set the suggested τ of every chain in scope, as one step that can be undone.
+        """Set the suggested τ of every chain in scope, as one undo step.
 
-        A τ changes only if its cost becomes lower.
+        The τ of a chain changes only if its cost becomes lower.
         """
         curves, present = self.costs.curves, self._document.review.state.tau
         names = [name for name in self.chains_in_scope() if name in curves]
@@ -270,7 +274,7 @@ class TuningPanel(QWidget):
             self._document.message.emit(unchanged, False)
 
     def tuned(self) -> dict[str, Tuned]:
-        """Return the current τ of every chain, with its cost if that is known."""
+        """Return the current τ of every chain, with its cost if it is measured."""
         data = self._document.data
         if data is None:
             return {}
@@ -283,12 +287,15 @@ class TuningPanel(QWidget):
         return out
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Compare the current τ with one profile or none, or show two profiles instead."""
+        """Set the profiles to compare.
+
+        One profile is compared with the current τ, and two are compared with each other.
+        """
         self.profiles.show_beside(others)
         self._look_at_profiles()
 
     def show_both(self, both: bool) -> None:
-        """Show the table of both detectors, or the table of τ."""
+        """Show the table of all detectors if `both`, or else the table of τ."""
         self.profiles.show_both(both)
         self._look_at_profiles()
 

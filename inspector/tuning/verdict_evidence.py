@@ -1,4 +1,4 @@
-"""Count the verdicts in the open clip and its folder in the background."""
+"""Counts of the verdicts in the open clip and its folder, made in the background."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ class Scope:
     Attributes
     ----------
     found
-        The suggested τ if the group is about all chains.
+        The suggested τ, for a group about all chains.
     suggestion
-        The suggested τ if it is about one chain.
+        The suggested τ, for a group about one chain.
     curve
         Precision and recall over τ.
     """
@@ -56,7 +56,7 @@ class Scope:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """The counted verdicts.
+    """The result of counting the verdicts.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Evidence:
     learnt
         The learned profiles, keyed by the name of their scope.
     skipped
-        Reasons why clips of the folder were left out.
+        The reasons why clips of the folder were left out.
     """
 
     scopes: tuple[Scope, ...]
@@ -74,7 +74,7 @@ class Evidence:
 
 
 class VerdictEvidence(QObject):
-    """Counts the verdicts of the open clip and its folder while a view of them is visible."""
+    """Count the verdicts of the open clip and its folder, while a view of them is visible."""
 
     changed = Signal()
 
@@ -101,9 +101,9 @@ class VerdictEvidence(QObject):
 
     @property
     def _terms(self) -> tuple[float, float]:
-        """The cost of a false alarm, as a share of the errors, and the smallest error to find.
+        """Return two settings: the cost of a false alarm, and the smallest error to find.
 
-        The smallest error is in radians.
+        The cost is a share of the errors, and the smallest error is an angle in radians.
         """
         return self._wishes.points / 100.0, math.radians(self._wishes.smallest_degrees)
 
@@ -168,7 +168,7 @@ def _counted(
     known: _Known,
     tell: Tell,
 ) -> tuple[Evidence, _Known]:
-    """Count the verdicts in a thread, and return the result and the cache for this folder."""
+    """Count the verdicts in a thread. Return the result and the cache for this folder."""
     own = judged_clip(data.analysis, state, performers.of(data.clip.path))
     others, skipped, still = [], [], _Known()
     folder = clips_in(data.clip.path.parent)

@@ -66,14 +66,14 @@ class ScopeModel(RowModel[ScopeLine]):
     ) -> None:
         """Show groups of verdicts at the current τ.
 
-        `tau` is the current τ in radians, keyed by chain. `label` has the names to display for
-        chains.
+        `tau` is the current τ in radians, keyed by chain. `label` maps the names of chains to the
+        names to display.
         """
         self.show([_line(s, tau, label) for s in scopes])
 
 
 def suggestion_of(scope: Scope) -> Suggestion | None:
-    """Return the τ that a group of verdicts suggests for its chain, or for all chains."""
+    """Return the τ that a group of verdicts suggests, for its chain or for all chains."""
     if scope.chain or scope.found is None:
         return scope.suggestion
     return scope.found.common
@@ -121,7 +121,7 @@ def _between(what: str, low: str, high: str) -> str:
 
 
 def needed_words(scope: Scope) -> str:
-    """Return a sentence about the verdicts that a group needs before it can suggest τ."""
+    """Return a sentence about the verdicts that are missing for a suggestion of τ."""
     errors, own = scope.curve.needed
     if scope.curve.enough:
         return of_core(scope.curve.one_sided_sentence)
@@ -151,9 +151,9 @@ def needed_words(scope: Scope) -> str:
 
 
 class VerdictPage(QWidget):
-    """The page of verdicts.
+    """The page that shows precision and recall of a group of verdicts and its suggested τ.
 
-    The `asked` signal is emitted with the new τ when the user asks for a different one.
+    The `asked` signal is emitted with the new τ when the user changes τ.
     """
 
     asked = Signal(float, bool)  # degrees for the selected chain; True during a drag
@@ -196,7 +196,7 @@ class VerdictPage(QWidget):
         vbox(*parts, owner=content, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Shorten sentences to one line with a tooltip if there is too little room."""
+        """If there is too little room, cut long sentences to one line and add a tooltip."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
         self._show_scope()
@@ -205,7 +205,7 @@ class VerdictPage(QWidget):
 
     @property
     def scope(self) -> Scope | None:
-        """The chosen group of verdicts, or the first one."""
+        """The chosen group of verdicts, by default the first one."""
         present = self._evidence.present
         scopes = present.scopes if present else ()
         return next((s for s in scopes if s.name == self._scope), next(iter(scopes), None))
@@ -238,7 +238,7 @@ class VerdictPage(QWidget):
         return {name: t for name, t in given.items() if t is not None}
 
     def take(self) -> None:
-        """Detect with the suggested τ, as one step that can be undone."""
+        """Set τ to the suggested values, as one undo step."""
         self._document.set_taus(self.suggested())
 
     # -- drawing ------------------------------------------------------------------------------

@@ -24,10 +24,10 @@ _SMALLEST_DOT, _LARGEST_DOT = 5.0, 14.0  # pixels
 
 
 class PrecisionPlot(TauPlot):
-    """Precision and recall over τ with confidence bands; a triangle marks the suggested τ.
+    """Precision and recall over τ with confidence bands. A triangle marks the suggested τ.
 
-    A dotted curve shows the share of injected errors that is repaired, to compare it with recall.
-    Precision is not drawn below the dashed line, because nothing was reviewed at such low τ.
+    A dotted curve shows the share of injected errors that is repaired, for comparison with recall.
+    Precision is not drawn below the dashed line, because nothing was reviewed at such a low τ.
     """
 
     def __init__(self, colours: Colours) -> None:
@@ -64,14 +64,14 @@ class PrecisionPlot(TauPlot):
             line.setPen(pg.mkPen(None))
 
     def show_injected(self, curve: TauCurve | None) -> None:
-        """Show the FSR of injected errors, or nothing if it is not measured."""
+        """Show the share of injected errors that is repaired. None clears the curve."""
         self.touch()
         known = curve is not None and curve.errors
         x, y = (np.log10(np.degrees(curve.tau)), curve.fsr) if curve and known else _NONE
         self.injected.setData(x, _percent(np.asarray(y)))
 
     def show_curve(self, curve: VerdictCurve | None, suggestion: Suggestion | None) -> None:
-        """Show the curve of a group of verdicts and its suggestion. None means no decisions yet."""
+        """Show the curve of a group of verdicts and its suggestion. None means no verdicts yet."""
         self.touch()
         self.between.setVisible(suggestion is not None)
         self.mark.setData([], [])
@@ -110,7 +110,7 @@ class _ShareAxis(Axis):
 
 
 class ReliabilityPlot(Canvas):
-    """The share accepted, plotted against confidence, before and after learning.
+    """The share of accepted intervals at each confidence, before and after learning.
 
     The diagonal is ideal. A larger dot means more intervals, and the bar through it is the
     confidence interval of the share.
@@ -144,7 +144,7 @@ class ReliabilityPlot(Canvas):
         self.touch()
 
     def show_reliability(self, before: Reliability | None, after: Reliability | None) -> None:
-        """Show the reliability before and after learning, or nothing."""
+        """Show the reliability before and after learning. None clears the plot."""
         for found, dots, lines in zip(
             (before, after), (self.before, self.after), self.lines, strict=True
         ):

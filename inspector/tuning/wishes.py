@@ -1,4 +1,4 @@
-"""The person's settings for a suggested τ."""
+"""The user's settings for a suggested τ."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ DRAWS = FeatureSetting("error_draws", 3, checks.whole_between(1, MOST_DRAWS))
 
 
 class Wishes(QObject):
-    """The cost of a false alarm, the smallest error to find, and the number of draws."""
+    """The cost of a false alarm, the smallest error to find, and the number of draws.
+
+    They are stored in the program's settings.
+    """
 
     changed = Signal()
 
@@ -32,7 +35,7 @@ class Wishes(QObject):
     def points(self) -> float:
         """The cost of one false alarm per clip or minute, in percentage points of FSR.
 
-        FSR is the share of repaired errors.
+        FSR is the share of errors that are repaired.
         """
         return POINTS.of(self._settings)
 
@@ -43,7 +46,7 @@ class Wishes(QObject):
 
     @property
     def draws(self) -> int:
-        """The number of draws of errors for every chain and protocol."""
+        """The number of times that errors are drawn for every chain and protocol."""
         return DRAWS.of(self._settings)
 
     def wish(
@@ -53,7 +56,7 @@ class Wishes(QObject):
         smallest_degrees: float | None = None,
         draws: int | None = None,
     ) -> None:
-        """Change some of the settings."""
+        """Change the given settings and emit `changed` if any value is different."""
         settings = self._settings
         before = self.points, self.smallest_degrees, self.draws
         if points is not None:
@@ -66,15 +69,15 @@ class Wishes(QObject):
             self.changed.emit()
 
     def suggested(self, curve: TauCurve, present: float | None = None) -> float:
-        """Return the τ that a curve suggests, in radians; the present one if none is better."""
+        """Return the τ that a curve suggests, in radians. If none is better, return `present`."""
         return curve.suggested(*self._terms, present=present)
 
     def plateau(self, curve: TauCurve, tau: float) -> tuple[float, float]:
-        """Return the range of τ, in radians, that costs the same as τ."""
+        """Return the range of τ around `tau` with the same cost, in radians."""
         return curve.plateau(tau, *self._terms)
 
     def shared(self, curves: Mapping[str, TauCurve]) -> SharedTau | None:
-        """Return the common τ for all chains, or None if there is none."""
+        """Return the suggested common τ for all chains, or None if there is none."""
         return shared_tau(curves, *self._terms)
 
     @property

@@ -1,1 +1,1 @@
-"""The witness video next to the 3D view: its reader and its panel."""
+"""The witness video of a clip, which is shown next to the 3D view."""

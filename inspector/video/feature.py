@@ -22,7 +22,7 @@ from inspector.video.video_reader import SUFFIXES
 
 
 class Video(FeatureParts):
-    """The panel that shows the open clip's video, and its actions."""
+    """The panel with the open clip's video, and its actions."""
 
     def __init__(self, window: HostWindow) -> None:
         colours, actions = window.colours, window.actions_by_id
@@ -35,7 +35,7 @@ class Video(FeatureParts):
         self.video.restored.connect(self.video_actions.show_dock)
 
     def take(self, path: Path) -> bool:
-        """Show a dropped video next to the open clip. Returns False for other files."""
+        """Show a dropped video next to the open clip. Return False if the file is not a video."""
         if is_video := path.suffix.lower() in SUFFIXES:
             self.video_actions.show_video(path)
         return is_video

@@ -1,4 +1,4 @@
-"""A record of the video that belongs to each clip."""
+"""The settings that record which video belongs to each clip."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ VIDEOS: FeatureSetting[dict[str, tuple[str, float]]] = FeatureSetting(
 
 
 def remember_video(settings: Settings, clip: str, video: Path, offset: float) -> None:
-    """Remember a clip's video and the offset between them, in seconds."""
+    """Save the path of a clip's video and the offset between them, in seconds."""
     now = str(real_path(video)), min(max(offset, -FARTHEST_S), FARTHEST_S)
     others = {k: v for k, v in VIDEOS.of(settings).items() if k != clip}
     VIDEOS.put(settings, dict([*others.items(), (clip, now)][-MOST_VIDEOS:]))
 
 
 def forget_video(settings: Settings, clip: str) -> None:
-    """Forget a clip's video."""
+    """Remove the record of a clip's video."""
     VIDEOS.put(settings, {k: v for k, v in VIDEOS.of(settings).items() if k != clip})

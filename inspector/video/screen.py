@@ -30,13 +30,13 @@ class Screen(QWidget):
         return QSize(320, 180)
 
     def show_image(self, image: QImage | None, text: str = "") -> None:
-        """Show an image, or the message if there is no image."""
+        """Show an image. If it is None, show the text as a message."""
         self.image, self.text = image, text
         self.update()
         self._name_picture()
 
     def _name_picture(self) -> None:
-        """Give screen readers the message, or the name of the picture."""
+        """Set the name that screen readers read: the message, or the name of the image."""
         name = self.text if self.image is None else tr("Image of the video")
         if name != self.accessibleName():
             self.setAccessibleName(name)
@@ -73,6 +73,6 @@ class Screen(QWidget):
         painter.end()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Report the new size, so that the video is decoded at that size."""
+        """Emit `resized`, so that the video is decoded at the new size."""
         super().resizeEvent(event)
         self.resized.emit()

@@ -17,7 +17,7 @@ from inspector.widgets.file_dialog import ask_files
 
 @dataclass(eq=False)
 class VideoActions:
-    """Opens and closes the video of the open clip."""
+    """The actions that open and close the video of the open clip."""
 
     document: Document
     video: VideoPanel
@@ -25,7 +25,7 @@ class VideoActions:
     window: QMainWindow
 
     def open_video(self) -> None:
-        """Ask for a video, and show it next to the 3D view."""
+        """Let the user choose a video, and show it next to the 3D view."""
         if not self._may_open_video() or self.document.data is None:
             return
         patterns = " ".join(f"*{suffix}" for suffix in sorted(SUFFIXES))
@@ -44,7 +44,7 @@ class VideoActions:
             self.video.open_video(path)
 
     def show_dock(self) -> None:
-        """Show the dock. If it is next to the curves, give it a third of the width."""
+        """Show the dock. If it was hidden, give it a third of the window's width."""
         if not self.dock.isVisible():
             self.dock.show()
             width = self.window.width() // 3

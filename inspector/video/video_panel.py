@@ -1,4 +1,4 @@
-"""The panel with a clip's witness video, which follows the playhead at a time offset."""
+"""The panel with a clip's witness video, which follows the playhead with a time offset."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ BEFORE, AFTER = tr("before the video's start"), tr("after its end")
 
 
 class VideoPanel(QWidget):
-    """The image of the video, its time offset, and the button that holds it.
+    """The panel with the image of the video, its time offset, and a button that holds the image.
 
     The video's time is frame · Δt + offset, in seconds. While the video is held, only the playhead
-    moves; on release, the offset is set so that video and playhead show the same moment.
+    moves. When it is released, the offset is set so that the image matches the playhead.
     """
 
     restored = Signal()  # the opened clip has a video
@@ -94,7 +94,7 @@ class VideoPanel(QWidget):
     def open_video(self, path: Path) -> None:
         """Open a video for the open clip.
 
-        The previous video is replaced when the new one is loaded.
+        The previous video stays visible until the new one is loaded.
         """
         self._load(path, 0.0, lambda error: self._document.message.emit(str(error), True))
 
@@ -152,7 +152,7 @@ class VideoPanel(QWidget):
     # -- when ---------------------------------------------------------------------------------
 
     def time(self) -> float:
-        """Return the video's time in seconds since its first frame."""
+        """Return the video's time at the playhead, in seconds since the video's first frame."""
         return self._clip_time() + self._offset if self._held is None else self._held
 
     def _clip_time(self) -> float:
@@ -160,7 +160,7 @@ class VideoPanel(QWidget):
         return self._document.frame * data.motion.frame_time if data else 0.0
 
     def set_hold(self, on: bool) -> None:
-        """Hold the video still, or release it and align it with the playhead."""
+        """Hold the video's image. If `on` is False, release it and align it with the playhead."""
         if on == (self._held is not None):
             return
         if on:
@@ -193,7 +193,7 @@ class VideoPanel(QWidget):
             self.offset.setValue(seconds)
 
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
-        """Switch to another video or to none, and release the hold."""
+        """Switch to another video, or to none, and release the held image."""
         if self.reader is not None:
             close = self.reader.close
             Task(lambda _: close(), self).start()  # in a thread, because it may still be decoding
@@ -204,7 +204,7 @@ class VideoPanel(QWidget):
     # -- the picture --------------------------------------------------------------------------
 
     def _follow(self) -> None:
-        """Decode the image at the playhead, unless another one is being decoded."""
+        """Decode the image at the playhead, unless an image is already being decoded."""
         reader = self.reader
         if reader is None or self.busy or not self.isVisible():
             return

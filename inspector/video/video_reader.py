@@ -1,4 +1,4 @@
-"""Read the images of a video file by their time stamps, with PyAV."""
+"""A reader for the images of a video file by their time stamps, with PyAV."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ _ORDERED = "avi"  # a format whose stamps give only the order of decoding
 
 
 class VideoError(Exception):
-    """Raised with a message for the user if a video cannot be shown."""
+    """A video cannot be shown. The error's text is meant for the user."""
 
 
 @dataclass(frozen=True)
 class Picture:
     """An image that a video shows from `start` to `stop`, in seconds since its first frame.
 
-    `pixels` are uint8 values of red, green and blue with shape (height, width, 3), upright and with
+    `pixels` are red, green and blue as uint8, (height, width, 3). The image is upright and has
     square pixels.
     """
 
@@ -55,7 +55,7 @@ class Picture:
     pixels: NDArray[np.uint8]
 
     def covers(self, seconds: float) -> bool:
-        """True if the video shows this image at a time, in seconds."""
+        """True if the video shows this image at the time `seconds`."""
         return self.start <= seconds + TOLERANCE < self.stop
 
 
@@ -65,7 +65,7 @@ def can_play() -> bool:
 
 
 class VideoReader:
-    """Reads the first video stream of a file. Several threads may use one reader.
+    """A reader for the first video stream of a file. Several threads may use one reader.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class VideoReader:
     """
 
     def __init__(self, path: Path) -> None:
-        """Open a file and decode its first frame. Raises VideoError."""
+        """Open a file and decode its first frame. Raise VideoError on failure."""
         if not can_play():
             raise VideoError(WANTS_PYAV)
         self.path = path
@@ -107,7 +107,7 @@ class VideoReader:
     def place(self, seconds: float) -> int:
         """Return −1 for a time before the start of the video, +1 after its end, and 0 in between.
 
-        The end is known only after it was read.
+        The end is known only once the last frame has been read.
         """
         at = seconds + TOLERANCE
         return -1 if at < 0.0 else int(at >= self.end)
@@ -115,7 +115,7 @@ class VideoReader:
     def picture(self, seconds: float, width: int, height: int) -> Picture | None:
         """Return the image at a time, at most `width` × `height` pixels, or None outside the video.
 
-        `seconds` is the time since the video's first frame. Raises VideoError if reading fails.
+        `seconds` is the time since the video's first frame. Raise VideoError if reading fails.
         """
         import av
 
@@ -144,7 +144,7 @@ class VideoReader:
             return Picture(start, stop, self._pixels(frame, width, height))
 
     def close(self) -> None:
-        """Close the file, after which no image can be read."""
+        """Close the file. Afterwards no image can be read."""
         with self._lock:
             self.end = -math.inf
             self._passed.clear()
@@ -214,7 +214,7 @@ class VideoReader:
         self._key = math.nan  # time of the last key frame in this run
 
     def _decode(self) -> bool:
-        """Append the next frame to `_passed`. Returns False at the end of the video."""
+        """Append the next frame to `_passed`. Return False at the end of the video."""
         last = self._passed[-1][0] if self._passed else -math.inf
         while True:
             frame = next(self._coming, None)
@@ -249,7 +249,7 @@ class VideoReader:
 
 
 def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
-    """Yield frames in their display order, without damaged frames."""
+    """Yield frames in the order in which they are shown, without damaged frames."""
     import av
 
     packets = container.demux(stream)

@@ -1,4 +1,4 @@
-"""Axes of the plots, with as many round numbers as fit."""
+"""The axes of the plots, which show as many round numbers as fit."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TICK_ROOM = 13.0  # pixels between two labels of the root scale, at the usual t
 def root_scale(degrees: Array | float) -> Array:
     """Return the signed square root of an angle in degrees.
 
-    On this scale a τ of 5° is easy to drag next to a jump of 170°.
+    The scale makes a τ of 5° easy to drag next to a jump of 170°.
     """
     value = np.asarray(degrees, dtype=np.float64)
     scaled: Array = np.sign(value) * np.sqrt(np.abs(value))
@@ -32,7 +32,7 @@ def from_root_scale(value: float) -> float:
 
 
 def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
-    """Thin out ascending tick positions so that neighbours are at least `room` apart."""
+    """Select positions from `places`, in ascending order, at least `room` apart."""
     chosen = [-math.inf]
     for at in places:
         if at - chosen[-1] >= room:
@@ -41,12 +41,12 @@ def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
 
 
 class Axis(pg.AxisItem):
-    """An axis that leaves mouse input to the plot. `type_scale` scales the type size."""
+    """An axis that passes mouse input on to the plot. `type_scale` scales the size of its text."""
 
     type_scale = 1.0
 
     def mouseClickEvent(self, event: Any) -> None:
-        """Ignore clicks outside the plot."""
+        """Ignore the click, so that the plot gets it."""
         event.ignore()
 
 
@@ -56,7 +56,7 @@ class UnitAxis(Axis):
     unit = "°"
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the tick values whose labels are not cut off at the ends of the axis."""
+        """Return the ticks, without those whose labels would be cut off at the ends of the axis."""
         room = self.type_scale * _TICK_ROOM / 2.0 * (high - low) / max(size, 1.0)
         return [
             (spacing, [v for v in values if low + room <= v <= high - room])
@@ -72,13 +72,13 @@ class UnitAxis(Axis):
 class RootAxis(Axis):
     """An axis of degrees on a signed square-root scale.
 
-    `taken` is the position on this scale that is kept free of numbers.
+    `taken` is a position on this scale where no number is shown.
     """
 
     taken: float | None = None
 
     def keep_clear(self, place: float) -> None:
-        """Keep a position on this scale free of numbers, because the plot draws something there."""
+        """Show no number at a position on this scale, because the plot draws something there."""
         before, self.taken = self._overlapped(), place
         if self._overlapped() != before:
             self.picture = None  # drawn again at the next repaint
@@ -100,7 +100,7 @@ class RootAxis(Axis):
         return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the label in degrees for each position on the scale."""
+        """Return the labels in degrees for positions on the square-root scale."""
         return [f"{plain(from_root_scale(v), 0)}°" for v in values]
 
 
@@ -110,9 +110,9 @@ class FrameAxis(Axis):
     first = 0
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
-        """Return the spacings that are whole numbers of frames."""
+        """Return tick spacings that are whole numbers of frames."""
         return [s for s in super().tickSpacing(low, high, size) if s[0] >= 1.0] or [(1.0, 0.0)]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the frame numbers as tick labels."""
+        """Return the frame numbers as labels."""
         return [plain(v + self.first, 0) for v in values]

@@ -1,4 +1,4 @@
-"""Run work in background threads, and deliver results in the GUI thread."""
+"""Background threads that do work and deliver the results in the GUI thread."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from twistcore.work.progress import Cancelled, Tell
 
 
 class _Post(QObject):
-    """Delivers calls from threads to the GUI thread.
+    """Execute calls from other threads in the GUI thread.
 
     This object outlives every task. A signal of the task itself would not be safe: a thread could
     still be emitting it while the GUI thread, which already has the result, deletes the task.
@@ -34,10 +34,11 @@ _post: _Post | None = None
 
 
 class Task(QObject):
-    """Runs `work(tell)` in a thread; emits `finished`, or `failed` with an exception, here.
+    """Run `work(tell)` in a thread, and then emit `finished` with the result.
 
-    The signals are emitted in the GUI thread. Long work reports its progress by calling `tell`,
-    after which `progress(share)` is emitted, too. After `cancel()`, nothing more is emitted.
+    If the work raises an exception, `failed` is emitted with it. Long work reports its progress by
+    calling `tell(share)`, which emits `progress(share)`. All signals are emitted in the GUI thread.
+    After `cancel()`, nothing more is emitted.
     """
 
     finished = Signal(object)
@@ -57,11 +58,11 @@ class Task(QObject):
         QThreadPool.globalInstance().start(_Runner(self, _post))
 
     def cancel(self) -> None:
-        """Ignore the result. Running work ends when it next reports its progress."""
+        """Ignore the result. The work stops when it next reports its progress."""
         self._cancelled = True
 
     def tell(self, share: float) -> None:
-        """Report the progress from the thread, as a share 0…1. Raises Cancelled after `cancel`."""
+        """Report the progress from the thread, as a share 0…1. Raise Cancelled after `cancel`."""
         if self._cancelled:
             raise Cancelled
         if (percent := int(100.0 * share)) != self._percent:
@@ -74,7 +75,7 @@ class Task(QObject):
             self.progress.emit(share)
 
     def run(self) -> Callable[[], None]:
-        """Do the work in the thread, and return the call that delivers its result."""
+        """Do the work in the thread. Return a function that delivers the result."""
         try:
             return partial(self._deliver, self._work(self.tell), None)
         except (Exception, Cancelled) as caught:  # the GUI thread reports every error
@@ -93,7 +94,7 @@ class Task(QObject):
 
 
 class OneTask(QObject):
-    """Runs one task at a time. A new task replaces the running one."""
+    """Run one task at a time. A new task replaces the running one."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -111,8 +112,10 @@ class OneTask(QObject):
         failed: Callable[[Any], object] = lambda _: None,
         progress: Callable[[float], object] = lambda _: None,
     ) -> None:
-        """Run `work(tell)` in a thread, then call `done` or `failed` unless another task replaces
-        it.
+        """Run `work(tell)` in a thread, then call `done` with the result.
+
+        If the work fails, call `failed` with the exception instead. If another task replaces this
+        one, call neither.
         """
         self.cancel()
         self._task = Task(work, self)
@@ -145,5 +148,5 @@ class _Runner(QRunnable):
 
 
 def wait_for_tasks(milliseconds: int) -> bool:
-    """Wait for running tasks. Returns False if they have not ended after this time."""
+    """Wait for running tasks. Return False if they have not ended after this time."""
     return QThreadPool.globalInstance().waitForDone(milliseconds)

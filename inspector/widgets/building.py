@@ -33,9 +33,9 @@ def hbox(
     margins: _Margins | None = None,
     spacing: int | None = None,
 ) -> QHBoxLayout:
-    """Return a layout with these parts from left to right.
+    """Return a layout that arranges parts from left to right.
 
-    `owner` is the widget that gets the layout. `margins` and `spacing` are in pixels, with None for
+    `owner` is the widget that gets the layout. `margins` and `spacing` are in pixels; None means
     the style's default.
     """
     box = QHBoxLayout() if owner is None else QHBoxLayout(owner)
@@ -48,7 +48,7 @@ def vbox(
     margins: _Margins | None = None,
     spacing: int | None = None,
 ) -> QVBoxLayout:
-    """Return a layout with these parts from top to bottom. For the parameters, see `hbox`."""
+    """Return a layout that arranges parts from top to bottom. For the parameters, see `hbox`."""
     box = QVBoxLayout() if owner is None else QVBoxLayout(owner)
     return _filled(box, parts, margins, spacing)
 
@@ -74,7 +74,7 @@ def _filled(
 
 
 class Wrapping(QWidget):
-    """A widget whose parts are side by side or, if it is too narrow, one above the other."""
+    """A widget with parts side by side. If it is too narrow, they are one above the other."""
 
     def __init__(self, *parts: QLayout, spacing: int) -> None:
         super().__init__()
@@ -92,14 +92,14 @@ class Wrapping(QWidget):
         self._arrange()
 
     def event(self, event: QEvent) -> bool:
-        """Arrange the parts again when the text of a part has changed."""
+        """Arrange the parts again after a change of a part's text."""
         if event.type() == QEvent.Type.LayoutRequest:
             self._arrange()
         return super().event(event)
 
     @property
     def beside(self) -> int:
-        """Width in pixels that all parts need side by side."""
+        """The width in pixels that all parts need side by side."""
         gaps = self._box.spacing() * (len(self._parts) - 1)
         return sum(part.minimumSize().width() for part in self._parts) + gaps
 
@@ -111,22 +111,22 @@ class Wrapping(QWidget):
 
 
 def soft(label: _Label) -> _Label:
-    """Set a label to the theme's colour for secondary text, and return it."""
+    """Show a label in the theme's colour for secondary text, and return it."""
     label.setObjectName("soft")
     return label
 
 
 def hint(text: str = "") -> QLabel:
-    """Return a centred label for a panel that has nothing else to show."""
+    """Return a centred label for an empty panel."""
     return soft(QLabel(text, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True))
 
 
 def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
     """Return a small button with a word or a symbol.
 
-    If `flat` is True, the button has no frame unless the mouse is over it. Symbols are used because
-    the style's own icons are black and cannot be seen in a dark window. Screen readers cannot read
-    symbols, so they read the tool tip instead.
+    If `flat` is True, the button has no frame unless the mouse is over it. Symbols are characters
+    instead of the style's icons, which are black and cannot be seen in a dark window. Screen
+    readers read the tool tip, because they cannot read symbols.
     """
     button = QToolButton(autoRaise=flat)
     button.setText(text)
@@ -139,7 +139,8 @@ def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
 def action_button(action: QAction, short: str = "") -> QToolButton:
     """Return a button for an action.
 
-    `short` is a shorter text, if the context explains the rest.
+    `short` is a text that replaces the action's own one, for use where the context explains the
+    rest.
     """
     if short:
         action.setIconText(short)
@@ -149,7 +150,7 @@ def action_button(action: QAction, short: str = "") -> QToolButton:
 
 
 def scrolled(content: QWidget) -> QScrollArea:
-    """Return a scroll area that does not change the size of its content."""
+    """Return a scroll area whose content fills it, but never gets smaller than its minimum."""
     area = QScrollArea(widgetResizable=True)
     area.setFrameShape(QFrame.Shape.NoFrame)
     area.setWidget(content)
@@ -157,6 +158,6 @@ def scrolled(content: QWidget) -> QScrollArea:
 
 
 def bring_to_front(widget: QWidget) -> None:
-    """Show a widget in front of others. A dock is also shown in front of its other tabs."""
+    """Show a widget in front of others. If it is a dock in tabs, select its tab."""
     widget.show()
     widget.raise_()

@@ -16,10 +16,11 @@ _PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}  # row and column;
 
 
 class Canvas(pg.GraphicsView):
-    """A plot with its axes, which is repainted after `touch`.
+    """A plot with its axes, which is repainted after a call of `touch`.
 
-    By default, every graphics scene repaints the window by itself, so that four plots cause four
-    repaints. Furthermore, pyqtgraph's own plot creates forty widgets for a menu that is never used.
+    By default, every graphics scene repaints the window separately, so that four plots cause four
+    repaints. Furthermore, pyqtgraph's plot widget creates forty widgets for a menu that is never
+    used.
     """
 
     def __init__(
@@ -30,8 +31,8 @@ class Canvas(pg.GraphicsView):
     ) -> None:
         """Build the plot.
 
-        `axes` are the axes, keyed by side: 'left', 'bottom' or 'right'. `view` is the view, or None
-        for a view without mouse input.
+        `axes` are keyed by side: 'left', 'bottom' or 'right'. `view` shows the curves; None creates
+        a view without mouse input.
         """
         super().__init__(parent)
         self.setViewportUpdateMode(self.ViewportUpdateMode.NoViewportUpdate)
@@ -68,7 +69,7 @@ class Canvas(pg.GraphicsView):
             axis.setTextPen(QColor(theme.soft))
 
     def count_from(self, first: int) -> None:
-        """Number the frames on their axis from `first`."""
+        """Set the number that the axis shows for the first frame."""
         axis = self.axes["bottom"]
         axis.first, axis.picture = first, None
         self.touch()
@@ -79,12 +80,15 @@ class Canvas(pg.GraphicsView):
             axis.setStyle(tickFont=font, tickLength=-4, autoExpandTextSpace=False)
 
     def touch(self) -> None:
-        """Repaint the plot at the next repaint of the window."""
+        """Request that the plot is repainted together with the window."""
         self.viewport().update()
 
 
 class TauLine(pg.InfiniteLine):
-    """A line that can be dragged; `changed` reports its moves and the mouse entering or leaving."""
+    """A line that can be dragged.
+
+    `changed` is emitted when the line moves, and when the mouse enters or leaves it.
+    """
 
     changed = Signal()
 
@@ -93,11 +97,11 @@ class TauLine(pg.InfiniteLine):
         self.sigPositionChanged.connect(self.changed)
 
     def let_go(self) -> None:
-        """End a drag, so that the mouse no longer moves the line."""
+        """Stop dragging, so that the mouse no longer moves the line."""
         self.moving = False
 
     def setMouseHover(self, hover: bool) -> None:
-        """Report that the mouse enters or leaves, because the line is thicker under the mouse."""
+        """Emit `changed` when the mouse enters or leaves, because the line's width changes then."""
         if hover != self.mouseHovering:
             super().setMouseHover(hover)
             self.changed.emit()

@@ -21,7 +21,7 @@ def ask_files(
     folder: Path | None = None,
     several: bool = False,
 ) -> None:
-    """Ask for one or several existing files, and call `then` with the user's choice."""
+    """Let the user choose one or several existing files, then call `then` with them."""
     mode = QFileDialog.FileMode
     dialog = _dialog(parent, title, pattern, mode.ExistingFiles if several else mode.ExistingFile)
     if folder is not None:
@@ -39,9 +39,9 @@ def ask_where(
     wanted: Path,
     suffix: str = "",
 ) -> None:
-    """Ask for the name of a file to write, and call `then` with it.
+    """Let the user choose the name of a file to write, then call `then` with its path.
 
-    `wanted` is the proposed path. `suffix` is the suffix that is added to a name without one.
+    `wanted` is the proposed path. `suffix` is added to a name that has no suffix.
     """
     dialog = _dialog(parent, title, pattern, QFileDialog.FileMode.AnyFile)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
@@ -52,7 +52,7 @@ def ask_where(
 
 
 def ask_folder(parent: QWidget, title: str, then: Callable[[Path], object]) -> None:
-    """Ask for an existing folder, and call `then` with it."""
+    """Let the user choose an existing folder, then call `then` with it."""
     dialog = _dialog(parent, title, "", QFileDialog.FileMode.Directory)
     dialog.setOption(QFileDialog.Option.ShowDirsOnly)
     dialog.fileSelected.connect(lambda name: then(Path(name)))
@@ -68,7 +68,10 @@ def _dialog(parent: QWidget, title: str, pattern: str, mode: QFileDialog.FileMod
 
 
 def _draw_arrows_as_text(dialog: QFileDialog) -> None:
-    """Draw the arrows in Qt's own dialog in the text colour, because black is invisible on dark."""
+    """Draw the arrows of Qt's file dialog in the text colour.
+
+    They are black by default, which is invisible on a dark window.
+    """
     for name in _ARROWS:
         button = dialog.findChild(QToolButton, name)
         if button is None:  # the desktop's own dialog

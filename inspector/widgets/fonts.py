@@ -1,4 +1,4 @@
-"""Fonts shipped with the program, so that columns of numbers look the same on all systems.
+"""The fonts shipped with the program. Columns of numbers look the same on all systems.
 
 The fonts are those of matplotlib, which the window needs anyway.
 """
@@ -22,7 +22,7 @@ _PICTURED = 9.0  # points
 
 
 def font_folder() -> Path | None:
-    """Return the folder of matplotlib's fonts, or None, without importing matplotlib."""
+    """Return the folder of matplotlib's fonts, or None. This does not import matplotlib."""
     spec = find_spec("matplotlib")
     places = (spec and spec.submodule_search_locations) or ()
     return next((Path(place) / _FOLDER for place in places), None)
@@ -30,7 +30,7 @@ def font_folder() -> Path | None:
 
 @cache
 def shipped_families() -> frozenset[str]:
-    """Load the fonts into Qt on the first call (5 ms), and return the names of their families.
+    """Return the family names of the fonts. The first call loads them into Qt (5 ms).
 
     A Linux distribution may store them in another folder. In that case the set is empty, and the
     program uses the system's fonts.

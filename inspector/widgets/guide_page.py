@@ -101,7 +101,7 @@ class GuidePage(QWidget):
         self.forward.setIcon(icon("forward", theme))
 
     def _find_typed(self) -> None:
-        """Search again from the start of the current match, because the search text has changed."""
+        """Search from the start of the current match, after a change of the search text."""
         cursor = self.browser.textCursor()
         cursor.setPosition(cursor.selectionStart())
         self._find(cursor)
@@ -110,7 +110,7 @@ class GuidePage(QWidget):
         self._find(self.browser.textCursor())
 
     def _find(self, behind: QTextCursor) -> None:
-        """Move to the next match, continuing at the beginning after the end of the page."""
+        """Move to the next match. After the last match, continue with the first one."""
         words, document = self.line.text(), self.browser.document()
         place = document.find(words, behind)
         if place.isNull():
@@ -121,7 +121,7 @@ class GuidePage(QWidget):
             self.browser.ensureCursorVisible()
 
     def _leave(self) -> None:
-        """On Esc, clear the search or, if it is empty, close the guide."""
+        """Clear the search. If it is already empty, close the guide. Called when Esc is pressed."""
         if self.line.hasFocus() and self.line.text():
             self.line.clear()
         else:
@@ -129,7 +129,7 @@ class GuidePage(QWidget):
 
 
 class MarkdownPage(QTextBrowser):
-    """A Markdown page whose tables have faint lines below the rows instead of Qt's grid."""
+    """A Markdown page that draws faint lines between table rows instead of Qt's grid."""
 
     def soften_tables(self) -> None:
         """Replace the grid in the tables of the current page with faint lines."""
@@ -152,20 +152,20 @@ class MarkdownPage(QTextBrowser):
         whole.endEditBlock()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Draw the lines of the tables in the colours of a new theme."""
+        """After a change of the theme, draw the lines of the tables in its colours."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self.soften_tables()
 
 
 class Pages(MarkdownPage):
-    """Shows the Markdown files of a folder, with pictures at most as wide as the page."""
+    """A viewer for the Markdown files of a folder. Pictures are at most as wide as the page."""
 
     def __init__(self, docs: Path) -> None:
         super().__init__()
         self._docs = docs
         self.document().setDocumentMargin(_MARGIN)
-        # Always shown, or the layout ignores the bar's width and pictures become too wide.
+        # Always visible, because the layout ignores a bar that appears later (pictures too wide).
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
         self.shown_heading = ""  # the heading of the last followed link
         self.setOpenLinks(False)
@@ -178,7 +178,7 @@ class Pages(MarkdownPage):
         self._follow(QUrl.fromLocalFile(str(self._docs / file)))
 
     def _follow(self, url: QUrl) -> None:
-        """Show the page of a link, at its top or at a heading; web pages open in the browser."""
+        """Open a link: a page at its top or at a heading, or a web page in the browser."""
         if not url.isLocalFile():
             QDesktopServices.openUrl(url)
             return
@@ -204,7 +204,7 @@ class Pages(MarkdownPage):
             block = block.next()
 
     def _reload(self) -> None:
-        """Load the page again, so that its pictures fit the new width."""
+        """Load the page again to fit its pictures to the new width."""
         bar = self.verticalScrollBar()
         share = bar.value() / max(bar.maximum(), 1)
         self.reload()
@@ -218,7 +218,7 @@ class Pages(MarkdownPage):
         self.soften_tables()
 
     def loadResource(self, kind: int, name: QUrl | str) -> Any:
-        """Load a page, a table, an example, or a picture at most as wide as the page."""
+        """Load a page, a table, an example or a picture, which is at most as wide as the page."""
         url = QUrl(name)
         if as_markdown := _MARKDOWN.get(Path(url.path()).suffix):
             return as_markdown(Path(self.source().resolved(url).toLocalFile()))
@@ -235,7 +235,7 @@ class Pages(MarkdownPage):
         return picture
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Fit the pictures when resizing has ended."""
+        """Fit the pictures to the page when the user has finished resizing."""
         super().resizeEvent(event)
         if event.oldSize().width() not in (-1, event.size().width()):
             self._settled.start()
@@ -258,5 +258,5 @@ _MARKDOWN = {".csv": _table, ".json": _code, ".jsonl": _code, ".toml": _code}
 
 
 def _slug(heading: str) -> str:
-    """Return the name by which links refer to a heading."""
+    """Return the anchor that links use for a heading."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")

@@ -15,7 +15,7 @@ _SIDES = (16, 22, 24, 32, 48, 64, 128, 256)  # pixels, for title bars, task bars
 
 
 def has_icon(name: str) -> bool:
-    """True if there is an icon with this name, which may be the id of an action."""
+    """True if there is an icon with this name. Icons of actions are named by the action's id."""
     return (ICONS / f"{name}.svg").is_file()
 
 
@@ -39,9 +39,10 @@ def icon(name: str, theme: Theme) -> QIcon:
 
 
 def _drawn(renderer: QSvgRenderer, side: int, scale: float) -> QPixmap:
-    """Return a square image.
+    """Return a square image of an icon.
 
-    `side` is the size of the image in pixels at a screen scale of 1.
+    `side` is the size of the image in pixels at a screen scale of 1. `scale` is the scale of the
+    screen.
     """
     picture = QPixmap(round(side * scale), round(side * scale))
     picture.setDevicePixelRatio(scale)

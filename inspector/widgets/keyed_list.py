@@ -1,4 +1,4 @@
-"""A list with two columns: a text and its key."""
+"""A list with two columns: texts and their keys."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PAD = 8  # pixels next to a key
 
 
 class KeyedList(QListWidget):
-    """A list of texts with keys, before the text or at the right edge."""
+    """A list of texts with keyboard shortcuts, in front of the text or at the right edge."""
 
     def __init__(self, *, keys_first: bool) -> None:
         super().__init__()
@@ -29,7 +29,7 @@ class KeyedList(QListWidget):
         self.setItemDelegate(_KeyedRows(self))
 
     def add(self, words: str, key: str, data: object = None) -> None:
-        """Add a row. `data` is the value that is stored in the row's UserRole."""
+        """Add a row. `data` is stored in the UserRole of the row."""
         item = QListWidgetItem(words)
         item.setData(_KEY, key)
         if key:

@@ -1,6 +1,6 @@
 """Labels whose text can change without moving other widgets.
 
-An ordinary label requests a new layout at every change, so that each step of a drag would cause an
+An ordinary label requests a new layout at every change, so each step of a drag would cause an
 additional layout and repaint of the window.
 """
 
@@ -35,14 +35,12 @@ class SteadyLabel(QLabel):
     _widest = ""
 
     def keep_room(self, text: str) -> None:
-        """Reserve enough room for a text."""
+        """Reserve enough room for `text`, even while a shorter text is shown."""
         self._widest = text
         self._grow()
 
     def sizeHint(self) -> QSize:
-        """Return the size of the text, or of the text for which room is reserved if that is
-        wider.
-        """
+        """Return the size of the text, or of the text with reserved room if that is wider."""
         aligned, room = self.alignment().value, QRect(0, 0, _LARGE, _LARGE)
         widest = self.fontMetrics().boundingRect(room, aligned, self._widest).width()
         return super().sizeHint().expandedTo(QSize(widest, 0))
@@ -54,7 +52,7 @@ class SteadyLabel(QLabel):
             self._grow()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Adapt the size to a new font."""
+        """Recompute the size after a change of the font."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
             self.setMinimumSize(0, 0)  # without this, the size hint could not get smaller
@@ -69,7 +67,7 @@ class SteadyLabel(QLabel):
 
 
 def as_rich(text: str) -> str:
-    """Return rich text that looks like the given plain text, with all markup escaped."""
+    """Return rich text that displays the given plain text. Markup in the text is escaped."""
     return escape(legible(text, lines=True, most=_MOST), quote=False)
 
 
@@ -98,7 +96,7 @@ def capitalised(text: str) -> str:
 
 
 def inked(text: str, colour: str) -> str:
-    """Return rich text in a colour. `colour` is given as '#rrggbb'."""
+    """Return rich text in a colour '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
 
 
@@ -108,10 +106,10 @@ def plain_text(rich: str) -> str:
 
 
 class Caption(QWidget):
-    """Rich text in lines as wide as the widget, which grows with the text but never shrinks.
+    """Rich text that is broken into lines and reserves height for its longest text so far.
 
-    The label inside is positioned by this class, so that a new text needs no new layout. A caption
-    that is set to be short shows one line of plain text, and the whole text in its tool tip.
+    This class positions the label inside, so a new text needs no new layout. A short caption shows
+    one line of plain text, and the whole text in its tool tip.
     """
 
     def __init__(self, *, soft: bool = False) -> None:
@@ -134,7 +132,7 @@ class Caption(QWidget):
             self._fit(self.height())
 
     def set_plain(self, text: str) -> None:
-        """Show plain text."""
+        """Show plain text, with its markup escaped."""
         self.set_text(as_rich(text))
 
     def says(self, text: str) -> bool:
@@ -142,14 +140,14 @@ class Caption(QWidget):
         return self._text == as_rich(text)
 
     def set_short(self, short: bool) -> None:
-        """Set whether to show only one line of plain text, or the whole text."""
+        """Set whether to show one line of plain text instead of the whole text."""
         if short != self._short:
             self._short = short
             self._fit(self._line)
 
     @property
     def _line(self) -> int:
-        """Height of a line in pixels."""
+        """The height of a line in pixels."""
         return self.fontMetrics().height() + 2
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -178,7 +176,7 @@ class Caption(QWidget):
 
 
 class ElidedLabel(QLabel):
-    """A line of text that never widens its parent; a long text is cut off with …."""
+    """A line of text that never widens its parent. A text that does not fit ends with …."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -194,9 +192,9 @@ class ElidedLabel(QLabel):
 
 
 class Headline(QLabel):
-    """A line such as '<b>what</b> more' that never widens its parent; a long text ends with ….
+    """A line of rich text, such as '<b>what</b> more', that never widens its parent.
 
-    The text is rich text. Plain text can also be shown if its special characters are escaped.
+    A text that does not fit ends with …. Plain text must be escaped.
     """
 
     def __init__(self) -> None:
@@ -204,7 +202,7 @@ class Headline(QLabel):
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def minimumSizeHint(self) -> QSize:
-        """Return a width of 0, so that the line can be made as narrow as needed."""
+        """Return a width of 0, so that the line can be made arbitrarily narrow."""
         return QSize(0, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -229,7 +227,7 @@ class Headline(QLabel):
 
 
 class ElidedLine(QWidget):
-    """A line of text that can change many times a second without a new layout."""
+    """A line of text that can change many times per second without a new layout."""
 
     def __init__(self) -> None:
         super().__init__()

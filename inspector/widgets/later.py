@@ -1,4 +1,4 @@
-"""Delay work until pending events are handled, and combine quick steps."""
+"""Helpers that delay work until pending events are handled, and that combine quick steps."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _BURST_MS = 800
 
 
 class Latest(QObject):
-    """Executes only the last of many requests, after the pending events are handled."""
+    """Execute only the last of several requests, after the pending events are handled."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -24,7 +24,7 @@ class Latest(QObject):
         self._timer.start()
 
     def forget(self) -> None:
-        """Drop the pending request."""
+        """Discard the pending request."""
         self._timer.stop()
         self._work = None
 
@@ -37,10 +37,10 @@ class Latest(QObject):
 
 
 class Stale(QObject):
-    """Collects requests to redraw a view, and emits `due` once for all of them.
+    """Collect requests to redraw a view, and emit `due` once for all of them.
 
-    The signal is queued: it arrives after the change and before the next repaint of Qt, so that
-    tables, plots and the 3D view are painted together. The view calls `take` when it draws.
+    The signal is queued. It arrives after the change and before Qt's next repaint, so tables, plots
+    and the 3D view are painted together. The view calls `take` when it draws.
     """
 
     due = Signal()
@@ -63,28 +63,31 @@ class Stale(QObject):
         self.mark()
 
     def take(self) -> tuple[bool, bool]:
-        """Return whether anything, and whether everything, must be redrawn; then reset both."""
+        """Return two flags, whether to redraw anything and whether to redraw everything.
+
+        Afterwards, both flags are reset.
+        """
         taken = self.pending, self._all
         self.pending = self._all = False
         return taken
 
 
 class Burst(QObject):
-    """Combines quick steps, such as those of a spin box, into one step of the history."""
+    """Combine quick steps, such as those of a spin box, into one undo step."""
 
     def __init__(self, begin_drag: Callable[[], int], parent: QObject) -> None:
-        """Prepare a burst. `begin_drag` returns a new number, which joins the steps."""
+        """Prepare a burst. `begin_drag` is a function that returns a new id for combined steps."""
         super().__init__(parent)
         self._begin_drag, self._drag = begin_drag, 0
         self._timer = QTimer(self, singleShot=True, interval=_BURST_MS)
 
     @property
     def active(self) -> bool:
-        """True if the last step was only a moment ago."""
+        """True if the last step was made a moment ago."""
         return self._timer.isActive()
 
     def drag(self) -> int:
-        """Return the number that combines the next step with the previous ones."""
+        """Return the id for the next step. Steps with the same id become one undo step."""
         if not self.active:
             self._drag = self._begin_drag()
         self._timer.start()

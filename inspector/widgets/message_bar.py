@@ -1,4 +1,4 @@
-"""The message bar, which shows messages and questions inside the window."""
+"""The message bar, which shows messages and questions over another widget."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Answers = Sequence[tuple[str, Callable[[], object]]]
 
 
 class MessageBar(QFrame):
-    """Shows the latest message. An error stays until the user closes it.
+    """A bar that shows the latest message. An error stays until the user closes it.
 
-    A question that is covered by an error returns when the error is closed. The keys Alt+1, Alt+2 …
-    choose an answer.
+    If an error replaces a question, the question returns when the error is closed. The keys Alt+1,
+    Alt+2 … choose an answer.
     """
 
     def __init__(self, over: QWidget) -> None:
@@ -43,7 +43,7 @@ class MessageBar(QFrame):
         self.hide()
 
     def show_message(self, text: str, wrong: bool) -> None:
-        """Show a message, given in the chosen language.
+        """Show a message. The text is already in the chosen language.
 
         `wrong` is True if the message is an error.
         """
@@ -64,11 +64,14 @@ class MessageBar(QFrame):
 
     @property
     def asks(self) -> bool:
-        """True if the bar shows a question without an answer."""
+        """True if the bar shows a question that the user has not answered."""
         return self._question is not None and bool(self._answers.count()) and self.isVisible()
 
     def offer(self, text: str, answers: Answers) -> None:
-        """Show a message with buttons temporarily, unless a question has no answer yet."""
+        """Show a message with buttons for a limited time.
+
+        If the bar shows an unanswered question, nothing changes.
+        """
         if not self.asks:
             self._question = None
             self._show(self._after_error(text), False)
@@ -76,12 +79,12 @@ class MessageBar(QFrame):
             self._timer.start(2 * _SHOWN_MS)
 
     def offer_behind(self, text: str, answers: Answers) -> None:
-        """Append a message with buttons to the current message."""
+        """Append a message with buttons to the current message, unless that is an error."""
         shown = self.label.text() if self.isVisible() and not self.property("wrong") else ""
         self.offer(f"{shown} {text}".strip(), answers)
 
     def withdraw(self, text: str) -> None:
-        """Hide a message if the bar shows it."""
+        """Hide the bar if it shows this message."""
         if of_core(text) == self.label.text() and not self._answers.count():
             self._close()
 
@@ -93,7 +96,10 @@ class MessageBar(QFrame):
         self._add(answers)
 
     def _after_error(self, text: str) -> str:
-        """Return the text appended to the current error, so that the error can still be read."""
+        """Return `text`, after the text of the current error if there is one.
+
+        The user can then still read the error.
+        """
         error = self.isVisible() and self.property("wrong") and not self._answers.count()
         return f"{self.label.text()} {text}" if error else text
 
@@ -109,7 +115,7 @@ class MessageBar(QFrame):
         self._stack()
 
     def _stack(self) -> None:
-        """Put the buttons one above the other, without their keys, if the view is too narrow."""
+        """If the view is too narrow, put the buttons one above the other and hide their keys."""
         parts = (self.label, *self.buttons(), self._keys)
         wide = sum(part.minimumSizeHint().width() for part in parts) + _AROUND
         view = self.parentWidget()

@@ -1,4 +1,4 @@
-"""Give the 3D view its own native surface, so that the other widgets are drawn without OpenGL.
+"""A native surface for the 3D view, so that Qt draws the other widgets without OpenGL.
 
 If a window contains an OpenGL view, Qt composes the whole window with OpenGL. With software OpenGL
 this takes 8 ms, which is a third of the time between a new τ and its repainted plots. With a
@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QWidget
 
 
 def own_surface(view: QWidget) -> None:
-    """Give a widget its own native surface, but only on X11, where this is known to work."""
+    """Give a widget a native surface, but only on X11, where this is known to work."""
     if QGuiApplication.platformName() == "xcb":
         # Not its siblings and parents, or closed menus would stay visible between them.
         QGuiApplication.setAttribute(Qt.ApplicationAttribute.AA_DontCreateNativeWidgetSiblings)
@@ -24,7 +24,7 @@ def own_surface(view: QWidget) -> None:
 
 
 class _Along(QObject):
-    """Moves the surface along when the view's parent is moved, which Qt forgets to do."""
+    """Move the surface when the view's parent moves, because Qt does not do this."""
 
     def __init__(self, view: QWidget) -> None:
         super().__init__(view)
@@ -33,7 +33,7 @@ class _Along(QObject):
             parent.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Move the surface to the place of the view in its window; let every event pass."""
+        """Move the surface to the position of the view in its window. All events are passed on."""
         surface = self._view.windowHandle()
         if event.type() == QEvent.Type.Move and surface is not None:
             surface.setPosition(self._view.mapTo(self._view.window(), QPoint(0, 0)))
@@ -41,11 +41,11 @@ class _Along(QObject):
 
 
 class _Uncovered(QObject):
-    """Copies the window to the screen again after something has covered it.
+    """Copy the window to the screen again after something has covered it.
 
-    Without a compositor, the screen does not keep the parts of a window that are covered. Qt does
-    not restore a window with an OpenGL view, because it expects OpenGL to compose it, so that a
-    closed menu would stay visible.
+    Without a compositor, the screen does not store the covered parts of a window. Qt does not
+    restore a window with an OpenGL view, because it expects OpenGL to compose it. Without this
+    class, a closed menu would stay visible.
     """
 
     def __init__(self, window: QWidget) -> None:
@@ -55,7 +55,7 @@ class _Uncovered(QObject):
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Copy the window to the screen when it must be painted. All events are passed on."""
+        """Copy the window to the screen when it must be repainted. All events are passed on."""
         if watched is self._window:
             handle = self._window.windowHandle()
             if event.type() == QEvent.Type.Show and handle is not None:

@@ -1,8 +1,8 @@
-"""Decide whether a key belongs to the review or to the text or number that is being typed.
+"""Decides whether a pressed key is a shortcut of the review or is typed into an input field.
 
 A text field receives characters and the keys for editing and copying them, and a number field
 receives digits. All other shortcuts of the program still work, and so does Ctrl+Z in a number
-field. Enter keeps the input, and Esc restores the old text or clears a search. Both return the
+field. Enter applies the input, and Esc restores the old text or clears a search. Both return the
 focus to the review. A widget that is hidden loses the focus, and the mouse wheel changes only a
 field that has the focus.
 """
@@ -43,10 +43,10 @@ _UNDOING = QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo
 
 
 class ReviewKeys(QObject):
-    """Watches the input fields of a window. Call `watch` for widgets that are built later."""
+    """A filter for the keys of a window's input fields. Call `watch` for widgets built later."""
 
     def __init__(self, window: QWidget, home: Callable[[], QWidget]) -> None:
-        """Start watching. `home` returns the widget that has the focus while nothing is typed."""
+        """Start watching. `home` is a function that returns the widget to focus after typing."""
         super().__init__(window)
         self._window, self._home = window, home
         self._before = ""  # the text of the focused widget when it got the focus
@@ -79,7 +79,7 @@ class ReviewKeys(QObject):
         self._home().setFocus(Qt.FocusReason.OtherFocusReason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle keys and the mouse wheel, and pass on all other events."""
+        """Handle keys and the mouse wheel. All other events are passed on."""
         kind = event.type()
         if isinstance(event, QChildEvent):
             child = event.child()
@@ -100,8 +100,9 @@ class ReviewKeys(QObject):
         return False
 
     def _is_here(self, watched: QObject) -> bool:
-        """True if a widget of the window or of a floating dock has the focus, but not of a
-        dialog.
+        """True if an input field in the window or in a floating dock has the focus.
+
+        In a dialog, this is False.
         """
         if not isinstance(watched, QWidget) or not watched.hasFocus() or _line(watched) is None:
             return False
@@ -129,7 +130,7 @@ class ReviewKeys(QObject):
         return True
 
     def _focus_changed(self, old: QWidget | None, new: QWidget | None) -> None:
-        """Return the focus to the review if Qt moved it from a hidden widget to another field."""
+        """Return the focus to the review if Qt moved it from a hidden widget to an input field."""
         if old is None or new is None or not isValid(old) or (old.isVisible() and old.isEnabled()):
             return
         if new.window() is self._window and _line(new) is not None:
@@ -142,14 +143,14 @@ class ReviewKeys(QObject):
 
 
 def is_text_written() -> bool:
-    """True if the user is typing a text, so that letters must not act as decisions."""
+    """True if the user is typing text, so that letters must not act as shortcuts."""
     focus = QApplication.focusWidget()
     number = isinstance(focus, QAbstractSpinBox)
     return focus is not None and not number and _line(focus) is not None
 
 
 def _line(widget: QObject) -> QWidget | None:
-    """Return the input field of a widget in which the user can type, or None."""
+    """Return the widget, or the part of it, in which the user can type, or None."""
     if isinstance(widget, QAbstractSpinBox):
         return None if widget.isReadOnly() else widget
     if isinstance(widget, QComboBox):

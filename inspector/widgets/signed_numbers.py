@@ -1,4 +1,4 @@
-"""Format numbers with a real minus sign, and without a sign before zero."""
+"""Numbers as text with a real minus sign, and without a sign for zero."""
 
 from __future__ import annotations
 
@@ -13,18 +13,21 @@ _MINUS = "−"
 
 
 def signed(value: float, digits: int = 1) -> str:
-    """Return a number with its sign, such as '+12.0', '−0.3', but '0.0'."""
+    """Return a number as text with its sign, such as '+12.0' or '−0.3', but '0.0' for zero."""
     text = plain(value, digits)
     return f"+{text}" if text[0] != _MINUS and float(text) else text
 
 
 def plain(value: float, digits: int = 1) -> str:
-    """Return a number as text such as '12.0', '−0.3' or '0.0', never '−0.0'."""
+    """Return a number as text, such as '12.0', '−0.3' or '0.0', but never '−0.0'."""
     return f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", _MINUS)
 
 
 def angle_of(kind: Kind, radians: float) -> str:
-    """Return an interval's angle for a list: '+12.0°', '±8.0°' for noise, or '–' if it has none."""
+    """Return the angle of an interval as text for a list: '+12.0°', '±8.0°' for noise, or '–'.
+
+    '–' means that intervals of this kind have no angle.
+    """
     if not (sign := kind.info.sign):
         return "–"
     degrees = math.degrees(radians)
@@ -43,7 +46,7 @@ class SignedBox(QDoubleSpinBox):
         return super().valueFromText(text.replace(_MINUS, "-"))
 
     def validate(self, text: str, place: int) -> tuple[QValidator.State, str, int]:
-        """Check whether a text is a number or the beginning of one."""
+        """Return whether a text is a number, the beginning of one, or neither."""
         checked = super().validate(text.replace(_MINUS, "-"), place)
         assert isinstance(checked, tuple)
         return checked[0], text, checked[2]  # keep the text with its minus sign

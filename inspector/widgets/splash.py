@@ -19,9 +19,9 @@ _PATIENCE_S, _STEP_S = 0.5, 0.005  # the maximum time until the desktop has plac
 
 
 class Splash(QLabel):
-    """The program's icon and name in the colours of the theme, without the keyboard focus.
+    """The splash screen: the program's icon and name. It never takes the keyboard focus.
 
-    A QSplashScreen would wait a second for the desktop before it is shown.
+    A QSplashScreen is not used, because it would wait a second for the desktop.
     """
 
     def __init__(self, theme: Theme) -> None:
@@ -36,12 +36,12 @@ class Splash(QLabel):
         self.move(middle - self.rect().center())
 
     def show_at_once(self) -> None:
-        """Show the splash screen and wait until it is painted, since no event loop runs yet."""
+        """Show the splash screen and wait until it is painted, as no event loop is running yet."""
         self.show()
         _wait_until_exposed(self)
 
     def finish(self, window: QWidget) -> None:
-        """Close the splash screen when the window is on the screen, without a gap in between."""
+        """Close the splash screen as soon as the window is visible."""
         if self.isVisible():
             _wait_until_exposed(window)
         self.close()

@@ -1,4 +1,4 @@
-"""Tables for the panels. Each row is described once, and only changed rows are redrawn."""
+"""Tables for the panels, which redraw only the rows that have changed."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _FEW = 64  # maximum number of rows that are added or removed one by one; more r
 
 @dataclass(frozen=True)
 class TableRow:
-    """A row as shown in the table.
+    """The texts, colours and tool tips of a row.
 
     Attributes
     ----------
@@ -82,10 +82,10 @@ class TableRow:
 
 
 class RowModel(QAbstractTableModel, Generic[_Thing]):
-    """A table model with one row per thing. A subclass implements `key` and `describe`.
+    """A table model with one row per object in `things`. Subclasses define `key` and `describe`.
 
-    A thing is not drawn again if it equals the one shown before with the same key. Things must
-    therefore be frozen, and must compare equal if they look equal.
+    A row is not redrawn if its object equals the previous one with the same key. The objects must
+    therefore be frozen, and must compare equal if their rows look the same.
     """
 
     heads: tuple[str, ...] = ()
@@ -102,17 +102,17 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         self._rows: dict[Hashable, TableRow] = {}
 
     def key(self, thing: _Thing) -> Hashable:
-        """Return the key that identifies a thing."""
+        """Return the key that identifies the row of an object."""
         raise NotImplementedError
 
     def describe(self, thing: _Thing) -> TableRow:
-        """Return the row for a thing. Called only for visible rows."""
+        """Return the row for an object. This is called only for visible rows."""
         raise NotImplementedError
 
     # -- change -------------------------------------------------------------------------------
 
     def show(self, things: Sequence[_Thing]) -> None:
-        """Show rows for `things`, and update only the changed ones."""
+        """Show a row for each object in `things`. Only changed rows are redrawn."""
         keys = [self.key(t) for t in things]
         if keys != self._keys:
             self._change_rows(things, keys)
@@ -126,7 +126,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
                 self.dataChanged.emit(self.index(first, 0), self._last(last))
 
     def begin_anew(self, things: Sequence[_Thing]) -> None:
-        """Reset the table and show new rows. Use this if the headings or many rows have changed."""
+        """Reset the table and show new rows, for example after a change of the headings."""
         self.beginResetModel()
         self.things, self._keys = things, [self.key(t) for t in things]
         self._rows.clear()
@@ -138,7 +138,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return self._colours.theme
 
     def redraw(self) -> None:
-        """Describe all rows again, for example because the theme or the numbering has changed."""
+        """Redraw all rows, for example after a change of the theme or of the frame numbers."""
         self._rows.clear()
         if self.things:
             self.dataChanged.emit(self.index(0, 0), self._last(len(self.things) - 1))
@@ -170,7 +170,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         self.show(things)
 
     def _reorder(self, things: Sequence[_Thing], keys: list[Hashable]) -> None:
-        """Show the same things in another order, and keep the selection."""
+        """Show the same objects in another order, without losing the selection."""
         self.layoutAboutToBeChanged.emit()
         old, before = self.persistentIndexList(), self._keys
         self.things, self._keys = things, keys
@@ -186,18 +186,18 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
     # -- Qt -----------------------------------------------------------------------------------
 
     def row(self, row: int) -> TableRow:
-        """Return the description of a row."""
+        """Return the description of the row with this number."""
         return self.row_for(self.things[row])
 
     def row_for(self, thing: _Thing) -> TableRow:
-        """Return the description of a thing that the table contains."""
+        """Return the description of the row for an object in the table."""
         key = self.key(thing)
         if key not in self._rows:
             self._rows[key] = self.describe(thing)
         return self._rows[key]
 
     def row_of(self, key: Hashable) -> int | None:
-        """Return the number of the row with a key, or None."""
+        """Return the number of the row with this key, or None if there is none."""
         return self._keys.index(key) if key in self._keys else None
 
     def rowCount(self, parent: Index = _TOP) -> int:
@@ -258,13 +258,13 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 class RowTable(QTableView):
     """A table with headings and without a grid.
 
-    `room` is the height of a row in pixels, in addition to a line of text.
+    `room` is the padding of a row in pixels, added to the height of a line of text.
     """
 
     resized = Signal()
 
     def __init__(self, model: QAbstractItemModel, *, several: bool = False, room: int = 8) -> None:
-        """Build the table. `several` is True if several rows can be selected."""
+        """Build the table. `several` is True if the user can select several rows."""
         super().__init__(showGrid=False, wordWrap=False)
         mode = QAbstractItemView.SelectionMode
         self.setHorizontalHeader(_Heading(Qt.Orientation.Horizontal, self))
@@ -279,11 +279,11 @@ class RowTable(QTableView):
         self._widths: dict[int, int] = {}  # widths of columns before any was hidden
 
     def set_room(self, room: int) -> None:
-        """Make rows this number of pixels higher than a line of text."""
+        """Set the padding of the rows, in pixels in addition to the height of a line of text."""
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
 
     def show_numbers(self) -> None:
-        """Show the numbers of the rows on their left, as the model gives them."""
+        """Show the row numbers, which the model defines, at the left edge."""
         numbers = self.verticalHeader()
         numbers.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         numbers.setHighlightSections(False)
@@ -295,20 +295,21 @@ class RowTable(QTableView):
 
     @property
     def numbers_width(self) -> int:
-        """The width that the column of numbers needs, even if it is hidden; 0 without numbers."""
+        """The width of the column of row numbers, even if it is hidden; 0 without numbers."""
         numbers = self.verticalHeader()
         needs = max(numbers.sizeHint().width(), numbers.minimumWidth())
         return needs if self._has_numbers else 0
 
     def keep_room(self, first: int, spared: Sequence[int]) -> None:
-        """Hide the columns `spared` one by one while the first is narrower than `first` pixels.
+        """Hide columns while the first column is narrower than `first` pixels.
 
-        The first column takes up the rest of the table's width.
+        The columns `spared` are hidden one by one, in this order. The first column fills the rest
+        of the table's width.
         """
         self._first, self._spared = first, tuple(spared)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide columns if the first one, with the names of the rows, would become too narrow."""
+        """Hide columns if the first one would become too narrow for the names of the rows."""
         if self._spared:
             header = self.horizontalHeader()
             room = self.viewport().width() - self._first
@@ -325,19 +326,22 @@ class RowTable(QTableView):
 
     @property
     def mark_room(self) -> int:
-        """Width in pixels that the sort indicator needs in a heading."""
+        """The width in pixels that the sort indicator needs in a heading."""
         return self.fontMetrics().horizontalAdvance(_MARK_ROOM)
 
 
 class _Heading(QHeaderView):
-    """A header with room for the sort indicator, which Qt would draw over right-aligned texts."""
+    """A header that reserves room for the sort indicator next to right-aligned texts.
+
+    Qt would draw the indicator over these texts.
+    """
 
     def __init__(self, orientation: Qt.Orientation, parent: QTableView) -> None:
         super().__init__(orientation, parent)
         self.setSectionsClickable(True)
 
     def initStyleOptionForIndex(self, option: QStyleOptionHeader, section: int) -> None:
-        """Add room for the sort indicator after the text."""
+        """Add room for the sort indicator after a right-aligned text."""
         super().initStyleOptionForIndex(option, section)
         marked = self.isSortIndicatorShown() and self.sortIndicatorSection() == section
         if marked and option.textAlignment & Qt.AlignmentFlag.AlignRight:
@@ -345,9 +349,10 @@ class _Heading(QHeaderView):
 
 
 class RowDelegate(QStyledItemDelegate):
-    """Draws cells from the model's row descriptions, with one call to the model per cell.
+    """A delegate that draws cells from the model's row descriptions.
 
-    Qt would call the model seven times. `proxy` is the table's proxy model, or None.
+    It calls the model once per cell, whereas Qt's delegate would call it seven times. `proxy` is
+    the table's proxy model, or None.
     """
 
     def __init__(
@@ -357,7 +362,7 @@ class RowDelegate(QStyledItemDelegate):
         self._model, self._proxy = model, proxy
 
     def described(self, index: Index) -> TableRow:
-        """Return the description of the row to which a cell belongs."""
+        """Return the description of the row that contains a cell."""
         source = self._proxy.mapToSource(index) if self._proxy else index
         return self._model.row(source.row())
 
@@ -379,7 +384,7 @@ class RowDelegate(QStyledItemDelegate):
 
 
 class BesideDelegate(RowDelegate):
-    """Draws a secondary text after the text of the first column, if there is room."""
+    """A delegate that draws a secondary text after the text of the first column, if it fits."""
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Draw the cell, then the secondary text."""

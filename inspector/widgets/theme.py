@@ -1,4 +1,7 @@
-"""Colours and fonts of the light and the dark theme, with orange for before and blue for after."""
+"""The colours and fonts of the light and the dark theme.
+
+In both themes, orange means before and blue means after correction.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,10 @@ from inspector.widgets.fonts import FIXED, shipped_families
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours of each role, as '#rrggbb'. Texts have a contrast of at least 4.5:1 on `surface`."""
+    """The colour of each role, as '#rrggbb'.
+
+    Texts have a contrast of at least 4.5:1 on `surface`.
+    """
 
     dark: bool
     window: str  # behind panels
@@ -74,7 +80,7 @@ _BOXES = (
 
 
 class Colours(QObject):
-    """The current theme. `changed` sends a new theme to all connected views."""
+    """The current theme. `changed` is emitted with the new theme after every change."""
 
     changed = Signal(object)  # the Theme
 
@@ -83,7 +89,7 @@ class Colours(QObject):
         self.theme = theme
 
     def follow(self, colour: Callable[[Theme], None]) -> None:
-        """Call `colour` immediately, and again for every new theme.
+        """Call `colour` with the current theme, and again with every new theme.
 
         `colour` is a method of a QObject. Qt disconnects it when the object is deleted.
         """
@@ -91,13 +97,13 @@ class Colours(QObject):
         colour(self.theme)
 
     def use(self, theme: Theme) -> None:
-        """Send a theme to all connected views, even if it is already in use."""
+        """Set the theme and emit `changed`, even if the theme is the same as before."""
         self.theme = theme
         self.changed.emit(theme)
 
 
 def system_theme() -> Theme:
-    """Return the light or the dark theme, according to the setting of the system."""
+    """Return the light or the dark theme, as set in the operating system."""
     scheme = QGuiApplication.styleHints().colorScheme()
     return DARK if scheme == Qt.ColorScheme.Dark else LIGHT
 
@@ -110,7 +116,7 @@ def named_theme(name: str) -> Theme:
 def apply_theme(app: QApplication, theme: Theme) -> None:
     """Apply Qt's Fusion style with the palette and style sheet of the theme.
 
-    A theme that is already in use is not applied again, because this takes 0.15 s for a whole
+    If the theme is already in use, nothing happens, because applying it takes 0.15 s for a whole
     window.
     """
     lit = mixed(theme.accent, theme.window, 60).name()
@@ -150,7 +156,7 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
     # These widgets use the colour only for borders, so they get a lighter one.
     palette.setColor(role.Window, QColor(theme.edge).lighter(_OUTLINE))
     for kind in _BOXES:
-        app.setPalette(palette, kind)  # type: ignore[arg-type]  # the stubs ask for bytes, wrongly
+        app.setPalette(palette, kind)  # type: ignore[arg-type]  # the stubs wrongly require bytes
     app.setStyleSheet(sheet)
 
 
@@ -221,7 +227,7 @@ QToolTip {{ background: {raised}; color: {text}; border: 1px solid {line}; paddi
 
 @cache
 def mixed(colour: str, paper: str, alpha: int) -> QColor:
-    """Return the opaque colour of a colour blended over a background at alpha/255.
+    """Return the opaque colour that results from a colour with opacity alpha/255 over `paper`.
 
     Filling with opaque colours is 30 times faster.
     """

@@ -21,7 +21,7 @@ _AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A curve.
+    """A curve of a plot.
 
     Set `dots` to True to draw isolated values as dots, because a line would not show them.
 
@@ -30,7 +30,7 @@ class Trace:
     x, y
         Frames and values, NaN for gaps.
     role
-        Name of its colour in the theme.
+        Name of the curve's colour in the theme.
     """
 
     x: Array
@@ -40,7 +40,7 @@ class Trace:
 
 
 class TracePlot(Canvas):
-    """A plot of curves. `asked` is emitted with the frame that the user clicks."""
+    """A plot of curves. `asked` is emitted with the frame that the user has clicked."""
 
     asked = Signal(int)
 
@@ -78,7 +78,7 @@ class TracePlot(Canvas):
         self.show_lines(self._lines)
 
     def show_lines(self, lines: Sequence[Trace]) -> None:
-        """Draw new curves instead of the current ones."""
+        """Replace the curves of the plot."""
         self._lines = tuple(lines)
         # Items are never removed, because Qt may still paint a removed item.
         while len(self.curves) < len(lines):
@@ -106,12 +106,12 @@ class TracePlot(Canvas):
         self.touch()
 
     def fit(self, frames: int) -> None:
-        """Show all frames and the values from 0 to the largest one."""
+        """Show all frames and the values from 0 to the maximum."""
         tops = [float(np.nanmax(k.y)) for k in self._lines if np.isfinite(k.y).any()]
         self.show_range(frames, 0.0, max([*tops, 1e-3]))
 
     def show_level(self, value: float | None) -> None:
-        """Draw a horizontal line at a value, or no line."""
+        """Draw a horizontal line at a value. None removes the line."""
         self._level.setVisible(value is not None)
         if value is not None:
             self._level.setValue(value)

@@ -1,4 +1,4 @@
-"""Typeset TeX with matplotlib as outlines, which Qt can fill at any scale and in any colour."""
+"""TeX typeset with matplotlib, as outlines that Qt can fill at any scale and in any colour."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _one_at_a_time = Lock()  # matplotlib's TeX parser is not thread-safe
 
 @dataclass(frozen=True, eq=False)
 class Formula:
-    """The outlines of a formula, with the baseline at y = 0, y downwards and EM units per em."""
+    """The outlines of a formula. The baseline is at y = 0, y points down, and an em is EM units."""
 
     path: QPainterPath
     box: QRectF
 
 
 class Typesetter(QObject):
-    """Typesets formulas in a thread. Formulas that are requested together arrive together.
+    """Typeset formulas in a thread. Formulas requested together become ready together.
 
     This takes half a second, or several seconds if matplotlib must first index the fonts.
     """
@@ -46,7 +46,7 @@ class Typesetter(QObject):
         self.left_out = ""  # a sentence if one of the formulas requested last could not be typeset
 
     def start(self, texts: Iterable[str]) -> None:
-        """Typeset formulas that were not requested before, and emit `ready` when all are done."""
+        """Typeset the formulas that were not requested before. When all are done, emit `ready`."""
         fresh = tuple(tex for tex in texts if tex not in self._requested)
         self._requested |= dict.fromkeys(fresh)
         if fresh:
@@ -62,7 +62,7 @@ class Typesetter(QObject):
             self._task.start()
 
     def formula(self, tex: str) -> Formula | None:
-        """Return a formula, or None while it is being typeset."""
+        """Return a formula, or None if it is not ready."""
         return self._known.get(tex)
 
     def has(self, texts: Iterable[str]) -> bool:
@@ -121,7 +121,7 @@ def outlines(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def _formula(vertices: Any, codes: Any) -> Formula:
-    """Convert a path of matplotlib to one of Qt, with y downwards."""
+    """Convert a path of matplotlib to a path of Qt, with y downwards."""
     path = QPainterPath()
     path.setFillRule(Qt.FillRule.WindingFill)
     points = [(float(x), -float(y)) for x, y in vertices]

@@ -22,7 +22,7 @@ from twistcore.files.ordinary import is_there
 
 
 class WriteDialog(QDialog):
-    """A form with the name of a file. Its button has the same text as the dialog's title.
+    """A form for writing a file. The button that accepts it has the dialog's title as its text.
 
     A subclass adds its rows to `form`, including `where` and `replace`, and then calls `end_form`.
     """
@@ -43,7 +43,7 @@ class WriteDialog(QDialog):
     def end_form(self) -> None:
         """Add the buttons below all rows.
 
-        Call this last, because Tab follows the order of creation.
+        Call this last, because the Tab key visits widgets in the order of their creation.
         """
         buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel

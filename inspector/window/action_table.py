@@ -1,4 +1,4 @@
-"""The table of the window's actions, including those of all features: menus, keys and help."""
+"""The table of the window's actions, including the features' actions: menus, keys and help."""
 
 from __future__ import annotations
 
@@ -297,7 +297,7 @@ MENUS: Menus = joined(_OWN)
 
 
 def connect_rows(parts: Parts) -> None:
-    """Connect every action with the effect of its row."""
+    """Connect every action with the function of its row."""
     actions = parts.actions_by_id
     for row in (row for menu in _OWN.values() for row in menu if row is not None):
         row.connect(actions[row.id], parts)

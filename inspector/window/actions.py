@@ -1,4 +1,4 @@
-"""Build the menus, keyboard shortcuts and help from the rows that describe the actions."""
+"""Menus, keyboard shortcuts and help, built from the rows that describe the actions."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Menus = Mapping[str, Sequence[ActionRow[Any] | None]]  # keyed by name; None is 
 
 
 def rows(menus: Menus) -> Iterator[ActionRow[Any]]:
-    """Iterate over the rows of all menus, without the separators."""
+    """Return an iterator over the rows of all menus, without the separators."""
     return (row for menu in menus.values() for row in menu if row is not None)
 
 
@@ -40,22 +40,22 @@ def menu_title(name: str) -> str:
 
 
 def menu_order(name: str) -> int:
-    """Return the position of a menu in the menu bar. Unknown menus precede the Help menu."""
+    """Return a sort key for the position of a menu. Unknown menus precede the Help menu."""
     known = list(_TITLES)
     return 2 * known.index(name) if name in known else 2 * known.index("Help") - 1
 
 
 def key_text(key: str) -> str:
-    """Return a key combination in the notation of the operating system."""
+    """Return a key combination in the operating system's notation."""
     return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
 
 
 def build_actions(
     menus: Menus, window: QWidget, bar: QMenuBar
 ) -> tuple[Mapping[str, QAction], Mapping[str, QMenu]]:
-    """Create the QActions, keyed by id, and the menus, keyed by name.
+    """Create the QActions and the menus. Return them keyed by id and by name.
 
-    Shortcuts and handlers are added elsewhere.
+    This adds neither shortcuts nor handlers.
     """
     shown = {name: bar.addMenu(menu_title(name)) for name in menus}
     groups: dict[str, QActionGroup] = {}
@@ -80,7 +80,7 @@ def build_actions(
 
 
 def apply_keys(menus: Menus, actions: Mapping[str, QAction], settings: Settings) -> None:
-    """Assign the keys that the user has chosen, or the default keys of the rows."""
+    """Assign the keys that the user has chosen, or else the default keys of the rows."""
     for row in rows(menus):
         keys = settings.keys.get(row.id, list(row.keys))
         actions[row.id].setShortcuts([QKeySequence(k) for k in keys])
@@ -97,7 +97,7 @@ def offer(menus: Menus, actions: Mapping[str, QAction], *, is_open: bool, has_fi
 
 
 def name_step(action: QAction, title: str, step: str) -> None:
-    """Show the name of a step in the text of undo or redo, or no name for ''."""
+    """Show the name of a step in the text of undo or redo. '' shows no name."""
     if chosen_language() == "en":  # in German nouns keep their capital
         step = step[:1].lower() + step[1:]
     step = as_entry(step)

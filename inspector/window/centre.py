@@ -1,4 +1,4 @@
-"""The middle of the window: the reviewer line, the 3D view with messages over it, the transport."""
+"""The middle of the window: the reviewer line, the 3D view with messages, and the transport."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _OF_BAR = (QEvent.Type.Show, QEvent.Type.LayoutRequest)
 
 
 class Centre(QWidget):
-    """The central widget of the window: its parts one above the other, without gaps.
+    """The central widget of the window. Its parts are one above the other, without gaps.
 
-    Messages are shown over the lower edge of the 3D view, so that nothing moves when one appears.
+    Messages appear over the lower edge of the 3D view, so that they move no other widget.
     """
 
     def __init__(self, window: HostWindow) -> None:
@@ -40,7 +40,7 @@ class Centre(QWidget):
         own_surface(self.viewport)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Place the message bar again when its text or the size of the view has changed."""
+        """Move the message bar after a change of its text or of the size of the view."""
         kinds = _OF_VIEW if watched is self.viewport else _OF_BAR
         if event.type() in kinds:
             self._place_bar()

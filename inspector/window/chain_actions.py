@@ -1,4 +1,4 @@
-"""The actions that change the set of chains."""
+"""The actions that add and remove chains of the clip."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 
 @dataclass(eq=False)
 class ChainActions:
-    """Adds and removes chains, renames joints, and saves both for all clips of a skeleton.
+    """The actions that add and remove chains, set the roles of joints, and save both.
 
-    `dock` is the dock with the list of chains. Its title shows the number of changed chains.
+    Saved chains apply to all clips with the same skeleton. `dock` is the dock with the list of
+    chains. Its title shows the number of changed chains.
     """
 
     document: Document
@@ -66,7 +67,7 @@ class ChainActions:
         self.document.change_chains(rig, tr("Add chain {name}", name=name))
 
     def joint_names(self) -> None:
-        """Open the dialog that shows the role of each joint and lets the user change it."""
+        """Open the dialog in which the user can change the role of each joint."""
         if not self._open():
             return
         if self.names is None:
@@ -81,7 +82,7 @@ class ChainActions:
         self.names = None
 
     def _use_names(self, rig: Rig) -> None:
-        """Use the roles that the user assigned to joints, and save them for this skeleton."""
+        """Use the roles that the user has assigned to joints, and save them for this skeleton."""
         if rig == self._rig:
             return
         message = tr("From now on, clips of this skeleton without a session open with these names.")
@@ -92,7 +93,7 @@ class ChainActions:
             self.document.change_chains(rig, tr("Joint names"))
 
     def remove_chain(self) -> None:
-        """Remove the selected chain, and show the intervals that are removed with it."""
+        """Remove the selected chain, and report the intervals that are removed with it."""
         name, document = self.document.chain, self.document
         if not self._open() or not name:
             return
@@ -110,7 +111,7 @@ class ChainActions:
         document.change_chains(rig, what, message if own else "")
 
     def restore_chains(self) -> None:
-        """Restore the chains that the program found."""
+        """Restore the chains that the program found automatically."""
         if self._open():
             self._change(
                 AS_FOUND,
@@ -152,9 +153,9 @@ class ChainActions:
         self.bar.show_message(message, False)
 
     def _keep(self, rig: Rig) -> bool:
-        """Write the rig profile of this skeleton.
+        """Write the rig file of this skeleton.
 
-        If this fails, show a message and return False.
+        On failure, show a message and return False.
         """
         data = self.document.data
         assert data is not None
@@ -178,7 +179,7 @@ class ChainActions:
 
 
 def _changes_text(rig: Rig) -> str:
-    """Describe the difference from the automatic chains, such as '2 added, 1 removed'."""
+    """Return the difference from the automatic chains as text, such as '2 added, 1 removed'."""
     parts = (
         (tr("{n} added", n=len(rig.add)), rig.add),
         (tr("{n} removed", n=len(rig.remove)), rig.remove),

@@ -32,9 +32,9 @@ _TIPS = (
 
 
 class ChainDialog(QDialog):
-    """A form for parent, child and optionally a joint below, which reports errors immediately.
+    """A form for a parent, a child and optionally a grandchild, which shows errors immediately.
 
-    The dialog is not modal, and it closes together with the clip.
+    The dialog is not modal. It closes together with the clip.
     """
 
     chosen = Signal(object, str)  # the rig with the chain in it, and the chain's name
@@ -72,7 +72,7 @@ class ChainDialog(QDialog):
         document.chains_changed.connect(self._check)
 
     def _start(self) -> None:
-        """Select the first joint that can have a chain but does not have one yet."""
+        """Select the first joint that can be the parent of a new chain."""
         taken = self._document.review.state.tau
         parents = self.joints[0]
         names = [parents.itemText(k) for k in range(parents.count())]
@@ -89,11 +89,11 @@ class ChainDialog(QDialog):
         return self._document.data.motion.skeleton
 
     def _joint(self, seen: str) -> str:
-        """Return the chosen or typed joint's name in the file."""
+        """Return the name in the file of the joint that is displayed as `seen`."""
         return next((name for name in self._skeleton.names if legible(name) == seen), seen)
 
     def _changed(self, place: int) -> None:
-        """Update the lists of joints below the changed one."""
+        """Update the lists of joints below the changed list. `place` is 0 for the parent's list."""
         name = self._joint(self.joints[place].currentText())
         if place < 2 and name in self._skeleton.names:
             children = self._skeleton.children
@@ -109,7 +109,7 @@ class ChainDialog(QDialog):
         self._check()
 
     def _choose_first_good(self, place: int) -> None:
-        """Select the first joint in a list whose bone has a length."""
+        """Select the first joint in a list that makes a valid chain with the joints above it."""
         data, box = self._document.data, self.joints[place]
         assert data is not None
         above = [self._joint(upper.currentText()) for upper in self.joints[:place]]
@@ -166,7 +166,7 @@ def _is_chain(motion: Motion, joints: tuple[str, ...]) -> bool:
 
 
 def _joint_box(tip: str) -> QComboBox:
-    """Return a list of joints in which the user can also type part of a name."""
+    """Return a list of joints in which the user can also type a part of a name."""
     box = QComboBox(editable=True)
     box.setToolTip(tip)
     box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)

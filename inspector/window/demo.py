@@ -22,10 +22,10 @@ _GIVE_UP_MS = 120_000
 
 
 class Script(QObject):
-    """Opens a file and, when a clip is loaded, runs steps with time to redraw between them.
+    """Open a file and, when the clip is loaded, run steps with time to redraw between them.
 
-    The script ends by closing the window. `code` is 0, or 2 after an error message. A question or a
-    dialog is an error, because nobody can answer it.
+    At the end, the script closes the window. `code` is 0, or 2 after an error message. A question
+    or a dialog is an error, because no user can answer it.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class Script(QObject):
         """Prepare a script.
 
         `path` is a clip, a session or a folder, or None for the empty window. `steps` is a function
-        that returns the steps in order, called when the clip is loaded.
+        that returns the steps in order. It is called when the clip is loaded.
         """
         super().__init__(window)
         self.window = window
@@ -57,7 +57,7 @@ class Script(QObject):
         QTimer.singleShot(_GIVE_UP_MS, self, lambda: self.fail("The script did not end in time."))
 
     def shoot(self, path: Path) -> None:
-        """Save a screenshot of the window. Raises OSError."""
+        """Save a screenshot of the window. Raise OSError if it cannot be written."""
         path.parent.mkdir(parents=True, exist_ok=True)
         if not self.window.grab().save(str(path)):
             self.fail(f"{path}: the image could not be written.")

@@ -1,8 +1,9 @@
-"""Let the keys of verdicts work once per press, and only after the interval was painted.
+"""A filter that protects the keys of verdicts from repeats and from keys pressed too early.
 
-Qt mistakes many repeats of a held key for new presses, because it decides when the key is released,
-and the next press may not have arrived yet. A repeat has the same time as the release before it,
-which no person can achieve.
+A verdict key has an effect only once per press, and only after the interval was painted. When a key
+is held, Qt mistakes many repeats for new presses, because it decides when the key is released, and
+the next press may not have arrived yet. Such a repeat has the same time stamp as the release before
+it, which is impossible for a real press.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QWindow
 
 
 class DrawnFirst(QObject):
-    """Ignores the keys of actions until the person can have seen the interval in question.
+    """Ignore the keys of actions until the selected interval is visible to the user.
 
-    `is_drawn` returns True if the selected interval was painted.
+    `is_drawn` is a function that returns True if the selected interval was painted.
     """
 
     def __init__(
@@ -24,7 +25,7 @@ class DrawnFirst(QObject):
     ) -> None:
         super().__init__(parent)
         self._is_drawn = is_drawn
-        self._released = 0, 0  # key and time, milliseconds of the window system
+        self._released = 0, 0  # the last released key and its time stamp in milliseconds
         self._repeats = False
         for action in actions:
             action.installEventFilter(self)
@@ -40,7 +41,7 @@ class DrawnFirst(QObject):
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Ignore a repeated key, or a key pressed before the interval is painted.
 
-        Clicks are slower and never ignored.
+        Clicks are never ignored, because they are slower.
         """
         if isinstance(event, QKeyEvent):
             press = event.key(), event.timestamp()

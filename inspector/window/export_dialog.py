@@ -1,4 +1,4 @@
-"""The export dialog, which asks for a path, the intervals to correct, and other files."""
+"""The export dialog, which asks for a path, the intervals to correct, and additional files."""
 
 from __future__ import annotations
 
@@ -124,11 +124,11 @@ class ExportDialog(WriteDialog):
 
     @property
     def looking(self) -> bool:
-        """True while long files that would be replaced are still being read."""
+        """True while existing files at the target are still being read."""
         return self._look.running
 
     def when_seen(self, then: Callable[[], object]) -> None:
-        """Call `then` when it is known which files would be replaced."""
+        """Call `then` as soon as it is known which files the export would replace."""
         if self.looking:
             self._then = then
         else:
@@ -197,7 +197,7 @@ def _tracking_words(tracking: Tracking) -> str:
 
 
 def _undecided_text(sure: int, repairable: int, total: int) -> str:
-    """Return the text of the check box that also corrects undecided intervals."""
+    """Return the text of the check box for correcting undecided intervals, too."""
     if sure != repairable:
         return plural(
             "Also correct {sure} of {n} undecided interval: the confident ones",

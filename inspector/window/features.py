@@ -23,7 +23,10 @@ FEATURES: tuple[AnyFeature, ...] = (
 
 
 def joined(own: Menus) -> Menus:
-    """Return the window's own menus with the rows of all features inserted."""
+    """Return the window's menus with the rows of all features inserted.
+
+    `own` has the rows that belong to no feature.
+    """
     menus = {name: list(rows) for name, rows in own.items()}
     for rows in (rows for feature in FEATURES for rows in feature.rows):
         _place(rows, menus)
@@ -38,7 +41,7 @@ def _place(rows: MenuRows[Any], menus: dict[str, list[ActionRow[Any] | None]]) -
 
 
 def panels() -> list[tuple[AnyFeature, DockPanel[Any]]]:
-    """Return the panels of all features in order, each with its feature."""
+    """Return each panel with its feature, in the order of the panels."""
     names: list[str] = []
     out: list[tuple[AnyFeature, DockPanel[Any]]] = []
     for feature in FEATURES:

@@ -40,9 +40,9 @@ _CHAINS = 160  # pixels for the list of chains, below the clips
 
 @dataclass(eq=False, kw_only=True)
 class FileActions(Saving):
-    """Opens, saves and exports files, and lists folders and recent files.
+    """The actions that open, save and export files, and list folders and recent files.
 
-    `begin` goes to the first undecided interval.
+    `begin` is a function that goes to the first undecided interval.
     """
 
     recent_menu: QMenu
@@ -97,26 +97,26 @@ class FileActions(Saving):
             self.document.opener.open(path, self.queue.profile_of(path))
 
     def open_dialog(self) -> None:
-        """Ask for a file and open it."""
+        """Let the user choose a file and open it."""
         patterns = tr("Motion and sessions") + f" ({CLIP_PATTERNS} {SESSION_PATTERNS})"
         pattern = f"{patterns};;" + tr("All files") + " (*)"
         ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
 
     def open_then(self, path: Path, then: Callable[[], object]) -> None:
-        """Open a clip, and call `then` when it is open and has shown its own messages."""
+        """Open a clip, and then call `then`, after the messages about the clip."""
         self._when_open = path, then
         self.open_path(path)
 
     def open_folder(self) -> None:
-        """Ask for a folder and analyse its clips."""
+        """Let the user choose a folder and analyse its clips."""
         ask_folder(self.window, tr("Open folder"), self.open_path)
 
     def open_queue(self, folder: Path) -> None:
         """Analyse the clips of a folder in the background.
 
-        The clip at which the user stopped last time is opened. If there is none, the worst clip so
-        far is opened after a few seconds, when a tenth of the clips or 20 are analysed. A worse
-        clip that is found later is offered.
+        The clip that was open last in this folder is opened. If there is none, the worst clip so
+        far is opened after a few seconds, when a tenth of the clips or 20 are analysed. If a worse
+        clip is found later, the program offers to open it.
         """
         kept = known_of_folder(self.settings, folder)
         self._wait_for_first = False
@@ -174,7 +174,7 @@ class FileActions(Saving):
     def _open_worst(self, path: Path) -> None:
         """Open the worst clip.
 
-        While others are being analysed, report that it is the worst so far.
+        While other clips are still being analysed, report that this is the worst so far.
         """
         if self.queue.running:
             self._so_far, self._offered = path, self.queue.clips[path].severity
@@ -193,7 +193,7 @@ class FileActions(Saving):
         self.bar.show_message(text, False)
 
     def _offer_worse(self) -> None:
-        """Offer a worse clip while the clip that was the worst so far is still open."""
+        """Offer to open a worse clip, if the previous worst clip is still open."""
         data, path = self.document.data, self._so_far
         if path is None or data is None or data.clip.path != path or self.bar.asks:
             return
@@ -220,7 +220,7 @@ class FileActions(Saving):
             )
 
     def next_clip(self) -> None:
-        """Open the next clip in the list, worst first, that has undecided intervals."""
+        """Open the next clip with undecided intervals in the list, which is sorted worst first."""
         data = self.document.data
         path = self.queue.next_after(data.clip.path if data else None)
         if path is not None:
@@ -239,7 +239,7 @@ class FileActions(Saving):
         return tr("No other clip in this folder has undecided intervals.")
 
     def previous_clip(self) -> None:
-        """Open the clip that was open before this one."""
+        """Open the clip that was open before the current one."""
         if len(self._visited) < 2:
             self.bar.show_message(tr("No clip was open before."), False)
             return
@@ -291,7 +291,7 @@ class FileActions(Saving):
         self.window.statusBar().showMessage(text, 8000)
 
     def recent(self) -> tuple[list[Path], list[Path]]:
-        """Return the recent clips and the recent folders, the latest first."""
+        """Return the recent clips and the recent folders, latest first."""
         return [Path(name) for name in self.settings.recent], recent_folders(self.settings)
 
     def _show_recent(self) -> None:
@@ -306,16 +306,15 @@ class FileActions(Saving):
     # -- exporting ----------------------------------------------------------------------------
 
     def locate_clip(self, session: Path) -> None:
-        """Ask where a session's clip is now, and open the session with it."""
+        """Ask where the clip of a session is now, and open the session with this clip."""
         title, reopen = tr("Locate the clip"), partial(self.document.opener.open_session, session)
         ask_files(self.window, title, CLIP_PATTERNS, lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
         """Open the export dialog.
 
-        If `at_once` is True, the export starts without the dialog unless something prevents that.
-        For a borrowed clip the dialog always opens, because the user must choose the folder of the
-        export.
+        If `at_once` is True, the export starts without the dialog unless something prevents it. For
+        a borrowed clip, the dialog always opens, because the user must choose the target folder.
         """
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
@@ -371,7 +370,10 @@ class FileActions(Saving):
         self.open_path(following)
 
     def _is_busy(self, since: ReviewState | None) -> bool:
-        """True if the user has worked since that state, so that no other clip may be opened."""
+        """True if the user has worked since the state `since`, or is busy now.
+
+        In that case, no other clip may be opened automatically.
+        """
         dialog = QApplication.activeModalWidget() or QApplication.activePopupWidget()
         busy = self.document.opener.busy or self.lessons.on
         elsewhere = busy or dialog is not None or is_text_written()
@@ -388,7 +390,7 @@ class FileActions(Saving):
             self.bar.offer(text, ((back, lambda: self.open_path(before)),))
 
     def offer_unsaved(self) -> None:
-        """Offer to restore a recently opened clip whose decisions were not saved."""
+        """Offer to restore a recently opened clip with unsaved decisions."""
         clips = tuple(map(Path, self.settings.recent))
         OneTask(self.window).run(lambda _: unsaved_among(clips), self._offer)
 
@@ -414,7 +416,10 @@ class FileActions(Saving):
         self.bar.ask(text, (restore, (tr("Not now"), lambda: None)))
 
     def _restore(self, clip: Path) -> None:
-        """Open a clip, and its folder if that was open, and restore the clip's latest review."""
+        """Open a clip and restore its latest review.
+
+        If this was the last clip in its folder, the folder is opened, too.
+        """
 
         def go_on() -> None:
             if leftovers := self.document.keeper.leftovers:

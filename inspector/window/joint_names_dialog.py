@@ -1,4 +1,4 @@
-"""The dialog that shows the role of each joint and lets the user change it."""
+"""The dialog in which the user can see and change the role of each joint."""
 
 from __future__ import annotations
 
@@ -75,24 +75,24 @@ _ENTER = Qt.Key.Key_Return, Qt.Key.Key_Enter
 
 
 class _Choice(QComboBox):
-    """The list from which the user chooses the role of a joint."""
+    """The list in which the user chooses the role of a joint."""
 
     reached = Signal()  # the list got the keyboard focus, so scroll to its row
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Report that the list has the focus, so that the table scrolls to its row."""
+        """Emit `reached`, so that the table scrolls to the row of this list."""
         super().focusInEvent(event)
         self.reached.emit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Ignore the wheel, so that the table scrolls instead."""
+        """Ignore the mouse wheel, so that the table scrolls instead."""
         event.ignore()
 
 
 class JointNamesDialog(QDialog):
-    """A table of joints with, below it, the chains that result from the user's changes.
+    """A table of joints and their roles, with the resulting chains below it.
 
-    The dialog is not modal, and it closes together with the clip.
+    The dialog is not modal. It closes together with the clip.
     """
 
     chosen = Signal(object)  # the rig with the names in it
@@ -179,7 +179,7 @@ class JointNamesDialog(QDialog):
         return {name: said for name, said in chosen.items() if said}
 
     def reset(self) -> None:
-        """Restore the roles that the program found for all joints."""
+        """Restore the automatically found roles of all joints."""
         self._choose({})
 
     def _choose(self, names: Mapping[str, str]) -> None:
@@ -189,7 +189,7 @@ class JointNamesDialog(QDialog):
         self._check()
 
     def _follow(self) -> None:
-        """Show the names in the review after they have changed, for example by an undo."""
+        """Show the roles in the review after a change, for example by undo."""
         said = self._document.review.state.rig.names
         if said != self._known:
             self._known = said
@@ -198,8 +198,9 @@ class JointNamesDialog(QDialog):
             self._check()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """On Enter in the search line, go to the first match; elsewhere, Enter accepts the
-        dialog.
+        """Handle Enter.
+
+        In the search line, it moves the focus to the first match. Elsewhere, it accepts the dialog.
         """
         if event.key() in _ENTER and self.focusWidget() is self.search:
             rows = range(self.table.rowCount())
@@ -242,7 +243,7 @@ class JointNamesDialog(QDialog):
         self._use.setEnabled(self._rig is not None)
 
     def _show(self, body: Body, said: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
-        """Fill in the role of each joint, and the reason for it.
+        """Fill in the role of each joint, and what it was derived from.
 
         `said` has the roles that the user has chosen, keyed by joint name. `helpers` has the twist
         bones, keyed by joint index.
@@ -266,28 +267,28 @@ class JointNamesDialog(QDialog):
             self.table.setItem(joint, _BY, QTableWidgetItem(by if known else ""))
 
     def accept(self) -> None:
-        """Emit the rig with the new names, and close the dialog."""
+        """Emit the rig with the new roles, and close the dialog."""
         if self._rig is not None:
             self.chosen.emit(replace(self._rig))
             super().accept()
 
 
 def _chain_counts(chains: Sequence[Chain]) -> str:
-    """Return the numbers of chains and twist bones, such as '10 chains, 12 twist bones'."""
+    """Return the numbers of chains and twist bones as text, such as '10 chains, 12 twist bones'."""
     helpers = sum(isinstance(chain, Helper) for chain in chains)
     text = plural("{n} chain", "{n} chains", len(chains) - helpers)
     return f"{text}, {plural('{n} twist bone', '{n} twist bones', helpers)}" if helpers else text
 
 
 def _limb_joint_text(taken: str) -> str:
-    """Describe the role of a joint that belongs to a limb."""
+    """Return the role of a joint of a limb as text. `taken` is the name of this role."""
     whole = taken.removeprefix(_PIECE)
     words = _UNNAMED.get(whole) or of_core(whole)
     return words if whole == taken else tr("piece of {bone}", bone=words)
 
 
 def _other_joint_text(name: JointName) -> str:
-    """Describe the role of a joint that belongs to no arm or leg."""
+    """Return the role of a joint outside the arms and legs as text."""
     if name.helper:
         return tr("twist bone")
     if name.other:

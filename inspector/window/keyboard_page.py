@@ -50,10 +50,10 @@ _MOUSE = (
 
 
 def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
-    """Return the table of keys and mouse gestures, for the help window and docs/shortcuts.md.
+    """Return the table of keys and mouse gestures as Markdown.
 
-    `wanted` are search words. Only rows that contain all of them in their keys, menu or description
-    are listed.
+    `wanted` are search words. A row is listed only if its keys, menu or description contain all of
+    them.
     """
     words = wanted.lower().split()
 
@@ -89,9 +89,9 @@ def _does(row: ActionRow[Any]) -> str:
 
 
 class KeyboardPage(QWidget):
-    """A window with keys and mouse gestures and a search line.
+    """A window with a search line above the keys and mouse gestures.
 
-    Esc closes the window. Other shortcuts with Ctrl still work in the program.
+    Esc closes the window. Shortcuts of the program with Ctrl work in this window, too.
     """
 
     def __init__(self, menus: Menus, window: QWidget) -> None:

@@ -1,4 +1,7 @@
-"""The layout for low windows, such as on a laptop at 200 % scaling: fewer titles, small margins."""
+"""The layout for low windows, such as on a laptop at 200 % scaling.
+
+It has fewer titles and smaller margins.
+"""
 
 from __future__ import annotations
 
@@ -19,14 +22,14 @@ _REASONS = "title_away"  # a dock's property with the parts that hide its title
 
 
 class Compact(Protocol):
-    """A widget that has a second layout for low windows."""
+    """A widget with a second layout for low windows."""
 
     def set_low(self, low: bool) -> None:
         """Switch to the layout for low windows, or back to the normal one."""
 
 
 class LowWindow:
-    """Switches the window and its parts to the layout for low windows and back."""
+    """Switch the window and its parts between the normal layout and the one for low windows."""
 
     def __init__(
         self, window: QMainWindow, docks: Mapping[str, QDockWidget], parts: Sequence[Compact]
@@ -42,7 +45,7 @@ class LowWindow:
                 changed.connect(lambda _: self._soon.start())
 
     def follow(self) -> None:
-        """Use the layout for the current height of the window."""
+        """Use the layout that suits the current height of the window."""
         low = self._window.height() < _LOW
         if low == self.low:
             return
@@ -53,7 +56,7 @@ class LowWindow:
         self._name_docks()
 
     def _name_docks(self) -> None:
-        """Hide the titles of docks that are in tabs, because the tabs already show these names."""
+        """In a low window, hide the titles of docks in tabs, which show the same names."""
         for dock in self._docks.values():
             tabbed = not dock.isFloating() and bool(self._window.tabifiedDockWidgets(dock))
             show_title(dock, "low", shown=not (self.low and tabbed))
@@ -62,8 +65,9 @@ class LowWindow:
 def is_seen(dock: QDockWidget) -> bool:
     """True if a dock is visible on the screen.
 
-    Qt also reports a dock behind another tab as visible, but moves it outside the window. The
-    visible region cannot be used either, because the dock's content may cover all of it.
+    `isVisible` is not enough, because Qt also reports a dock behind another tab as visible,
+    although it moves it outside the window. The visible region cannot be used either, because the
+    dock's content may cover all of it.
     """
     within = dock.window().rect().intersects(dock.geometry())
     return dock.isVisible() and (dock.isFloating() or within)
@@ -72,7 +76,7 @@ def is_seen(dock: QDockWidget) -> bool:
 def show_title(dock: QDockWidget, by: str, *, shown: bool) -> None:
     """Show or hide the title of a dock on behalf of the part `by`.
 
-    The title stays hidden as long as any part hides it.
+    The title is visible only if no part hides it.
     """
     before = frozenset(dock.property(_REASONS) or ())
     reasons = before - {by} if shown else before | {by}
@@ -81,6 +85,6 @@ def show_title(dock: QDockWidget, by: str, *, shown: bool) -> None:
     dock.setProperty(_REASONS, sorted(reasons))
     if bool(reasons) != bool(before):
         title = dock.titleBarWidget()
-        dock.setTitleBarWidget(QWidget() if reasons else None)  # type: ignore[arg-type]  # its stubs know no None
+        dock.setTitleBarWidget(QWidget() if reasons else None)  # type: ignore[arg-type]  # the stubs lack None
         if title is not None:
             title.deleteLater()

@@ -1,4 +1,4 @@
-"""The main window: docks, menus and layout. The document and the views do the rest."""
+"""The main window: docks, menus and layout. The document and the views do all other work."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class MainWindow(Parts):
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
         """Build the window.
 
-        `settings_file` is the file in which the settings are saved, or None to save none.
+        The settings are saved in `settings_file`, or not at all if it is None.
         """
         super().__init__()
         self.settings = settings
@@ -93,7 +93,7 @@ class MainWindow(Parts):
             self._publish(self.built[feature.name])
 
     def _publish(self, part: FeatureParts) -> None:
-        """Make the public parts of a feature available as attributes of the window."""
+        """Make the public attributes of a feature available as attributes of the window."""
         for name, built in vars(part).items():
             if not name.startswith("_"):
                 setattr(self, name, built)
@@ -130,7 +130,7 @@ class MainWindow(Parts):
         self.signs = ReviewSigns(self)
 
     def _build_features(self) -> None:
-        """Connect the features, and build the objects that carry out the actions."""
+        """Connect the features, and create the objects that carry out the window's actions."""
         self.presentation = Presentation(self, self.docks, self.viewport, self.timeline)
         for part in self.built.values():
             part.connect(self)
@@ -178,7 +178,7 @@ class MainWindow(Parts):
         )
 
     def _is_guided(self) -> bool:
-        """True if a lesson, an exercise or teaching decides how the figure is drawn."""
+        """True while a lesson, an exercise or the teaching tab decides how the figure is drawn."""
         return self.document.borrowed is not None or self.viewport.drawing.guest is not None
 
     def _keyboard_home(self) -> QWidget:
@@ -198,21 +198,21 @@ class MainWindow(Parts):
         self.files.open_path(path)
 
     def save_quietly(self) -> bool:
-        """Save the review without a message. Returns True if it is on disk."""
+        """Save the review without a message. Return True if it is on disk."""
         return self.files.save_quietly()
 
     def _scheme_changed(self) -> None:  # a method: Qt disconnects it when the window goes
         self.program.colour()
 
     def close_without_asking(self) -> None:
-        """Close without asking. Unsaved decisions stay in the journal."""
+        """Close the window without asking. Unsaved decisions remain in the journal."""
         self._without_asking = True
         self.close()
 
     # -- following the document ---------------------------------------------------------------
 
     def _enable_actions(self) -> None:
-        """Enable the actions that are possible now. If no clip is open, show the start page."""
+        """Enable the actions that are possible now, and show the start page if no clip is open."""
         is_open, has_figure = self.document.data is not None, self.viewport.view is not None
         offer(MENUS, self.actions_by_id, is_open=is_open, has_figure=has_figure)
         self.start_page.setVisible(not is_open)
@@ -226,23 +226,23 @@ class MainWindow(Parts):
         self.usual_layout.follow()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Show floating panels after the window, which would hide them if they came first."""
+        """Show floating panels after the window, because the window would cover them."""
         super().showEvent(event)
         self.usual_layout.window_shown()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Check whether the clip and its lock have changed, if the window has come to the front."""
+        """Check the clip and its lock for changes when the window becomes active."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
             self.document.recovery.look_around()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """Accept dropped files."""
+        """Accept a drag if it contains files."""
         if any(url.isLocalFile() for url in event.mimeData().urls()):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open the first dropped file, or show a video next to the open clip."""
+        """Open the first dropped file. A video is shown next to the open clip."""
         files = [u.toLocalFile() for u in event.mimeData().urls() if u.isLocalFile()]
         if files:
             event.acceptProposedAction()
@@ -251,8 +251,9 @@ class MainWindow(Parts):
                 self.open_path(path)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Finish a running export, ask about unsaved decisions, save the layout, close the
-        views.
+        """Close the window, unless the user cancels this.
+
+        Finish a running export, ask about unsaved decisions, save the layout and close the views.
         """
         self.files.closing = True
         if not self.exporter.finish() or not self.files.may_close(ask=not self._without_asking):

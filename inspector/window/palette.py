@@ -1,4 +1,4 @@
-"""The command palette, which finds any action by part of its name."""
+"""The command palette, which finds any action by a part of its name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ _ROWS = 12
 
 
 class CommandPalette(QDialog):
-    """A search line with a list of matching actions. Enter runs the selected or the first one."""
+    """A search line with a list of matching actions.
+
+    Enter runs the selected action, or the first one if none is selected.
+    """
 
     def __init__(self, actions: Mapping[str, QAction], parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)

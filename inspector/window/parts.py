@@ -1,4 +1,4 @@
-"""The parts of the window that its own actions use."""
+"""The attributes of the window that its own actions use."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from inspector.window.usual_layout import UsualLayout
 
 
 class Parts(HostWindow):
-    """The window as the action rows use it that belong to no feature."""
+    """The window as seen by the action rows that belong to no feature."""
 
     presentation: Presentation
     usual_layout: UsualLayout

@@ -1,4 +1,4 @@
-"""The preferences: the reviewer's name, the first frame's number, and keyboard shortcuts."""
+"""The dialog for the reviewer's name, the number of the first frame, and the shortcuts."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ _FRAME = 60  # pixels for the title bar and a margin at the screen's edges
 
 
 class Preferences(QDialog):
-    """A form for the settings, which change only when the user accepts the form."""
+    """A form for the settings. They change only when the user accepts the form."""
 
     def __init__(
         self, settings: Settings, menus: Menus, ticks: Sequence[Tick], parent: QWidget
     ) -> None:
         """Build the form.
 
-        `ticks` are the check boxes for features' settings that are either on or off.
+        `ticks` are check boxes for those settings of features that are either on or off.
         """
         super().__init__(parent)
         self._settings, self._rows = settings, tuple(rows(menus))

@@ -52,7 +52,7 @@ class Presentation:
         self.escaped = self._escape.activated
 
     def enter(self) -> None:
-        """Start the presentation with large type on the full screen."""
+        """Start the presentation: large type, full screen."""
         if self._layout is not None:
             return
         window = self._window

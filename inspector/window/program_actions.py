@@ -1,4 +1,4 @@
-"""The actions of the program as a whole: theme, preferences, command palette and help."""
+"""The actions for the whole program: theme, preferences, command palette and help."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _ICON = 64  # pixels
 
 @dataclass(eq=False)
 class ProgramActions:
-    """Shows the theme, the preferences, the command palette and the help.
+    """The actions for the theme, the preferences, the command palette and the help.
 
-    `ticks` are the check boxes for the features' settings in the preferences.
+    `ticks` are the check boxes for settings of features in the preferences.
     """
 
     document: Document
@@ -44,28 +44,28 @@ class ProgramActions:
         self.colours = themes.Colours(self.wanted_theme(), self.window)
 
     def choose_theme(self, name: str) -> None:
-        """Use the theme 'system', 'light' or 'dark', and remember it."""
+        """Use the theme 'system', 'light' or 'dark', and save this choice."""
         if name != self.settings.theme:
             self.settings.theme = name
             self.colour()
 
     def colour(self) -> None:
-        """Apply the theme set in the preferences, or the theme of the system."""
+        """Apply the theme that is set in the preferences, or the system's theme."""
         self.apply_theme(self.wanted_theme())
 
     def apply_theme(self, theme: themes.Theme) -> None:
-        """Apply a theme to the application and all views."""
+        """Apply a theme to the application and to all views."""
         app = QApplication.instance()
         assert isinstance(app, QApplication)
         themes.apply_theme(app, theme)
         self.colours.use(theme)
 
     def wanted_theme(self) -> themes.Theme:
-        """Return the theme set in the preferences, or the theme of the system."""
+        """Return the theme that is set in the preferences, or the system's theme."""
         return themes.named_theme(self.settings.theme)
 
     def take_settings(self) -> None:
-        """Apply the reviewer's name, the first frame's number and the keys from the settings."""
+        """Apply the settings for the reviewer's name, the first frame's number and the keys."""
         self.document.sign(self.settings.reviewer)
         self.document.set_first_frame(self.settings.first_frame)
         apply_keys(self.menus, self.actions, self.settings)
@@ -99,7 +99,7 @@ class ProgramActions:
         self._guide = None
 
     def show_about(self) -> None:
-        """Show the version, method, data and licence."""
+        """Show a dialog with the version, the method, the data and the licence."""
         box = QMessageBox(self.window)
         box.setWindowTitle("Twist Inspector")
         box.setIconPixmap(program_icon().pixmap(_ICON))

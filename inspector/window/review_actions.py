@@ -1,4 +1,4 @@
-"""The actions that belong to the review."""
+"""The actions that review intervals."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ from twistcore.review.model import flattened, following, resized
 
 @dataclass(eq=False)
 class ReviewActions:
-    """Decides, moves, inserts and removes intervals, and goes from one interval to the next.
+    """The actions that decide, move, insert and remove intervals, and that step through them.
 
     Attributes
     ----------
     card
-        The card of the selected interval, which also shows reasons.
+        The card of the selected interval, which also shows why nothing was found elsewhere.
     show_card
         Function that brings the card to the front.
     look
         Function that turns the camera so that the roll of the selected limb is best visible.
     sees
-        Function that returns True if this limb is visible.
+        Function that returns True if the selected limb is visible.
     show_status
         Function that shows a sentence in the status bar.
     key
@@ -98,8 +98,8 @@ class ReviewActions:
     def decide(self, decision: Decision) -> None:
         """Set the decision of the selected intervals, and go to the next undecided interval.
 
-        If an interval is outside the visible range, it is only shown, so that the user decides
-        after seeing it.
+        If a selected interval is not visible, no decision is set. The interval is shown first, so
+        that the user decides after seeing it.
         """
         if self._out_of_view():
             return
@@ -109,13 +109,13 @@ class ReviewActions:
             self._arrive(zoom=self.document.interval_id != before)
 
     def undo(self) -> None:
-        """Undo the last step, name it, and show the interval that it changed."""
+        """Undo the last step, show its name, and go to the interval that it changed."""
         if self.document.data is not None:
             step = of_core(self.document.review.undo_text)
             self._retrace(self.document.undo, tr("Undone: {step}", step=step))
 
     def redo(self) -> None:
-        """Redo the last undone step, name it, and show the interval that it changed."""
+        """Redo the last undone step, show its name, and go to the interval that it changed."""
         if self.document.data is not None:
             step = of_core(self.document.review.redo_text)
             self._retrace(self.document.redo, tr("Redone: {step}", step=step))
@@ -161,9 +161,9 @@ class ReviewActions:
         return True
 
     def step_interval(self, direction: int) -> None:
-        """Go to the next undecided interval (+1) or the previous one (−1).
+        """Go to the next undecided interval (+1) or to the previous one (−1).
 
-        If no interval is undecided in that direction, go to the neighbouring interval.
+        If there is no undecided interval in that direction, go to the neighbouring interval.
         """
         if self._report_unexamined():
             return
@@ -180,21 +180,21 @@ class ReviewActions:
         self._arrive(zoom=True)
 
     def _report_unexamined(self) -> bool:
-        """Show a message if nothing was found because no limb could be examined."""
+        """Show a message and return True if there are no intervals because no limb was examined."""
         blind = "" if self.document.intervals else reason_unexamined(self.document.data)
         if blind:
             self.bar.show_message(blind, False)
         return bool(blind)
 
     def begin(self) -> None:
-        """Go to the first undecided interval of a clip that has just been opened."""
+        """Go to the first undecided interval, unless the user has already moved."""
         fresh = self.document.interval is None and self.document.frame == 0
         with self.intervals.going_about() as order:
             if fresh and self.document.step_interval(+1, undecided=True, order=order):
                 self._arrive(zoom=True)
 
     def go_to_worst(self) -> Judged | None:
-        """Go to the worst undecided interval and return it, or None if all are decided."""
+        """Go to the worst undecided interval and return it. Return None if all are decided."""
         document = self.document
         undecided = [j for j in document.intervals if j.decision == Decision.UNDECIDED]
         if not undecided:
@@ -211,7 +211,7 @@ class ReviewActions:
         return any(k in before for k in undecided)
 
     def step_any(self, direction: int) -> None:
-        """Go to the next interval (+1) or the previous one (−1), decided or not."""
+        """Go to the next (+1) or previous (−1) interval, whether it is decided or not."""
         with self.intervals.going_about() as order:
             self.document.step_interval(direction, order=order)
         self._arrive(zoom=True)
@@ -224,7 +224,7 @@ class ReviewActions:
             self.visible.zoom_to_interval()
 
     def _report_end(self) -> None:
-        """Show the next thing to do when every listed interval is decided."""
+        """If every listed interval is decided, show what to do next."""
         intervals, listed = self.document.intervals, set(self.intervals.shown_ids())
         left = [j.id for j in intervals if j.decision == Decision.UNDECIDED]
         if not intervals or listed.intersection(left):
@@ -253,12 +253,12 @@ class ReviewActions:
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def group_errors(self, on: bool) -> None:
-        """Group errors that belong together in the list, or show them singly, and remember this."""
+        """Set whether the list groups errors that belong together, and save this choice."""
         self.settings.group_errors = on
         self.intervals.group_errors(on)
 
     def set_order(self, order: str) -> None:
-        """Visit the intervals by 'worst', 'time' or 'chain', and remember this order."""
+        """Set and save the order of the intervals: 'worst', 'time' or 'chain'."""
         self.settings.order = order
         self.document.set_order(order)
         self.intervals.order_by(order)
@@ -269,7 +269,7 @@ class ReviewActions:
             SureOnes(self.document, self.accept_at_least, self.window).show()
 
     def accept_at_least(self, confidence: float) -> None:
-        """Accept all undecided intervals with at least this confidence in one step."""
+        """Accept all undecided intervals with at least this confidence, as one undo step."""
         document = self.document
         if document.data is not None and document.automatic_ids(confidence):
             document.accept_undecided(confidence)
@@ -281,7 +281,7 @@ class ReviewActions:
             self.bar.show_message(text, False)
 
     def reject_for(self) -> None:
-        """Open the list of reasons, and reject the selected interval for the chosen reason."""
+        """Show the list of reasons, and reject the selected interval for the chosen one."""
         if (judged := self.document.interval) is None:
             self._ask_to_select()
         elif not self._out_of_view():
@@ -311,7 +311,10 @@ class ReviewActions:
             self.bar.show_message(tr("This number cannot be edited for this kind of error."), False)
 
     def play_edge(self, *, other: bool = False) -> None:
-        """Play across the interval's edge nearest to the playhead, or across the other edge."""
+        """Play the frames around the edge of the interval that is nearest to the playhead.
+
+        If `other` is True, play around the other edge.
+        """
         if not self.player.play_edge(other=other):
             self._ask_to_select()
 
@@ -346,7 +349,7 @@ class ReviewActions:
             self.document.edit(judged.id, flattened(judged.interval))
 
     def make_following(self) -> None:
-        """Give the selected interval offsets that make the corrected twist linear over time."""
+        """Give the selected interval the offsets that make the corrected twist linear over time."""
         judged = self.document.interval
         if judged and judged.interval.kind.info.repairer:
             self.bar.show_message(
@@ -359,7 +362,7 @@ class ReviewActions:
     def turn_end(self) -> None:
         """Switch the part below the selected interval between kept and carried along.
 
-        This is the hand or foot of a flip, or the joints below a stretch.
+        This part is the hand or foot of a flip, or the joints below a stretch.
         """
         judged = self.document.interval
         if judged is None or not judged.interval.kind.info.below:
@@ -372,25 +375,27 @@ class ReviewActions:
             self.document.edit(judged.id, edited)
 
     def insert_interval(self) -> None:
-        """Insert an interval at the suspicious moment at the playhead or, without one, around
-        it.
+        """Insert an interval at the playhead.
+
+        If the playhead is in a suspicious moment found by `next_faint`, insert that as the
+        interval.
         """
         chain, frame, faint = self.document.chain, self.document.frame, self._faint
         there = faint and faint.chain == chain and faint.start <= frame < faint.stop
         self.document.insert_interval(frame, faint if there else None)
 
     def remove_interval(self) -> None:
-        """Remove the selected interval if it was inserted by hand."""
+        """Remove the selected interval."""
         if judged := self.document.interval:
             self.document.do(Remove(judged.id))
 
     # -- missed errors --------------------------------------------------------------------------
 
     def next_faint(self) -> None:
-        """Go to the next suspicious moment, where an error may have been missed.
+        """Go to the next suspicious moment, where the detector may have missed an error.
 
-        Such a moment is a candidate whose strength is between half of τ and τ, or a peak above τ
-        without another cause.
+        Such a moment is a candidate with a strength between half of τ and τ, or a peak above τ
+        without any other cause.
         """
         document = self.document
         if (data := document.data) is None:
@@ -437,7 +442,7 @@ class ReviewActions:
         )
 
     def why_not(self) -> None:
-        """Show why nothing is found at the playhead or at the peak above τ next to it."""
+        """Explain why nothing was found at the playhead, or at the peak above τ next to it."""
         document, frame = self.document, self.document.frame
         if document.data is not None and document.data.blind:
             document.answered.emit(BLIND)
@@ -447,7 +452,10 @@ class ReviewActions:
             document.answered.emit(reason_sentence(document, reason))
 
     def answer(self, text: str) -> None:
-        """Show until the playhead moves why nothing was found, unless the card shows it."""
+        """Show a text about why nothing was found, unless the card already shows it.
+
+        The text disappears when the playhead moves.
+        """
         self._withdraw()
         if not self.card.says(text):
             self._answer = text
@@ -459,7 +467,7 @@ class ReviewActions:
             self._answer = ""
 
     def go_to_frame(self) -> None:
-        """Ask for the number of a frame, and go there."""
+        """Ask for the number of a frame, and go to this frame."""
         if not self.document.frames:
             return
         first = self.document.first_frame
@@ -476,7 +484,7 @@ def _first_frame(moment: Interval | Reason) -> int:
 
 
 def _count_explained(past: Sequence[Reason]) -> str:
-    """Return a sentence with the number of harmless peaks above τ, or '' for none."""
+    """Return a sentence with the number of harmless peaks above τ, or '' if there are none."""
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)
@@ -497,7 +505,7 @@ def _count_explained(past: Sequence[Reason]) -> str:
 
 
 def faint_intervals(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
-    """Return the intervals that the detector finds between half of τ and τ.
+    """Return the intervals that the detector finds only with a τ between half of τ and τ.
 
     Intervals that overlap an interval of the review are left out.
     """

@@ -39,7 +39,7 @@ class Reviewing(FeatureParts):
         return scrolled(column)
 
     def connect(self, window: HostWindow) -> None:
-        """Build the actions of the review, and connect them with the list and the card."""
+        """Build the actions of the review, and connect the list and the card to them."""
         actions, visible, queue = window.actions_by_id, window.timeline.visible, window.part(folder)
         native = QKeySequence.SequenceFormat.NativeText
         self.review_actions = ReviewActions(

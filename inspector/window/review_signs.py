@@ -1,4 +1,4 @@
-"""Show the state of the review in the window's title, in undo and redo, and the status bar."""
+"""The display of the review's state in the title, in undo and redo, and in the status bar."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twistcore.review import Decision
 
 
 class ReviewSigns:
-    """Shows the state of the review in the title, in undo and redo, and in the status bar."""
+    """Show the state of the review in the title, in undo and redo, and in the status bar."""
 
     def __init__(self, window: HostWindow) -> None:
         self._window = window

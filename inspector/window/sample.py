@@ -1,4 +1,4 @@
-"""Open the user's own copy of the sample at its worst interval, and describe the error there."""
+"""Open a copy of the sample clip at its worst interval, and describe the error there."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def open_sample(parts: Parts) -> None:
 
 
 def own_copy(bundled: Path) -> Path:
-    """Return the copy of a bundled clip in the user's documents, made by the first call.
+    """Return the path of a bundled clip's copy in the user's documents, and create it if needed.
 
-    A file with other content keeps its name, and the copy gets the next free one. If the documents
-    cannot be written, the bundled clip itself is returned.
+    A file with the same name and other content is not changed, and the copy gets the next free
+    name. If the folder cannot be written, the path of the bundled clip is returned.
     """
     folder = own_folder(platformdirs.user_documents_path) / _FOLDER
     try:

@@ -1,4 +1,4 @@
-"""Save the session on request, automatically, and before another clip is opened."""
+"""Saving of the session: on request, automatically, and before another clip is opened."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _AUTOSAVE_MS = 60_000  # after the last step
 
 @dataclass(eq=False, kw_only=True)
 class Saving:
-    """Saves decisions or leaves them in the journal, without a modal dialog during a review.
+    """Save decisions or leave them in the journal, without a modal dialog during a review.
 
-    `tell_saved` is called when the session is on disk.
+    `tell_saved` is a function that is called when the session is on disk.
     """
 
     window: HostWindow
@@ -57,7 +57,7 @@ class Saving:
         )
 
     def save_session(self, path: Path | None = None) -> bool:
-        """Write the session to `path` or next to the clip. Returns True if it is on disk."""
+        """Write the session to `path` or next to the clip. Return True if it is on disk."""
         self.detail.commit()
         if self._is_borrowed():
             return False
@@ -78,7 +78,7 @@ class Saving:
         return saved
 
     def _is_borrowed(self) -> bool:
-        """True, after a message, if the clip is borrowed, so that its session must not be saved."""
+        """Show a message and return True if the clip is borrowed, so that it gets no session."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -86,7 +86,10 @@ class Saving:
     # -- leaving a clip -----------------------------------------------------------------------
 
     def leave(self, then: Callable[[], object]) -> None:
-        """Call `then` when unsaved decisions are saved or in the journal. No dialog is modal."""
+        """Save unsaved decisions, or leave them in the journal, and then call `then`.
+
+        If the user must be asked, the question is not modal.
+        """
         self.lessons.hidden_errors.before_leaving(partial(self._leave, then))
 
     def _leave(self, then: Callable[[], object]) -> None:
@@ -126,21 +129,21 @@ class Saving:
         self.bar.ask(text, (*here, elsewhere, without))
 
     def _is_kept(self) -> bool:
-        """True if the review is saved, or if the clip is borrowed and so need not be saved."""
+        """True if the review is saved, or if it need not be saved because the clip is borrowed."""
         return self.document.review.saved or self.document.borrowed is not None
 
     def save_quietly(self) -> bool:
-        """Save without a message, except for errors. Returns True if the session is on disk.
+        """Save without a message, except for errors. Return True if the session is on disk.
 
-        Nothing is saved for a borrowed clip, nor for a clip shipped with the program, which must
-        look new to the next user; their decisions stay in the journal.
+        Nothing is saved for a borrowed clip, or for a clip shipped with the program, which must
+        look new to the next user. The decisions for these clips remain in the journal.
         """
         saved, trouble = self._save()
         self._report(trouble)
         return saved
 
     def _save(self) -> tuple[bool, str]:
-        """Save if possible. Returns True if the session is on disk, and an error message."""
+        """Save if possible. Return whether the session is on disk, and an error message or ''."""
         data = self.document.data
         bundled = data is not None and ASSETS in data.clip.path.parents
         if bundled or self.document.borrowed is not None:
@@ -156,7 +159,7 @@ class Saving:
             self.bar.show_message(trouble, True)
 
     def _report_later(self, trouble: str) -> None:
-        """Show the error message when the next clip is open, because opening clears the bar."""
+        """Show an error message after the next clip is opened, because opening clears messages."""
         opener = self.document.opener
         if not (trouble and opener.busy):
             self._report(trouble)
@@ -178,7 +181,10 @@ class Saving:
             self.save_quietly()
 
     def may_close(self, *, ask: bool = True) -> bool:
-        """True if unsaved decisions are saved, discarded by the user, or in the journal."""
+        """True if unsaved decisions are saved, discarded by the user, or in the journal.
+
+        With `ask`, the user is asked if necessary.
+        """
         waits = self.lessons.hidden_errors.not_handed_in if ask else ""
         if waits and not self._closes_without_handing_in(waits):
             return False
@@ -190,7 +196,7 @@ class Saving:
         if self.settings.autosave:
             saved, trouble = self._save()
             if saved:
-                return True  # other messages need no action by the person
+                return True  # other messages do not require an action by the user
             if self.document.keeper.journal.on_disk and not self.document.keeper.read_only:
                 return not trouble or self._closes_unsaved(trouble)
         if self.document.keeper.read_only:
@@ -210,7 +216,10 @@ class Saving:
         return answer == button.Discard
 
     def _closes_without_handing_in(self, text: str) -> bool:
-        """Ask whether to hand in the decisions to a class; the window closes after handing in."""
+        """Ask whether to hand in the decisions to a class. Return True to close now.
+
+        If the user chooses to hand in, the window closes afterwards.
+        """
         button = QMessageBox.StandardButton
         answer = self._ask_to_close(text, tr("Hand in…"), tr("Close without handing in"))
         if answer == button.Save:
@@ -219,7 +228,10 @@ class Saving:
         return answer == button.Discard
 
     def _closes_read_only(self, text: str) -> bool:
-        """Ask whether to save decisions elsewhere, because another window has the session."""
+        """Ask whether to save decisions elsewhere, because another window has locked the session.
+
+        Return True to close the window.
+        """
         button = QMessageBox.StandardButton
         answer = self._ask_to_close(text, tr("Save elsewhere…"), tr("Close without saving"))
         if answer == button.Save:
@@ -229,7 +241,10 @@ class Saving:
         return answer == button.Discard
 
     def _ask_to_close(self, text: str, save: str, close: str) -> int:
-        """Ask with the buttons Save and Discard, under these names, and Cancel."""
+        """Ask a question, and return the chosen button: Save, Discard or Cancel.
+
+        `save` and `close` are the texts of Save and Discard.
+        """
         button = QMessageBox.StandardButton
         buttons = button.Save | button.Discard | button.Cancel
         box = QMessageBox(QMessageBox.Icon.Question, "Twist Inspector", text, buttons, self.window)
@@ -243,7 +258,7 @@ class Saving:
     def _closes_unsaved(self, trouble: str) -> bool:
         """Show that the session cannot be written.
 
-        Returns True if the window should close anyway.
+        Return True if the window should close anyway.
         """
         button = QMessageBox.StandardButton
         later = tr("You can restore the decisions when you start the program again.")
@@ -258,5 +273,5 @@ def _unsaved_text(clip: str) -> str:
 
 
 def _named_session(path: Path) -> Path:
-    """Return the path with the file suffix of sessions."""
+    """Return the path with the suffix of session files."""
     return path if is_session(path) else path.with_name(path.name + SESSION_SUFFIX)

@@ -1,6 +1,6 @@
-"""Write changed settings to disk within a second, so that they survive a crash.
+"""Saving of changed settings within a second, so that they survive a crash.
 
-It also remembers how the figure is drawn for each kind of error.
+This module also saves how the figure is drawn for each kind of error.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _LOOKS = "skin", "side_by_side"
 
 
 class KeptLooks(QObject):
-    """Draws the figure as the person chose for the kind of the selected interval."""
+    """Draw the figure in the way that the user has chosen for the selected kind of error."""
 
     def __init__(
         self,
@@ -31,7 +31,10 @@ class KeptLooks(QObject):
         is_busy: Callable[[], bool],
         parent: QObject,
     ) -> None:
-        """Show the last choice. `is_busy` is True while something else decides how it is drawn."""
+        """Restore the last choice.
+
+        `is_busy` is a function that returns True while something else decides how to draw.
+        """
         super().__init__(parent)
         self._document, self._settings, self._is_busy = document, settings, is_busy
         self._actions = {look: actions[look] for look in _LOOKS}
@@ -58,7 +61,7 @@ class KeptLooks(QObject):
 
 
 class SettingsKeeper(QObject):
-    """Checks the settings regularly, and writes the changed ones."""
+    """Check the settings regularly, and write the changed ones to disk."""
 
     def __init__(
         self,
@@ -78,7 +81,7 @@ class SettingsKeeper(QObject):
             Function that returns the geometry and layout of the window, or None while they must not
             be saved.
         tell
-            Function that shows a message, called once if writing fails.
+            Function that shows a message. It is called once if writing fails.
         """
         super().__init__(parent)
         self._settings, self._path, self._look, self._tell = settings, path, look, tell
@@ -110,7 +113,7 @@ class SettingsKeeper(QObject):
         self._began = True
 
     def write(self) -> str:
-        """Write the changed settings. Returns an error message, or '' on success."""
+        """Write the changed settings. Return an error message, or '' on success."""
         if self._path is None or self._settings == self._written:
             return ""
         trouble = save_changes(self._path, self._settings, self._written)
@@ -122,7 +125,7 @@ class SettingsKeeper(QObject):
         return trouble
 
     def end(self) -> str:
-        """Write for the last time, because the window closes. Returns an error message, or ''."""
+        """Write the settings when the window closes. Return an error message, or '' on success."""
         self._timer.stop()
         self._note_layout()
         self._tell = lambda _: None

@@ -1,4 +1,4 @@
-"""The toolbar: the most frequent actions as an icon and, if there is room, a word."""
+"""The toolbar, which shows the most frequent actions as icons and, if they fit, with labels."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MARGIN = 2  # pixels around the buttons; the style has more
 
 
 class ToolBar(QToolBar):
-    """Actions as buttons whose words are hidden in a narrow window."""
+    """The actions as buttons. In a narrow window, the labels of some are hidden."""
 
     def __init__(self, menus: Menus, actions: Mapping[str, QAction], colours: Colours) -> None:
         super().__init__(tr("Tools"))
@@ -48,14 +48,14 @@ class ToolBar(QToolBar):
                 action.setIconVisibleInMenu(not action.isCheckable())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show as many words as fit."""
+        """Show as many labels as fit into the new width."""
         super().resizeEvent(event)
         if event.size().width() != self._fitted:
             self._fitted = event.size().width()
             self._fit()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Show as many labels as fit after a change of the font or style, and keep the margins."""
+        """Show as many labels as fit with a new font or style, and restore the margins."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.StyleChange and (layout := self.layout()) is not None:
             layout.setContentsMargins(*4 * (_MARGIN,))

@@ -1,4 +1,4 @@
-"""The window's layout: the initial one, the one from the last run, and resetting it."""
+"""The window's layout: the initial one, the one of the last run, and a reset."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class _Size:
     share, largest
         Shares of the window's width or height: the usual share, and the largest share.
     least, most
-        Limits in pixels. In a small window, `largest` comes before `least`.
+        Limits in pixels. In a small window, `largest` takes precedence over `least`.
     """
 
     share: float
@@ -66,9 +66,10 @@ _SIDES = _Area.LeftDockWidgetArea, _Area.RightDockWidgetArea
 
 
 def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
-    """Return `panel`, moved so that it does not cover `taken` and stays in `room`, if possible.
+    """Return `panel`, moved so that it does not cover `taken`.
 
-    The shortest way below, above, to the right or to the left is chosen.
+    It is moved by the shortest distance below, above, to the right or to the left that stays inside
+    `room`. If there is none, `panel` is not moved.
     """
     if not panel.intersects(taken):
         return panel
@@ -87,7 +88,7 @@ def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
 
 
 class UsualLayout(QObject):
-    """Places the docks, and keeps at least a third of the window's width for the 3D view."""
+    """Arrange the docks, and reserve at least a third of the window's width for the 3D view."""
 
     def __init__(
         self,
@@ -99,8 +100,8 @@ class UsualLayout(QObject):
         """Prepare the layout.
 
         `docks` are the docks in their initial positions, keyed by object name. `controls` are the
-        controls below the figure, which no floating panel may initially cover. For `compact`, see
-        :class:`LowWindow`.
+        controls below the figure, which floating panels must not cover initially. `compact` are the
+        parts that have a layout for low windows, see :class:`LowWindow`.
         """
         super().__init__(window)
         self._window, self._docks, self._controls = window, docks, controls
@@ -149,7 +150,7 @@ class UsualLayout(QObject):
             dock.hide()
 
     def window_shown(self) -> None:
-        """Show floating panels after the window, which would hide them if they came first."""
+        """Show floating panels after the window, because the window would cover them."""
         if self._restored:
             self._make_usable()
             pairs = zip(self._sizes(), self._fitting(), strict=True)
@@ -168,7 +169,7 @@ class UsualLayout(QObject):
         self._double_clicked = False
 
     def _clear_of_controls(self, dock: QDockWidget) -> None:
-        """Move a floating panel away from the controls below the figure, if there is room."""
+        """Move a floating panel so that it does not cover the controls below the figure."""
         if not dock.isFloating():
             return
         taken = QRect(self._controls.mapToGlobal(QPoint(0, 0)), self._controls.size())
@@ -176,7 +177,7 @@ class UsualLayout(QObject):
         dock.move(clear_of(dock.frameGeometry(), taken, room).topLeft())
 
     def _make_usable(self) -> None:
-        """Clamp the sizes of restored panels, which may come from another screen."""
+        """Limit the sizes of restored panels, which may come from another screen."""
         window = self._window
         for dock in self._docks.values():
             if dock.isFloating() or not is_seen(dock):
@@ -193,7 +194,7 @@ class UsualLayout(QObject):
     def kept(self, geometry: str) -> tuple[str, str] | None:
         """Return geometry and layout for `restore`, or None while the window is not visible.
 
-        `geometry` is the geometry that the window had before it filled the screen.
+        `geometry` is the window's geometry before it was in full screen.
         """
         window = self._window
         if not window.isVisible() or window.isMinimized():
@@ -203,7 +204,7 @@ class UsualLayout(QObject):
         return of_window, bytes(layout.toHex().data()).decode()
 
     def fit(self) -> None:
-        """Give the panels the sizes that suit the current size of the window."""
+        """Set the sizes of the panels to suit the current size of the window."""
         self._low.follow()
         window, docks = self._window, self._docks
         across, upright = Qt.Orientation.Horizontal, Qt.Orientation.Vertical
@@ -215,13 +216,13 @@ class UsualLayout(QObject):
         self._column_laid.start()  # and again with its height in the new layout
 
     def _fit_clips(self, shown: bool) -> None:
-        """Give the list of clips its width, if it is shown and nobody has sized the panels."""
+        """Set the width of the visible list of clips, unless the user has sized the panels."""
         if shown and not self._by_hand and not self._restored:
             size = _CLIPS.of(self._window.width())
             self._window.resizeDocks([self._docks["clips"]], [size], Qt.Orientation.Horizontal)
 
     def _divide_column(self, chains: int | None = None) -> None:
-        """Give the chains their height, and the lists above them the rest of the column."""
+        """Set the height of the chains. The lists above them get the rest of the column."""
         parts = [self._docks["intervals"], self._docks["chains"]]
         areas = {self._window.dockWidgetArea(part) for part in parts}
         together = len(areas) == 1 and not any(part.isFloating() for part in parts)
@@ -241,14 +242,14 @@ class UsualLayout(QObject):
             self.fit()
 
     def reset(self) -> None:
-        """Put every panel back to its initial position and visibility."""
+        """Reset every panel to its initial position, visibility and size."""
         self._window.restoreState(self._usual)
         self._by_hand = False
         self._docks["intervals"].raise_()
         self.fit()
 
     def _fitting(self) -> tuple[int, ...]:
-        """Return the sizes that suit the window, in the order of `_sizes`."""
+        """Return the sizes of panels that suit the window, in the order of `_sizes`."""
         wide, high = self._window.width(), self._window.height()
         least = round(_LOW_CURVES * high)
         curves = least if self._low.low else _CURVES.of(high)
@@ -258,11 +259,11 @@ class UsualLayout(QObject):
 
     @property
     def _complete(self) -> bool:
-        """True if no panel is hidden, as it is during a presentation."""
+        """True if all sized panels are visible. In a presentation, they are not."""
         return not any(self._docks[name].isHidden() for name, _ in _SIZED)
 
     def _dragged_sizes(self) -> tuple[int, ...]:
-        """Return all sizes that a person can change by dragging a border."""
+        """Return all sizes that the user can change by dragging a border, in pixels."""
         return *self._sizes(), self._docks["clips"].width()
 
     def _sizes(self) -> tuple[int, ...]:

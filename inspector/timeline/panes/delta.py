@@ -1,4 +1,4 @@
-"""The pane of Δθp and Δθc, a chain's changes per frame."""
+"""The pane of Δθp and Δθc, the changes of a chain's angles from frame to frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pane of the strength that is compared with τ or, for a limb, the jump of its swivel."""
+"""The pane of the strength, which is compared with τ. For a limb, it shows the swivel's jumps."""
 
 from __future__ import annotations
 
@@ -37,9 +37,10 @@ def _draw(curves: Curves, pane: Pane) -> None:
 
 
 def _soft_size(curves: Curves) -> Array:
-    """Return |δ| of the soft intervals in degrees, (frames,), NaN elsewhere.
+    """Return |δ| of the soft intervals in degrees, (frames,), NaN in other frames.
 
-    A soft error has no jump. Its strength is the largest |δ|, which τ is compared with.
+    A soft error has no jump, so its strength is the maximum of |δ|. τ is compared with this
+    maximum.
     """
     size = np.full(curves.document.frames, np.nan)
     for judged in curves.document.review.state.of_chain(curves.document.chain):
@@ -49,7 +50,7 @@ def _soft_size(curves: Curves) -> Array:
 
 
 def _soft_title(curves: Curves, frame: int) -> Title:
-    """Return |δ| at a frame of a soft interval and its maximum, or nothing elsewhere."""
+    """Return the title for a frame in a soft interval: |δ| and its maximum, or an empty list."""
     for judged in curves.document.review.state.of_chain(curves.document.chain):
         interval = judged.interval
         if interval.start <= frame < interval.stop and is_soft(interval):

@@ -1,4 +1,4 @@
-"""The pane of the twist θp and the azimuth θc or, for a limb, its swivel."""
+"""The pane of the twist θp and the azimuth θc. For a limb, it shows the swivel."""
 
 from __future__ import annotations
 
@@ -78,7 +78,10 @@ def _describe(curves: Curves, frame: int) -> Title:
 
 
 def _height(curves: Curves, name: str, angle: float) -> float:
-    """Return the height at which to draw an angle, in degrees, in the same turn as its curve."""
+    """Return the height at which to draw an angle, in degrees, in the same turn as its curve.
+
+    The curves of a chain are drawn within half a turn of their centre.
+    """
     if not isinstance(curves, ChainCurves):
         return float(np.degrees(angle))
     y, _ = degrees_about(np.array([angle]), curves.centres[name[-1]])
