@@ -28,6 +28,7 @@ from inspector.widgets.labels import as_entry, as_tip
 from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
+from inspector.window.scene_files import SCENE_PATTERNS, SceneFiles
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.formats.reading import CLIP_PATTERNS
 from twistcore.review import ReviewState
@@ -62,6 +63,7 @@ class FileActions(Saving):
         super().__post_init__()
         self.exporter, self.clips_dock = self.window.exporter, self.window.docks["clips"]
         self.cancel = self.window.actions_by_id["cancel_opening"]  # while something is being opened
+        self._scenes = SceneFiles(self.bar.show_message, self.open_path, self.window)
         self._first = QTimer(self.window, singleShot=True, interval=_FIRST_MS)
         self._first.timeout.connect(self._queue_changed)
         opener, recovery = self.document.opener, self.document.recovery
@@ -83,10 +85,10 @@ class FileActions(Saving):
     # -- opening ------------------------------------------------------------------------------
 
     def open_path(self, path: Path) -> None:
-        """Open a clip, a session or a folder."""
+        """Open a clip, a session, a folder, or a scene that Blender converts to a clip."""
         if path.is_dir():
             self.open_queue(path)
-        else:
+        elif not self._scenes.take(path):
             self._wait_for_first = False
             self.leave(lambda: self._open(self.queue.listed(path)))
 
@@ -98,7 +100,9 @@ class FileActions(Saving):
 
     def open_dialog(self) -> None:
         """Let the user choose a file and open it."""
-        patterns = tr("Motion and sessions") + f" ({CLIP_PATTERNS} {SESSION_PATTERNS})"
+        patterns = (
+            tr("Motion and sessions") + f" ({CLIP_PATTERNS} {SESSION_PATTERNS} {SCENE_PATTERNS})"
+        )
         pattern = f"{patterns};;" + tr("All files") + " (*)"
         ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
 

@@ -16,7 +16,8 @@ from tests.twistcore.blender import BLENDER, blender, needs_blender
 from tests.twistcore.scene_rigs import random_rotations
 from tests.twistcore.test_cli import run
 from twistcore.errors import TwistError
-from twistcore.formats.blender import Handover, converted, find_blender
+from twistcore.formats.blender import Handover, find_blender
+from twistcore.formats.blender.scene_motion import converted
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import conjugate, geodesic_angle, matrix_from_quaternion, multiply

@@ -54,8 +54,8 @@ def add_convert(parser: argparse.ArgumentParser) -> None:
 
 def convert_command(arguments: argparse.Namespace) -> int:
     """Write the BVH and return the exit code."""
-    from twistcore.formats import blender as scenes  # scipy.spatial
-    from twistcore.formats.bvh import write_motion
+    from twistcore.formats import blender as scenes
+    from twistcore.formats.blender.scene_motion import write_as_bvh  # scipy.spatial
 
     source, output = arguments.scene, arguments.output
     unit = scenes.SUFFIXES.get(source.suffix.lower())
@@ -65,19 +65,16 @@ def convert_command(arguments: argparse.Namespace) -> int:
         raise TwistError(f"{output}: expected a name that ends in .bvh")
     refuse_overwrite([output], [source])
     unit = arguments.unit or unit
-    scene = scenes.read_scene(
+    scene, found = write_as_bvh(
         source,
+        output,
         scenes.find_blender(arguments.blender),
+        unit=unit,
         take=arguments.take,
         figure=arguments.armature,
         fps=arguments.fps,
         time_limit=arguments.time_limit or scenes.TIME_LIMIT,
     )
-    try:
-        found = scenes.converted(scene, unit)
-    except TwistError as error:
-        raise TwistError(f"{source}: {error}") from None
-    write_motion(found.motion, output)
     take = f", take {scene.take}" if scene.take else ""
     remark(
         f"{output}: {found.motion.frames} frames at {found.motion.fps:g} fps, "

@@ -14,11 +14,12 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,10 @@ from twistcore.work.with_parent import bound
 
 VARIABLE = "TWIST_BLENDER"
 TIME_LIMIT = 600.0  # default time limit for Blender, in seconds
+# Metres per unit. Nearly all programs write FBX in centimetres; glTF is always in metres.
+SUFFIXES: Mapping[str, float] = MappingProxyType(
+    {".fbx": 0.01, ".glb": 1.0, ".gltf": 1.0, ".blend": 1.0}
+)
 _NEEDED = (
     "Blender was not found: install it so that `blender` is on the path, or name it (or a Python "
     f"with the module bpy) with --blender or the environment variable {VARIABLE}"

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from twistcore.errors import TwistError
-from twistcore.formats.blender.process import Handover
+from twistcore.formats.blender.process import SUFFIXES, TIME_LIMIT, Handover, read_scene
+from twistcore.formats.bvh import write_motion
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate
 
-# Metres per unit. Nearly all programs write FBX in centimetres; glTF is always in metres.
-SUFFIXES: Mapping[str, float] = MappingProxyType(
-    {".fbx": 0.01, ".glb": 1.0, ".gltf": 1.0, ".blend": 1.0}
-)
 _UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # Z up to Y up
 _STRETCHED = 1e-3
 _MOVED = 1e-5  # share of the height; a bone that moves farther gets position channels
@@ -30,6 +26,32 @@ class Converted:
 
     motion: Motion
     notes: tuple[str, ...]
+
+
+def write_as_bvh(
+    source: Path,
+    output: Path,
+    blender: str,
+    *,
+    unit: float | None = None,
+    take: str | None = None,
+    figure: str | None = None,
+    fps: float | None = None,
+    time_limit: float = TIME_LIMIT,
+) -> tuple[Handover, Converted]:
+    """Read a scene with Blender and write its skeleton's motion as a BVH.
+
+    `unit` is the length of one unit of the BVH in metres; by default it depends on the format. The
+    other parameters are those of :func:`read_scene`. Returns the scene and its motion. Raises
+    TwistError if the scene cannot be read or converted.
+    """
+    scene = read_scene(source, blender, take=take, figure=figure, fps=fps, time_limit=time_limit)
+    try:
+        found = converted(scene, unit or SUFFIXES[source.suffix.lower()])
+    except TwistError as error:
+        raise TwistError(f"{source}: {error}") from None
+    write_motion(found.motion, output)
+    return scene, found
 
 
 def converted(scene: Handover, unit: float) -> Converted:
