@@ -28,9 +28,8 @@ from inspector.widgets.labels import as_entry, as_tip
 from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
-from inspector.window.scene_files import SCENE_PATTERNS, SceneFiles
+from inspector.window.scene_files import MOTION_PATTERNS, SceneFiles
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
-from twistcore.formats.reading import CLIP_PATTERNS
 from twistcore.review import ReviewState
 from twistcore.tuning import Profile
 
@@ -100,9 +99,7 @@ class FileActions(Saving):
 
     def open_dialog(self) -> None:
         """Let the user choose a file and open it."""
-        patterns = (
-            tr("Motion and sessions") + f" ({CLIP_PATTERNS} {SESSION_PATTERNS} {SCENE_PATTERNS})"
-        )
+        patterns = tr("Motion and sessions") + f" ({MOTION_PATTERNS} {SESSION_PATTERNS})"
         pattern = f"{patterns};;" + tr("All files") + " (*)"
         ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
 

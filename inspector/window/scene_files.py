@@ -12,9 +12,10 @@ from inspector.language import of_core, tr
 from inspector.widgets.background import OneTask
 from twistcore.errors import TwistError
 from twistcore.formats.blender import SUFFIXES, find_blender
+from twistcore.formats.reading import CLIP_PATTERNS
 from twistcore.work.progress import Tell
 
-SCENE_PATTERNS = " ".join(f"*{suffix}" for suffix in SUFFIXES)
+MOTION_PATTERNS = " ".join((CLIP_PATTERNS, *(f"*{suffix}" for suffix in SUFFIXES)))
 Message = Callable[[str, bool], object]
 
 
