@@ -40,10 +40,9 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 
 @dataclass(frozen=True)
 class SmoothedSpan:
-    """Frames [start, stop) in which gaps of a joint were filled or a joint was smoothed.
+    """Frames [start, stop) in which gaps of a joint were filled or the joint was smoothed.
 
-    `times` is the factor by which its fine movement is smaller than in nearly all the rest of the
-    clip.
+    `times` is the factor by which its fine movement is below nearly all the rest of the clip.
     """
 
     joint: int

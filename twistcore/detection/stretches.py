@@ -117,7 +117,7 @@ def usual_roll(motion: Motion, chains: Sequence[Chain], joint: int) -> float | N
 def _expected(
     motion: Motion, owner: Mapping[int, Chain], joint: int, levels: Sequence[_Level]
 ) -> tuple[float | None, bool]:
-    """Return the roll that a joint should have, in radians, and True if it follows from the rest
+    """Return the expected roll of a joint, in radians or None, and True if it is near the rest
     pose.
     """
     usual = _usual(levels)

@@ -218,8 +218,9 @@ def _steps(rotations: Array) -> Array:
 
 
 def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
-    """Return the lowest median of a frame's block and both adjacent blocks for each joint, (n,
-    k).
+    """Return the usual deviation of each joint from its pace near the given frames, (n, joints).
+
+    This is the median over the block of `width` frames that contains the frame.
     """
     blocks = max(len(off) // width, 1)
     wanted = np.unique(np.clip(frames[:, None] // width + np.arange(-1, 2), 0, blocks - 1))

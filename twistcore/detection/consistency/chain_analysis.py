@@ -104,7 +104,8 @@ class ChainAnalysis:
     def strength(self) -> Array:
         """Return the strength of the chain, which is compared with τ, in radians, (frames,).
 
-        The strength is |d| at events, at least |jump| at the peak of an edge, and 0 elsewhere.
+        The strength is |d| in frames with an event, at least |jump| at the peak of an edge, and 0
+        in all other frames.
         """
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
@@ -241,8 +242,7 @@ class ConsistencyAnalysis:
         return map(self.with_evidence, found)
 
     def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
-        """Return the interval with its confidence limited by the evidence, and True if it is
-        motion.
+        """Return the interval with its confidence limited by the evidence, and True for motion.
 
         For a straight limb, the course of the error over time is usually the only evidence. The
         course is enough if both bones turn at the ends of the error and there is no noise.

@@ -171,7 +171,7 @@ class _Runs:
     Attributes
     ----------
     captured, predicted, sigma, rarer
-        For each joint, shape (2, length + 1, runs).
+        The values of :class:`_Line` for the joints of each run, shape (2, length + 1, runs).
     down, up
         Functions for the effects of an error on the chains below and above.
     """
@@ -184,10 +184,10 @@ class _Runs:
     rarer: Array
 
     def solved(self, tip_first: bool) -> tuple[Array, Array]:
-        """Return the increments without the effects of the errors, and the cost of the residuals,
-        (runs,).
+        """Return the increments without the effects of the errors, and the cost of the residuals.
 
-        The iteration begins at the tip of the limb if `tip_first` is True, at its root if not.
+        The cost has the shape (runs,). The iteration begins at the tip of the limb if `tip_first`
+        is True, and at its root if not.
         """
         d = self._errors(tip_first)
         trial = self.captured.copy()

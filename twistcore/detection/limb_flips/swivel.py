@@ -22,7 +22,8 @@ _LARGE = np.radians(90.0)  # larger turns may take two frames
 
 @dataclass(frozen=True, eq=False)
 class Swivel:
-    """The swivel of a limb, about the line from P to E.
+    """The swivel of a limb about the line from its first joint P to its end E. C is the middle
+    joint.
 
     Angles are in radians, and lengths are fractions of the limb's length. `line`, `child` and `end`
     are in world space.
@@ -132,11 +133,11 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 
 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
-    """Return the turn of a limb between frames, (n,), and a mask that is True where the measures
-    agree.
+    """Return the turn of a limb between frames, (n,), and a mask of the frames with agreement.
 
     `before` and `after` each consist of P's rotation and the rotation of the bone before E, both
-    (n, 4), the line and C's offset from it, both (n, 3), and the height of C, (n,).
+    (n, 4), the line and C's offset from it, both (n, 3), and the height of C, (n,). The mask is
+    True if these measures agree.
     """
     upper, lower, line, aside, height = after
     way = _least_turn(before[2], line)
