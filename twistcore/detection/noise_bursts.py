@@ -183,7 +183,7 @@ def noise_level(turns: Array, fps: float) -> Array:
     size, far = ((v**2).sum(axis=1) for v in (change, turns))
     if not _often(size > 0.99 * _MIDDLE * _LEAST**2, width):
         return none
-    # Medians, so that one or two jumps are not mistaken for noise.
+    # Use medians, so that one or two jumps are not mistaken for noise.
     changes, moves = (running_medians(v, width) for v in (size, far))
     sigma = np.sqrt(changes / _MIDDLE)
     against = np.zeros(frames)

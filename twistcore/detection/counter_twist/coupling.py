@@ -40,8 +40,7 @@ _BLOCK = 1 << 16  # chains times frames in a block, so that memory does not grow
 
 
 def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> Array:
-    """Return the increments x and y at frames `t` without the effects of errors in neighbouring
-    chains.
+    """Return the increments x and y at frames `t` without the effects of neighbours' errors.
 
     `signals`, `predicted`, `sigma` and the result are in radians and have the shape (2, n, len(t)).
     `sigma` must not be below `prediction.FLOOR`.

@@ -22,11 +22,10 @@ _LARGE = np.radians(90.0)  # larger turns may take two frames
 
 @dataclass(frozen=True, eq=False)
 class Swivel:
-    """The swivel of a limb about the line from its first joint P to its end E. C is the middle
-    joint.
+    """The swivel of a limb about the line from its first joint P to its end E.
 
-    Angles are in radians, and lengths are fractions of the limb's length. `line`, `child` and `end`
-    are in world space.
+    C is the middle joint. Angles are in radians, and lengths are fractions of the limb's length.
+    `line`, `child` and `end` are in world space.
 
     Attributes
     ----------
@@ -81,7 +80,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     height = np.linalg.norm(aside, axis=1) / length
     side = _usual_side(line, aside, height)
     angle = np.where(lined & (height > 1e-9), _angle(line, aside, side), 0.0)
-    # From here on in world space: motion of P's parent is not motion of the limb.
+    # All further values are in world space, because motion of P's parent is not motion of the limb.
     above = _global_rotation(motion, int(motion.skeleton.parents[limb.parent]))
     line, aside = rotate(above, line), rotate(above, aside)
     upper = multiply(above, motion.rotations[:, limb.parent])
