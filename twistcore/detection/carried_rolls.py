@@ -1,4 +1,4 @@
-"""Carried rolls, in which P rolls and C rolls with it, while C's bone keeps its direction.
+"""Carried rolls: a parent P and its child C roll together, while C's bone keeps its direction.
 
 In a counter-twist and in a carried roll, C turns back about P's bone by P's angle. The angle of C's
 bone about P's bone is the azimuth, θc of [Choi26 Eq. 6-7]. In a carried roll, C also turns about
@@ -77,7 +77,10 @@ class CarriedRolls:
 
 @dataclass(frozen=True, eq=False)
 class RollsOfChains:
-    """A test of whether C rolls with P. The signals of a chain are computed on first use."""
+    """A test of whether the child C of a chain rolls with its parent P.
+
+    The signals of a chain are computed on first use.
+    """
 
     motion: Motion
     _signals: dict[str, Witnesses] = field(default_factory=dict)
@@ -171,8 +174,9 @@ def _some_edge(signals: Witnesses) -> bool:
 
 
 def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
-    """Return a mask of the frames in `at` at which a turn over `width` frames looks like a carried
-    roll.
+    """Return a mask of the frames in `at` in which the turns look like a carried roll.
+
+    The turns are measured over `width` frames.
     """
     names = "x", "azimuth_turns", "roll_turns"
     return _alike(*(signals.beyond_pace(name, width)[at] for name in names))

@@ -36,7 +36,7 @@ _ALIKE = math.cos(math.radians(25.0))  # maximum angle between a bone in two ske
 
 @dataclass(frozen=True)
 class ConstantOffset:
-    """A chain in which P is turned by `degrees` against C in every frame.
+    """A chain in which the parent P is turned by `degrees` against the child C in every frame.
 
     - other: the same chain on the other side, if the sides were compared
     - reference: the name of the take with which the clip was compared, or '' for the other side or
@@ -175,11 +175,10 @@ def _between_sides(
 
 
 def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
-    """Return the angle by which P is turned against C, in radians, or None if it is small or
-    undefined.
+    """Return the angle by which P is turned against C, in radians.
 
-    `own` and `expected` are the usual twists of P and C. `exact` is True if their offsets must
-    agree closely.
+    The result is None if the angle is small or undefined. `own` and `expected` are the usual twists
+    of P and C. `exact` is True if their offsets must agree closely.
     """
     of_p = float(wrap(own[0].angle - expected[0].angle))
     of_c = -float(wrap(own[1].angle - expected[1].angle))
@@ -201,7 +200,7 @@ def _hides_below(
 
 
 def _lowest(found: Iterable[ConstantOffset]) -> tuple[ConstantOffset, ...]:
-    """Return the offsets, but only the lowest one of adjacent bones.
+    """Return the offsets without the offset of a bone directly above another one with an offset.
 
     An error of a bone also turns C of the bone above, so the lower bone is the wrong one.
     """

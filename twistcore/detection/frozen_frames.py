@@ -16,7 +16,7 @@ _ALIVE = 0.7  # minimum share of the other frames in which the limb moves
 
 
 def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, int, int], ...]:
-    """Return (limb, start, stop) for all frames [start, stop) in which a limb does not move at all.
+    """Return (limb, start, stop) for all spans [start, stop) in which a limb does not move.
 
     The result is sorted by start. Spans at either end of the clip are left out, because a pose may
     be held there on purpose. The result is empty for clips with held frames.

@@ -93,7 +93,7 @@ class GuardedAnalysis:
 
     def strength(self, chain: str) -> Array:
         """Return the strength of a chain, which is compared with τ, in radians ≥ 0, (frames,)."""
-        import numpy as np  # listing the names does not need it
+        import numpy as np  # imported here because listing the names does not need it
 
         if chain not in self._strengths:
             with one_sentence(f"the detector {self._name!r} failed on {chain}"):

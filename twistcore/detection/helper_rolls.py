@@ -1,8 +1,8 @@
-"""Twist bones (helpers) that turn alone about their bone, after a jump or by a driver that flips at
-±180°.
+"""Twist bones (helpers) that turn about their bone while no other joint does.
 
-A helper takes part in the roll of the joint C at the end of its bone. If it jumps about the bone
-while C does not jump and its parent does not turn the other way, only the helper is wrong.
+The reason may be a jump, or a driver that flips at ±180°. A helper takes part in the roll of the
+joint C at the end of its bone. If it jumps about the bone while C does not jump and its parent does
+not turn the other way, only the helper is wrong.
 """
 
 from __future__ import annotations
@@ -124,10 +124,9 @@ def _axes(count: int) -> Array:
 
 
 def _own_turn(roll: Array, driver: Array, over: Array) -> Array:
-    """Return the turns of a helper, without turns that C or an opposite turn of the parent
-    explains.
+    """Return the turns of a helper that neither C nor an opposite turn of its parent explains.
 
-    `roll` contains the increments of the helper, `driver` of C and `over` of the parent.
+    `roll`, `driver` and `over` are the twist increments of the helper, of C and of the parent.
     """
     size = _EXPLAINED * np.abs(roll)
     driven = (np.abs(driver) > size) & (driver * roll > 0.0)

@@ -136,8 +136,9 @@ class Interval:
 
     @property
     def size(self) -> float:
-        """The angle to list in tables, in radians: the median offset, or `residual` if not
-        correctable.
+        """The angle to list in tables, in radians.
+
+        This is the median offset if the interval is correctable, and `residual` if not.
         """
         return self.delta if self.correctable or not self.kind.known else self.residual
 
@@ -148,8 +149,9 @@ class Interval:
 
     @property
     def soft_ended(self) -> bool:
-        """True for a counter-twist with an offset below a quarter of its maximum at the first or
-        last frame.
+        """True for a counter-twist that begins or ends gradually.
+
+        Its first or last offset is then below a quarter of the largest offset.
         """
         if self.kind != Kind.COUNTER_TWIST or not len(self.offset):
             return False
@@ -201,8 +203,8 @@ class Interval:
     def may_be_same(self, other: Interval) -> bool:
         """Return True if another interval may describe the same error.
 
-        Both must have the same chain and kind, and the same joint if the error is of a single
-        joint.
+        Both must have the same chain and kind. For errors of a single joint, the joint must also be
+        the same.
         """
         same = (self.chain, self.kind) == (other.chain, other.kind)
         return same and (self.joint == other.joint or not self.kind.info.repairer)
@@ -212,8 +214,9 @@ class Interval:
         return replace(self, start=start, stop=start + len(offset), offset=offset)
 
     def within(self, low: int, high: int) -> Interval:
-        """Return the part of the interval in frames [low, high), with frame numbers relative to
-        `low`.
+        """Return the part of the interval in frames [low, high).
+
+        Its frame numbers are relative to `low`.
         """
         start, stop = max(self.start, low), min(self.stop, high)
         return self.with_offset(start - low, self.offset[start - self.start : stop - self.start])

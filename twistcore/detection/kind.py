@@ -64,10 +64,9 @@ class KindInfo:
         True if errors of the kind are searched for after all automatic corrections.
     quantity : str
         The function that computes the curve that shows why an interval is listed, as
-        'package.module:function'. The function
-        takes a `KindSearch` and an interval, and returns a `twistcore.detection.quantity.Quantity`,
-        or None if there is no curve for this interval. "" for a kind that the angles of the chain
-        or limb show.
+        'package.module:function'. It takes a `KindSearch` and an interval, and returns a
+        `twistcore.detection.quantity.Quantity`, or None if there is no curve for this interval.
+        "" for a kind that the angles of the chain or limb show.
     colour : str
         The theme colour of the kind's word in the list of intervals; "" for the text colour.
     counted : str
@@ -212,9 +211,7 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def by_angle(self) -> bool:
-        """True if a correction turns a joint by the offset of the interval, which a person can
-        edit.
-        """
+        """True if a correction turns a joint by the offset, which a person can edit."""
         return bool(self.info.repair) or self.info.turns
 
     @property

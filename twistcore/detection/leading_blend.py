@@ -122,10 +122,9 @@ def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
 
 
 def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array, Array, Array]:
-    """Return squared accelerations from frame 1 on, the part of them that s″ does not explain, and
-    s″.
+    """Return squared accelerations, the part of them that s″ does not explain, and s″.
 
-    The first two arrays have the shape (joints, frames).
+    All begin with frame 1. The first two arrays have the shape (joints, frames).
     """
     bends, bend = _second(shares[:, 1:], lag), _second(s[None, 1:], lag)[0]
     rest = bends - bend[:, None] * to[:, None]

@@ -94,10 +94,10 @@ class Limbs:
         return out.reshape(2, -1, self.frames)
 
     def turned(self, turns: Sequence[tuple[int, int, Array]]) -> Limbs:
-        """Return the limbs with some children turned about the axis of their chain, in the frame of
-        P.
+        """Return the limbs with some children turned about the axis of their chain.
 
-        Each item of `turns` is (row of the chain, first frame, angles in radians).
+        The axis is fixed in the frame of P. Each item of `turns` is (row of the chain, first frame,
+        angles in radians).
         """
         joints = self.joints.copy()
         for row, start, angle in turns:

@@ -1,5 +1,4 @@
-"""Events that a clip contains without injected errors, which are left out when detectors are
-scored.
+"""Events in clips without injected errors, which are left out when detectors are scored.
 
 In a clip without injected errors, an event is
 

@@ -68,8 +68,9 @@ def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
 
 
 def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
-    """Return σ of the noise of each joint, in degrees, (frames,). Held frames repeat the last
-    value.
+    """Return σ of the noise of each joint, in degrees, (frames,).
+
+    Held frames repeat the last value.
     """
     if (held := without_held(motion)) is None:
         return [_of_joint(motion, joint) for joint in joints]
@@ -182,7 +183,7 @@ def noise_level(turns: Array, fps: float) -> Array:
     size, far = ((v**2).sum(axis=1) for v in (change, turns))
     if not _often(size > 0.99 * _MIDDLE * _LEAST**2, width):
         return none
-    # Medians, so that one or two jumps are not mistaken for noise.
+    # Use medians, so that one or two jumps are not mistaken for noise.
     changes, moves = (running_medians(v, width) for v in (size, far))
     sigma = np.sqrt(changes / _MIDDLE)
     against = np.zeros(frames)
@@ -223,16 +224,15 @@ def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
 
 
 def _often(mask: Mask, width: int) -> bool:
-    """Return True if a window of the given width may contain mostly frames that are True in the
-    mask.
-    """
+    """Return True if a window of the given width may contain mostly True values of the mask."""
     half = width // 2
     return bool(_running_sums(mask, 2 * half + 1).max() >= width - half)
 
 
 def _running_sums(values: Array | Mask, width: int) -> Array:
-    """Return the sum of `width` values around each value, with the ends as in
-    :func:`running_medians`.
+    """Return the sum of `width` values around each value.
+
+    The ends are treated as in :func:`running_medians`.
     """
     before = width // 2
     padded = np.pad(values, (before, width - 1 - before), mode="edge")

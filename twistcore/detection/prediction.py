@@ -192,8 +192,7 @@ class Predictor:
         return np.sqrt(np.abs(wrap(self.signals - self.linear)))
 
     def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:
-        """Return the frames that must be predicted separately, with the weights for their
-        prediction.
+        """Return the irregular frames, with the weights for their prediction.
 
         These are the frames that are not good, and the frames with a neighbour that is not good or
         has changed. `signals` includes the changes. The cubic weights are the weights of the
@@ -279,8 +278,9 @@ class GapGrowth:
             self._roots.append(np.sqrt(near, out=near))
 
     def measured(self, good: Mask) -> Array:
-        """Return the growth of σ at the four gaps, at least 1, measured in good frames, (2, chains,
-        4).
+        """Return the growth of σ at the four gaps, measured in good frames, (2, chains, 4).
+
+        The growth is at least 1.
         """
         frames = good.shape[1]
         out: list[Array] = []

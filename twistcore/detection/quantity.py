@@ -90,8 +90,8 @@ class OwnFrames:
     def of(cls, motion: Motion, held: DistinctFrames | None = None) -> OwnFrames:
         """Return the distinct frames of a motion.
 
-        `held` contains the frames that determine the motion, by default all frames that are not
-        held.
+        `held` contains the frames to use, by default all frames that do not repeat the previous
+        one.
         """
         held = held or without_held(motion)
         frames = np.arange(motion.frames)
@@ -111,11 +111,10 @@ class OwnFrames:
     def examined(
         self, values: Array, interval: Interval, *, around: int = 0, ends: int = 0
     ) -> Array:
-        """Return values of `motion` for the frames of the clip, with NaN in frames that are not
-        searched.
+        """Return values of `motion` for the frames of the clip, with NaN in unsearched frames.
 
-        The latter are frames at most `around` frames from a cut, and `ends` frames at both ends of
-        the clip. Frames of the interval never become NaN.
+        These are frames at most `around` frames from a cut, and `ends` frames at both ends of the
+        clip. Frames of the interval never become NaN.
         """
         cut, frames = find_cuts(self.motion), self.motion.frames
         left_out = cut.copy()

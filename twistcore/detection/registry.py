@@ -112,8 +112,9 @@ class Detectors(Mapping[str, Detector]):
         return self._given[name].place if name in self._of_file() else ""
 
     def info(self, name: str) -> DetectorInfo:
-        """Return the info of a detector. A missing or unusable detector gets an info with its name
-        only.
+        """Return the info of a detector.
+
+        If the detector is missing or cannot be loaded, the info contains only its name.
         """
         try:
             return self[name].info
@@ -129,8 +130,9 @@ class Detectors(Mapping[str, Detector]):
         return tuple(name for name in self if self.usable(name) == name)
 
     def usable(self, name: str) -> str:
-        """Return the name if the detector can be loaded, or the name of the default detector if
-        not.
+        """Return the name of a detector if it can be loaded.
+
+        If it is missing or cannot be loaded, the name of the default detector is returned.
         """
         try:
             return self[name].info.name

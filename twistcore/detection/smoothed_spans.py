@@ -40,10 +40,9 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 
 @dataclass(frozen=True)
 class SmoothedSpan:
-    """Frames [start, stop) in which gaps of a joint were filled or a joint was smoothed.
+    """Frames [start, stop) in which gaps of a joint were filled or the joint was smoothed.
 
-    `times` is the factor by which its fine movement is smaller than in nearly all the rest of the
-    clip.
+    `times` is the factor by which its fine movement is below nearly all the rest of the clip.
     """
 
     joint: int
@@ -61,7 +60,7 @@ def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
     if motion.frames < 2 * width or motion.angle_step:
         return ()
     joints = motion.rotations.shape[1]
-    together = max(1, _NUMBERS // motion.frames)  # few joints at a time in long clips
+    together = max(1, _NUMBERS // motion.frames)  # fewer joints at a time in long clips
     found = [
         span
         for first in range(0, joints, together)
@@ -128,7 +127,7 @@ def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
     moved = _mean_around(_squared(changes), width)
     pace = 0.5 * np.log10(np.maximum(moved, 0.0) + _REST**2)
     off = 0.5 * np.log10(_squared(np.diff(changes, 3, axis=0)) + _REST**2)
-    # A mean of logarithms, so that one or two jumps do not hide a smooth span.
+    # Use a mean of logarithms, so that one or two jumps do not hide a smooth span.
     fine = _mean_around(off, width)
     ends = ((2, 2), (0, 0))
     return (

@@ -40,8 +40,8 @@ JUMP = math.radians(60.0)  # per frame, in a fast capture: a possible edge of a 
 OFF = math.radians(75.0)  # from the usual roll; a smaller difference may be motion
 ALIKE = math.radians(45.0)  # maximum difference between rolls that count as equal
 TURNED = math.radians(120.0)  # from the rest pose; no joint rolls so far about its bone
-MOST = 0.6  # of the frames: the share in which the usual roll occurs
-_ENOUGH = 0.1  # of the frames: the share of a level that may be the right one
+MOST = 0.6  # minimum share of the frames with the usual roll
+_ENOUGH = 0.1  # minimum share of the frames for a level that may be the right one
 SHORTEST, FEWEST = 0.1, 3  # seconds and frames; a shorter level is a spike
 MOST_JUMPS = 8  # of a joint; a joint with more is too restless, and only its jumps are listed
 _DEFINED = 0.5  # minimum of :func:`twist_reliability`, which is low near a swing of 180°
@@ -117,8 +117,9 @@ def usual_roll(motion: Motion, chains: Sequence[Chain], joint: int) -> float | N
 def _expected(
     motion: Motion, owner: Mapping[int, Chain], joint: int, levels: Sequence[_Level]
 ) -> tuple[float | None, bool]:
-    """Return the roll that a joint should have, in radians, and True if it follows from the rest
-    pose.
+    """Return the expected roll of a joint in radians, and True if it follows from the rest pose.
+
+    The roll is None if it is unknown.
     """
     usual = _usual(levels)
     if usual is None or abs(usual) > TURNED:

@@ -12,7 +12,7 @@ from twistcore.skeleton.rotation import Array, wrap
 
 
 def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Array, Array]:
-    """Return x and y, the twist increments of P and C, in radians, (frames,).
+    """Return the twist increments x of the parent P and y of the child C, in radians, (frames,).
 
     x(t) = twist_a(q_P(t−1)⁻¹ q_P(t)), y(t) = twist_a(q_C(t) q_C(t−1)⁻¹), and x(0) = y(0) = 0. A
     twist error δ of P (q_P ⊗ R_a(δ), R_a(−δ) ⊗ q_C) changes x and y by exactly +dδ and −dδ.

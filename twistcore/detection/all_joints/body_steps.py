@@ -21,11 +21,11 @@ from twistcore.work.frozen import dataclass
 Mask = NDArray[np.bool_]
 
 SHARE, FEWEST = 0.3, 5  # share of the moving joints, and number of joints, that must step together
-# Ratio to the motion around a step; degrees off the motion's pace.
+# Minimum ratio to the usual deviation from the pace; minimum deviation and its floor, degrees.
 _TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1
 _SLOW, _LEAST_SLOW = 45.0, 5.0  # frames a second below which larger steps are expected, degrees
 _AROUND = 0.08  # length in seconds of a block; its median is the usual value
-_MOVES = 0.02  # degrees a frame
+_MOVES = 0.02  # degrees per frame
 _SHOWS = 2.0  # degrees: steps with a smaller median are hardly visible
 _NEARBY = 10  # frames on either side of a step
 _EDGE = 4  # frames at the ends, and after a first pose
@@ -218,8 +218,9 @@ def _steps(rotations: Array) -> Array:
 
 
 def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
-    """Return the lowest median of a frame's block and both adjacent blocks for each joint, (n,
-    k).
+    """Return the usual deviation of each joint from its pace near the given frames, (n, joints).
+
+    This is the median over the block of `width` frames that contains the frame.
     """
     blocks = max(len(off) // width, 1)
     wanted = np.unique(np.clip(frames[:, None] // width + np.arange(-1, 2), 0, blocks - 1))

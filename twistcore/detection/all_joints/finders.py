@@ -40,7 +40,7 @@ Mask = NDArray[np.bool_]
 _NUMBERS = 1 << 17  # frames times joints in a block
 _BESIDE = 3  # frames on either side of the edge of a known error
 _LEFT = 0.5  # share of a step; if a correction leaves less of it, the other error explains it
-_MORE = 4.0  # ratio to the step of the whole body above which a joint's step is listed separately
+_MORE = 4.0  # ratio to the whole body's step above which a joint's step is listed separately
 _LAST_BONES = ("ForeArm", "Leg")
 
 

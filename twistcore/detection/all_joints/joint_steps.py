@@ -236,11 +236,11 @@ def _least_jump(near: Array, usual: Array) -> Array:
 def path_curve(
     rotations: Array, joint: int, start: int, stop: int, limits: StepLimits
 ) -> tuple[Array, float]:
-    """Return a joint's angle from its path, (frames,), and the smallest angle of a spike, in
-    degrees.
+    """Return a joint's angle from its path, (frames,), and the smallest angle of a spike.
 
-    In frames [start, stop) of the spike, the path connects the frame before the spike to the frame
-    after it. In every other frame, the path spans the same number of frames around that frame.
+    Both are in degrees. In frames [start, stop) of the spike, the path connects the frame before
+    the spike to the frame after it. In every other frame, the path spans the same number of frames
+    around that frame.
     """
     own, frames = rotations[:, joint], len(rotations)
     n = min(stop - start, limits.longest)  # a person may have made an interval of any length

@@ -45,7 +45,7 @@ ROUNDED_GAIN = 5.0
 _FOLLOWS = ("its edges", "its events", "every frame")
 SMALLEST_TAU = float(np.radians(1.5))
 _BACKGROUNDS = 2  # maximum in the cache, because their arrays are as long as the clip
-TAU_IN_SIGMA = 6.0  # of an automatic τ: higher if σ of natural motion would fill the table
+TAU_IN_SIGMA = 6.0  # minimum of the automatic τ, so that natural motion does not fill the table
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,8 @@ class ChainAnalysis:
     def strength(self) -> Array:
         """Return the strength of the chain, which is compared with τ, in radians, (frames,).
 
-        The strength is |d| at events, at least |jump| at the peak of an edge, and 0 elsewhere.
+        The strength is |d| in frames with an event, at least |jump| at the peak of an edge, and 0
+        in all other frames.
         """
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
@@ -166,7 +167,7 @@ class ChainAnalysis:
         at = [k for k in pair[:2] if k >= 0]
         jumps, sigmas = table.edges.jump[at].tolist(), table.edges.sigma[at].tolist()
         sigma = math.hypot(*sigmas)
-        # At a clip's end there is only one edge. The gain of its pair excludes the price of an end.
+        # A pair at a border has only one edge, whose own gain is not reduced by the border's prior.
         gain = pair.gain if len(at) > 1 else max(pair.gain, float(table.edges.gain[at[0]]))
         margin = math.log(min(abs(j) / s for j, s in zip(jumps, sigmas, strict=True)))
         offset, residual = course.offset, course.residual
@@ -241,8 +242,7 @@ class ConsistencyAnalysis:
         return map(self.with_evidence, found)
 
     def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
-        """Return the interval with its confidence limited by the evidence, and True if it is
-        motion.
+        """Return the interval with its confidence limited by the evidence, and True for motion.
 
         For a straight limb, the course of the error over time is usually the only evidence. The
         course is enough if both bones turn at the ends of the error and there is no noise.

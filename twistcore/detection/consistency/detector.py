@@ -211,8 +211,7 @@ class _Softened:
 
 
 def _meets(count: int, known: Known, error: SoftError) -> bool:
-    """Return True if an interval and a soft error overlap in the same chain or in neighbouring
-    chains.
+    """Return True if an interval and a soft error overlap in the same or neighbouring chains.
 
     `count` is the number of limbs.
     """

@@ -1,5 +1,4 @@
-"""Errors between two pieces of one bone, which must appear in the twist of P, not only in its
-swing.
+"""Errors between two pieces of a bone, which must appear in the twist of P, not only its swing.
 
 In some rigs, only the last piece of a bone rolls, and the first piece only swings. If the path of
 the swing is curved, the first piece still turns about its bone from frame to frame, and the next

@@ -48,9 +48,9 @@ class CounterRotation:
     Attributes
     ----------
     x, y
-        The captured increments.
+        The captured twist increments of the parent P and the child C of each chain.
     rx, ry
-        Their residuals, without the effects of errors in neighbouring chains.
+        The residuals of x and y, without the effects of errors in neighbouring chains.
     sigma_x, sigma_y
         The scales of the residuals.
     d
@@ -204,11 +204,10 @@ class _Rounds:
         self._growth = self._gaps.measured(good)
 
     def _undo_images(self, residual: Array, predicted: Array, sigma: Array) -> None:
-        """Remove the effects of neighbours' errors from `residual`, in place, in frames with a
-        jump.
+        """Remove the effects of neighbours' errors from `residual`, in place.
 
-        The solution of a frame is reused if its prediction and scale have not changed since the
-        previous round.
+        Only frames with a jump are examined. The solution of a frame is reused if its prediction
+        and scale have not changed since the previous round.
         """
         flat = 2, len(self._limbs), -1
         jumps = (np.abs(residual) > RESOLVE * sigma).reshape(2 * len(self._limbs), -1)

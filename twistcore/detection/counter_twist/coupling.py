@@ -40,8 +40,7 @@ _BLOCK = 1 << 16  # chains times frames in a block, so that memory does not grow
 
 
 def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> Array:
-    """Return the increments x and y at frames `t` without the effects of errors in neighbouring
-    chains.
+    """Return the increments x and y at frames `t` without the effects of neighbours' errors.
 
     `signals`, `predicted`, `sigma` and the result are in radians and have the shape (2, n, len(t)).
     `sigma` must not be below `prediction.FLOOR`.
@@ -171,7 +170,7 @@ class _Runs:
     Attributes
     ----------
     captured, predicted, sigma, rarer
-        For each joint, shape (2, length + 1, runs).
+        The values of :class:`_Line` for the joints of each run, shape (2, length + 1, runs).
     down, up
         Functions for the effects of an error on the chains below and above.
     """
@@ -184,10 +183,10 @@ class _Runs:
     rarer: Array
 
     def solved(self, tip_first: bool) -> tuple[Array, Array]:
-        """Return the increments without the effects of the errors, and the cost of the residuals,
-        (runs,).
+        """Return the increments without the effects of the errors, and the cost of the residuals.
 
-        The iteration begins at the tip of the limb if `tip_first` is True, at its root if not.
+        The cost has the shape (runs,). The iteration begins at the tip of the limb if `tip_first`
+        is True, and at its root if not.
         """
         d = self._errors(tip_first)
         trial = self.captured.copy()

@@ -142,8 +142,9 @@ def _readings(
 
 
 def _sums(values: Array, bounds: Index) -> Array:
-    """Return the sums of the values over the frames [start, stop) in `bounds`, (runs, 2), as
-    (runs,).
+    """Return the sum of the values over the frames of each run, (runs,).
+
+    `bounds` contains the runs [start, stop), shape (runs, 2).
     """
     total = np.concatenate([[0.0], np.cumsum(values)])
     return np.asarray(total[bounds[:, 1]] - total[bounds[:, 0]])

@@ -31,11 +31,12 @@ class Course:
     Attributes
     ----------
     offset
-        The twist error of P in each frame, radians, shape (frames,).
+        The twist error of the parent P in each frame, radians, shape (frames,).
     residual
         The angle that remains after the closing edge, radians.
     followed
-        The fraction of the error that C turns back; less than 1 only if both edges show it.
+        The fraction of the error that the child C turns back; less than 1 only if both edges show
+        this.
     """
 
     start: int

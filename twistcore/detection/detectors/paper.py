@@ -13,7 +13,10 @@ from twistcore.work.progress import Tell
 
 
 class PaperDetector:
-    """Find frames in which P and C turn against each other with min(|Δθp|, |Δθc|) ≥ τ."""
+    """Find frames in which a parent P and its child C turn against each other.
+
+    In these frames, min(|Δθp|, |Δθc|) ≥ τ.
+    """
 
     info = DetectorInfo(
         name="paper",

@@ -123,8 +123,7 @@ def _clear(t: Terms) -> bool:
 
 
 def unanswered(t: Terms) -> bool:
-    """Return True if at least one of the two bones clearly does not turn with the error at its
-    edges.
+    """Return True if one of the two bones clearly does not turn with the error at its edges.
 
     The result is False if one of the bones hardly turns in the rest of the clip, because then its
     turn at the edges is sufficient evidence.

@@ -36,8 +36,9 @@ _NEAR = 0.6  # seconds within which an edge's neighbours have more weight
 
 @dataclass(frozen=True, eq=False)
 class Find:
-    """An error in frames [start, stop), with the angles to remove from the twist of P, in degrees.
+    """An error in frames [start, stop).
 
+    `offset` contains the angles to remove from the twist of the parent joint P, in degrees.
     `silent` is True if the error appears at a joint that never twists elsewhere in the clip.
     """
 
@@ -351,9 +352,7 @@ class _Measured:
         return float(self.chain.both_frames[max(edge.start - 1, 0) : edge.stop + 1].min())
 
     def _turn(self, turns: Array, edge: Edge) -> Array:
-        """Return the turn of a signal at an edge, minus the signal's pace in two frames on either
-        side.
-        """
+        """Return the turn of a signal at an edge, minus its pace in two frames on either side."""
         before = turns[max(edge.start - PACE, 1) : edge.start]
         beside = np.concatenate([before, turns[edge.stop : edge.stop + PACE]])
         pace = beside.mean(axis=0) if len(beside) else np.zeros(turns.shape[1:])
@@ -442,10 +441,10 @@ class _Measured:
         return before, after, usual.furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
-        """Return the number of similar turns of P and C per second elsewhere, and their 99 %
-        quantile.
+        """Return how many similar turns of P and C occur per second elsewhere, and a quantile.
 
-        Both results are None if there is too little motion without errors.
+        The quantile is the 99 % quantile of these turns. Both results are None if there is too
+        little motion without errors.
         """
         width = max(1, round(median([e.width for e in self.edges] or [1])))
         against = self.background.against(width)
@@ -477,8 +476,7 @@ class Side:
 
 
 def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
-    """Return the side to which C's bone deviates from P's bone in most of the clip, or None if
-    unknown.
+    """Return the usual side to which C's bone deviates from P's bone, or None if it is unknown.
 
     `busy` is the mask of the frames to leave out, shape (frames,).
     """
@@ -498,8 +496,9 @@ def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
 
 
 def scale(residuals: Array, least: float) -> float:
-    """Return 1.48 (mean √|r|)², a scale on which a few outliers have little effect, at least
-    `least`.
+    """Return 1.48 (mean √|r|)², but at least `least`, as the scale of residuals.
+
+    A few outliers have little effect on it.
     """
     return max(1.48 * float(np.mean(np.sqrt(np.abs(residuals)))) ** 2, least)
 

@@ -1,7 +1,8 @@
 """The signals of a chain that show a twist: the turns of both joints and the side of C.
 
-If P has a twist δ that C turns back, then P turns by δ, C by −δ, and the azimuth of C's bone about
-P's bone by −δ. The common turn of P and C does not change. All angles are in degrees.
+If the parent P of the chain has a twist δ that the child C turns back, then P turns by δ, C by −δ,
+and the azimuth of C's bone about P's bone by −δ. The common turn of P and C does not change. All
+angles are in degrees.
 """
 
 from __future__ import annotations
@@ -108,9 +109,7 @@ class Witnesses:
 
     @property
     def azimuth_zero(self) -> Array:
-        """The direction perpendicular to P's bone in which the azimuth is 0 in the first frame,
-        (3,).
-        """
+        """The direction with azimuth 0 in the first frame, perpendicular to P's bone, (3,)."""
         axis = np.atleast_2d(self.axis)[0]
         across: Array = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         return across / np.linalg.norm(across)
@@ -150,8 +149,9 @@ class Witnesses:
 
     @cached_property
     def sine(self) -> Array:
-        """The sine of the bend, 0…1, (frames,). The larger it is, the better the azimuth is
-        defined.
+        """The sine of the bend, 0…1, (frames,).
+
+        The larger it is, the better the azimuth is defined.
         """
         return np.sin(np.radians(self.bend))
 
@@ -185,8 +185,9 @@ class Witnesses:
         return self._series[name, width]
 
     def bent(self, width: int) -> Mask:
-        """Return a mask, (frames,): True if the limb is bent before and after frames [t, t +
-        width).
+        """Return a mask of the frames t in which the limb is bent before and after [t, t + width).
+
+        The mask has the shape (frames,).
         """
         t = np.arange(self.frames)
         before = self.sine[np.maximum(t - 1, 0)]

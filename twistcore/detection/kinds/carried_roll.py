@@ -1,6 +1,6 @@
-"""Carried rolls: P turns about its bone and C rolls with it, while C's bone keeps its direction.
+"""Carried rolls: a parent P turns about its bone and its child C rolls with it.
 
-See `carried_rolls.py`.
+C's bone keeps its direction. See `carried_rolls.py`.
 """
 
 from twistcore.detection.kind import KindInfo

@@ -1,4 +1,7 @@
-"""Counter-twists: P turns about its bone and C turns back [Choi26]. The detectors find them."""
+"""Counter-twists: a parent P turns about its bone and its child C turns back [Choi26].
+
+The detectors find them.
+"""
 
 from twistcore.detection.kind import KindInfo
 

@@ -1,6 +1,6 @@
-"""Limb flips: P turns about the line from P to the limb's end E, which does not move.
+"""Limb flips: the first joint P turns about the line from P to the end E of the limb.
 
-See `limb_flips/`.
+E does not move. See `limb_flips/`.
 """
 
 from twistcore.detection.kind import KindInfo

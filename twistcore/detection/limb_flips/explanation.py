@@ -181,9 +181,7 @@ def _ways(
 
 
 def _log_density(angle: Array, weight: Array) -> Density:
-    """Return a function that computes the log density of the limb at angles about the line, in
-    radians.
-    """
+    """Return a function that computes the log density of the limb at given angles, in radians."""
     count, _ = np.histogram(angle, _BINS, (-np.pi, np.pi), weights=weight)
     apart = 360.0 / _BINS * ((np.arange(_BINS) + _BINS // 2) % _BINS - _BINS // 2)
     blur = np.exp(-0.5 * (apart / _BLUR) ** 2)

@@ -102,7 +102,7 @@ class LimbFlips:
         return left(jumps, jump, runs, s.angle, s.height, self.capture, self.fps)
 
     def _explained(self, jumps: Sequence[Jump]) -> tuple[list[Run], tuple[Interval, ...]]:
-        passing = sum(j.leads for j in jumps)  # jumps are sorted, so their number identifies them
+        passing = sum(j.leads for j in jumps)  # the number of leading jumps identifies them
         if passing not in self._solved:
             s = self.swivel
             runs = explain(jumps, s.angle, s.height, self.capture, self.fps)

@@ -22,10 +22,10 @@ _LARGE = np.radians(90.0)  # larger turns may take two frames
 
 @dataclass(frozen=True, eq=False)
 class Swivel:
-    """The swivel of a limb, about the line from P to E.
+    """The swivel of a limb about the line from its first joint P to its end E.
 
-    Angles are in radians, and lengths are fractions of the limb's length. `line`, `child` and `end`
-    are in world space.
+    C is the middle joint. Angles are in radians, and lengths are fractions of the limb's length.
+    `line`, `child` and `end` are in world space.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     height = np.linalg.norm(aside, axis=1) / length
     side = _usual_side(line, aside, height)
     angle = np.where(lined & (height > 1e-9), _angle(line, aside, side), 0.0)
-    # From here on in world space: motion of P's parent is not motion of the limb.
+    # All further values are in world space, because motion of P's parent is not motion of the limb.
     above = _global_rotation(motion, int(motion.skeleton.parents[limb.parent]))
     line, aside = rotate(above, line), rotate(above, aside)
     upper = multiply(above, motion.rotations[:, limb.parent])
@@ -132,11 +132,11 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 
 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
-    """Return the turn of a limb between frames, (n,), and a mask that is True where the measures
-    agree.
+    """Return the turn of a limb between frames, (n,), and a mask of the frames with agreement.
 
     `before` and `after` each consist of P's rotation and the rotation of the bone before E, both
-    (n, 4), the line and C's offset from it, both (n, 3), and the height of C, (n,).
+    (n, 4), the line and C's offset from it, both (n, 3), and the height of C, (n,). The mask is
+    True if these measures agree.
     """
     upper, lower, line, aside, height = after
     way = _least_turn(before[2], line)

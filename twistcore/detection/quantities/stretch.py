@@ -14,8 +14,7 @@ from twistcore.skeleton.rotation import wrap
 
 
 def roll_from_usual(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the difference from the usual roll, with the smallest difference in a stretch as
-    limit.
+    """Return the difference from the usual roll, with the smallest listed difference as limit.
 
     If the joint has no usual roll, the mean roll outside the interval is used instead.
     """

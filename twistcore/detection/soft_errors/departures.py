@@ -111,8 +111,7 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
 
 
 def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
-    """Return the natural course of levels (…, frames) over [start, stop), given the frames around
-    it.
+    """Return the natural course of levels (…, frames) over [start, stop), from nearby frames.
 
     At least one frame is needed on either side. If there are fewer than `reach` frames, the slope
     is measured over the frames that exist.

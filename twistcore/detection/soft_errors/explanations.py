@@ -75,7 +75,7 @@ class Seed:
     Attributes
     ----------
     gain
-        The gain of an explanation, in nats.
+        The gain of the span's departures over natural motion, in nats.
     row
         The row of the chain.
     at
@@ -179,10 +179,10 @@ class Explanations:
             known[a, b] = Tried(float(left[n]) + self._price * (b - a), offsets[n], sigmas[n])
 
     def _tried_as_level(self, free: Tried, ratio: float) -> Tried:
-        """Return the softened level with the lowest cost, or a clear free offset if its cost is
-        lower.
+        """Return the softened level with the lowest cost, as a :class:`Tried`.
 
-        `ratio` is the largest value of the free offset, in σ.
+        A clear free offset is returned instead if its cost is lower. `ratio` is the largest value
+        of the free offset, in σ.
         """
         stretch, place, low = self._stretch, self._place, self._low
         self._surprise.work += LEVELS * (TO_BEGIN + len(stretch.u))
@@ -229,11 +229,10 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
 
 
 def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
-    """Return the softened levels near a seed that explain u best, one for each widening of the
-    scales.
+    """Return the softened levels near a seed that explain u best, with their widening.
 
-    Each level is returned with its widening. `length` and `middle` describe the span of the seed,
-    in frames of the stretch.
+    There is one level for each widening of the scales. `length` and `middle` describe the span of
+    the seed, in frames of the stretch.
     """
     n, shift, onset = (v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS))
     start = middle + shift * np.maximum(n, length) - 0.5 * n

@@ -1,9 +1,10 @@
 """Measure in the clip itself how far natural motion departs from its bridges over every span.
 
-A twist error does not change the sum x + y of a chain. So β(x + y), the part of x that is
-proportional to this sum, is natural, and the remainder u = x − β(x + y) contains the whole error.
-If P does not twist, β is 0 and u is x. If C does not twist, β is 1 and u is −y. In all other cases,
-u is the part of x that x + y does not explain.
+x and y are the twist increments of a chain's parent P and child C. A twist error does not change
+their sum. So β(x + y), the part of x that is proportional to this sum, is natural, and the
+remainder u = x − β(x + y) contains the whole error. If P does not twist, β is 0 and u is x. If C
+does not twist, β is 1 and u is −y. In all other cases, u is the part of x that x + y does not
+explain.
 """
 
 from __future__ import annotations

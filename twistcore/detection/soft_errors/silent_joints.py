@@ -71,12 +71,11 @@ def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
 
 
 def silent_sides(surprise: Surprise) -> dict[int, int]:
-    """Return the rows of chains with a silent joint; the value is 1 if the joint is P and −1 if it
-    is C.
+    """Return the sides of silent joints, keyed by the row of their chain.
 
-    If an error of a neighbouring chain would also appear at this joint, the chain is included only
-    if that neighbour has a silent joint too. If it has none, the errors of the two chains cannot be
-    distinguished.
+    The value is 1 if the joint is P and −1 if it is C. If an error of a neighbouring chain would
+    also appear at this joint, the chain is included only if that neighbour has a silent joint too.
+    If it has none, the errors of the two chains cannot be distinguished.
     """
     many = surprise.limbs.count
     if surprise.limbs.step:  # with rounded angles, every joint seems to be still from time to time
@@ -120,8 +119,9 @@ def _answered(own: Array, other: Array) -> bool:
 
 
 def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
-    """Return the twist error of P that a silent joint of the chain shows, radians, (frames,), or
-    None.
+    """Return the twist error of P that a silent joint of the chain shows, radians, (frames,).
+
+    The result is None if the joint is not silent. `side` is 1 if the joint is P and −1 if it is C.
     """
     x, y = surprise.x[row], surprise.y[row]
     level = standing_level(x, y, surprise.cut) if side > 0 else standing_level(y, x, surprise.cut)
@@ -132,8 +132,8 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
     """Return the errors that the silent joints of a limb show, found and removed one at a time.
 
     `sides` is the result of :func:`silent_sides`, for the rows of the limb. If several silent
-    joints twist in the same frames, one error may cause all these turns. In this case, the error is
-    returned whose removal leaves the smallest turns.
+    joints twist in the same frames, one error may cause all these turns. In this case, the error
+    whose removal leaves the smallest turns is returned.
     """
     found: list[SoftError] = []
     done: Mask = np.zeros((surprise.rows, surprise.frames), dtype=bool)
@@ -196,11 +196,10 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
 def _of_two_chains(
     surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
 ) -> SoftError:
-    """Return the error that the other joint of its chain turns back, if two errors are equally
-    good.
+    """Return the one of several equally good errors that the other joint of its chain turns back.
 
     If two chains share a silent joint, this joint does not show to which of the chains the error
-    belongs. `alike` contains the candidates.
+    belongs. `alike` contains the candidates, including `best`.
     """
     answers = {
         e: _unanswered(surprise, e, sides[e.row])
@@ -212,9 +211,7 @@ def _of_two_chains(
 
 
 def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
-    """Return the turns that remain after the removal of an error, relative to the other joint's
-    turns.
-    """
+    """Return the turns that remain without an error, as a ratio to the other joint's turns."""
     own, other = _both_ways(surprise, error.row)[side < 0][1:]
     at = slice(max(error.start, 1), error.stop + 1)
     left, turned = own[at] + other[at], other[at]

@@ -190,8 +190,9 @@ class _Descent:
 
 
 def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
-    """Return the courses for scaled numbers (n, 4), with the kernels of the fits in `of`, (n,
-    frames).
+    """Return the courses for scaled numbers (n, 4), shape (n, frames).
+
+    `of` are the fits to which the numbers belong; their kernels are used.
     """
     out = np.empty((len(numbers), frames))
     kernels = [d.kernel for d in of]

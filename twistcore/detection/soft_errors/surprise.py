@@ -1,8 +1,8 @@
 """The current increments of a limb, and their surprise at every time scale.
 
 Twist errors can be removed from the rotations tentatively. This also removes their exact effects on
-neighbouring chains. The surprise of a frame range is the total cost of its departures, both in u
-and in x + y, over all spans that fit.
+neighbouring chains. The surprise of a frame range is the total cost of its departures over all
+spans that fit, both in u (see `natural_scale`) and in x + y.
 """
 
 from __future__ import annotations
@@ -84,10 +84,9 @@ class Surprise:
         return list(range(row % self.limbs.count, self.rows, self.limbs.count))
 
     def take_out(self, row: int, start: int, offset: Array) -> None:
-        """Remove a twist error of P from frames [start, start + n), without updating the
-        departures.
+        """Remove a twist error of P from frames [start, start + n), where n is its length.
 
-        Call :meth:`look_again` to update them.
+        The departures are not updated; call :meth:`look_again` for this.
         """
         k, i = divmod(row, self.limbs.count)
         at = slice(start, start + len(offset))
@@ -179,8 +178,7 @@ class Surprise:
         return stretch(low, frames, told)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
-        """Return the highest gain of any span near an error after the removal of the error, in
-        nats.
+        """Return the highest gain of any span near an error after its removal, in nats.
 
         Only spans that extend little beyond the error are used, because there may be another error
         nearby.
@@ -221,8 +219,7 @@ class Surprise:
         )
 
     def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:
-        """Return the offset in [start, stop) that makes u follow its bridge when removed, and its
-        σ.
+        """Return the offset whose removal makes u follow its bridge over [start, stop), and its σ.
 
         Both are in radians. β and σ are estimated from the spans of similar length at that
         position.

@@ -96,8 +96,9 @@ class Jumps:
         return total
 
     def found(self) -> list[_Jumping]:
-        """Return the intervals that best explain the jumps, including intervals that end at a
-        border.
+        """Return the intervals that best explain the jumps.
+
+        Intervals that end at a border of a segment are included.
         """
         out = []
         for table in self.tables:

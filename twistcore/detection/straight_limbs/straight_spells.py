@@ -84,8 +84,9 @@ class Bend:
 
 @dataclass(frozen=True)
 class Spell:
-    """Frames [start, stop) in which the limb is not bent, within the segment [low, high) between
-    cuts.
+    """Frames [start, stop) in which the limb is not bent.
+
+    They lie in the segment [low, high) between two cuts.
     """
 
     start: int
@@ -165,8 +166,10 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
 def spells(
     increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
 ) -> list[Spell]:
-    """Return the spells in [low, high) next to a bent limb in which P and C turn against each
-    other.
+    """Return the spells in [low, high) that are next to a bent limb.
+
+    Only spells in which P and C turn against each other are included. `increments` are the twist
+    increments of P and C.
     """
     out = []
     for start, stop in runs(~bend.bent[low:high]):
@@ -260,8 +263,7 @@ def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[A
 
 
 def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array]:
-    """Return the sum of a signal over each window of a spell, and its excess over the pace next to
-    it.
+    """Return the sum of a signal over each window of a spell, and its excess over the pace nearby.
 
     Only increments in the segment of the spell are used. At the ends of the segment, the outermost
     value is repeated.
