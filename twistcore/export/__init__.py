@@ -1,1 +1,1 @@
-"""Export corrected clips, comparisons, markers and scripts."""
+"""Export corrected clips, comparisons of clips, timeline markers and scripts for other programs."""

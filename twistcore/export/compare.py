@@ -12,12 +12,15 @@ from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.work.frozen import dataclass
 
 _SAME = np.radians(1e-9)
-_MOVED = 1e-3  # share of the height, ten times the effect of writing angles with two decimals
+_MOVED = 1e-3  # share of the height, ten times the effect of rounding angles to two decimals
 
 
 @dataclass(frozen=True)
 class JointDifference:
-    """A joint whose local rotation differs in frames [start, stop), by at most the given angle."""
+    """A joint and frames [start, stop) in which its local rotation differs between two clips.
+
+    `max_degrees` is the largest angle between the two rotations.
+    """
 
     joint: str
     start: int
@@ -27,14 +30,14 @@ class JointDifference:
 
 @dataclass(frozen=True)
 class JointMove:
-    """The largest change of a joint's position, and the number of frames with a change.
+    """The largest change of a joint's position, and the number of frames in which it changes.
 
     Parameters
     ----------
     largest
-        In the file's unit.
+        The largest change, in the file's unit.
     of_height
-        As a fraction of the skeleton's height.
+        The largest change, as a fraction of the skeleton's height.
     """
 
     joint: str
@@ -50,7 +53,7 @@ class Difference:
     Parameters
     ----------
     moved
-        Joints whose position changed by more than the file's decimals explain.
+        Joints whose position changed by more than rounding in the file can explain.
     rest_of_height
         The largest change of position among the other joints, as a fraction of the height.
     """
@@ -69,7 +72,10 @@ class Difference:
 
 
 def compare(a: Motion, b: Motion) -> Difference:
-    """Compare two motions of one skeleton. Raises ClipMismatchError if they are not comparable."""
+    """Compare two motions of one skeleton, joint by joint.
+
+    Raises ClipMismatchError if they cannot be compared.
+    """
     if a.skeleton.names != b.skeleton.names or (a.skeleton.parents != b.skeleton.parents).any():
         raise ClipMismatchError("the two clips have different skeletons")
     if a.frames != b.frames:
@@ -107,7 +113,7 @@ def compare(a: Motion, b: Motion) -> Difference:
 
 
 def move_to_json(move: JointMove) -> dict[str, Any]:
-    """Return a moved joint as JSON data, in the file's unit and as a fraction of the height."""
+    """Return a joint's move as JSON data, in the file's unit and as a fraction of the height."""
     return {
         "joint": move.joint,
         "max": move.largest,
@@ -117,7 +123,10 @@ def move_to_json(move: JointMove) -> dict[str, Any]:
 
 
 def difference_to_json(difference: Difference, a: str, b: str) -> dict[str, Any]:
-    """Return the comparison as a JSON document."""
+    """Return the comparison as a JSON document.
+
+    `a` and `b` are the names of the two clips.
+    """
     return {
         "schema": "twistcore.diff/1",
         "a": a,

@@ -1,4 +1,4 @@
-"""A clip's intervals in the format of `detect --json` and of batch results."""
+"""The intervals of a clip in the JSON format of `detect --json` and of batch results."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from twistcore.analysis.clip_analysis import Detection
 
 
 def intervals_to_json(found: Detection, *, explain: bool = False) -> list[dict[str, Any]]:
-    """Return one entry per interval.
+    """Return one JSON entry for each interval.
 
     Set `explain` to True to include the residual and the evidence (docs/formats.md).
     """

@@ -1,7 +1,7 @@
-"""Distinguish corrected clips that this program wrote next to their sources from the sources.
+"""Recognise the corrected clips that this program has written next to the original clips.
 
-Programs that do not load numpy call this for every clip of a folder, so file names are used as far
-as possible.
+This module is used for every clip in a folder by programs that do not load numpy, so it uses file
+names as far as possible.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from pathlib import Path, PurePath
 from twistcore.files.kinds import PICKLE, kind_of
 from twistcore.files.wide_text import narrow_head
 
-EXPORT_MARK = "_refined"  # added to a clip's name by default
-REPLAY_SUFFIX = ".replay.json"  # session of an export, which is not a review to continue
+EXPORT_MARK = "_refined"  # added to the name of a corrected clip by default
+REPLAY_SUFFIX = ".replay.json"  # session that repeats an export, not a review to continue
 _REPORT_SUFFIX = ".report.json"
 _DOCUMENTS = (REPLAY_SUFFIX, _REPORT_SUFFIX)
-_HEAD = 200_000  # bytes, more than any known skeleton needs
+_HEAD = 200_000  # bytes read from the start, more than any known skeleton needs
 
 
 def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
     """Return the clips that this program wrote, each with the file name of its source.
 
-    The source is named by the session that replays the clip, or by the clip's report. Without
-    these, the default name of exports is used, if the file equals the source up to the motion. A
-    clip whose source is not among the clips of its folder is not an export.
+    The source is given by the session that replays the clip, or by the clip's report. If there is
+    neither, a clip with the default name of an export counts as one if the file equals the source
+    up to the motion. A clip whose source is not among the clips in its folder is not an export.
     """
     by_folder: dict[Path, list[str]] = defaultdict(list)
     for path in clips:
@@ -43,16 +43,16 @@ def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
 
 
 def without_exports(clips: Iterable[Path]) -> list[Path]:
-    """Return the clips in their order, without exports (see :func:`exports_among`)."""
+    """Return the clips in the same order, without exports (see :func:`exports_among`)."""
     paths = list(clips)
     exported = exports_among(paths)
     return [path for path in paths if path not in exported]
 
 
 def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
-    """Return the exports among clips in one folder, keyed by name (see :func:`exports_among`).
+    """Return the exports among the clips of one folder, keyed by name (see :func:`exports_among`).
 
-    Only clips that have a document or the name of an export are examined.
+    Only clips that have a session or report, or the name of an export, are examined.
     """
     names, found = frozenset(clips), {}
     try:
@@ -78,7 +78,7 @@ def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
 
 
 def clip_of_session(session: Path) -> str:
-    """Return the file name of the clip to which a session belongs, or '' if it names none."""
+    """Return the file name of the clip that a session is for, or '' if it has none."""
     with suppress(OSError):
         status = session.stat()
         if stat.S_ISREG(status.st_mode):
@@ -95,9 +95,9 @@ def _read_clip(session: Path, modified: int, size: int) -> str:
 
 
 def _documents_of(name: str, stem: str) -> Iterator[str]:
-    """Yield the names of documents that may describe an export.
+    """Yield the names of the sessions and reports that may describe an export.
 
-    Their names begin with the export's full name or, for a BVH, with its stem.
+    These names begin with the export's full name or, for a BVH, with the name without suffix.
     """
     for suffix in _DOCUMENTS:
         yield name + suffix
@@ -105,7 +105,7 @@ def _documents_of(name: str, stem: str) -> Iterator[str]:
 
 
 def _documented_source(document: str, export: str) -> str:
-    """Return the name of an export's source clip according to a document, or ''."""
+    """Return the name of an export's source clip as given in a session or report, or ''."""
     with suppress(OSError):
         status = os.stat(document)  # noqa: PTH116
         if stat.S_ISREG(status.st_mode):  # opening a FIFO would wait for its writer
@@ -145,7 +145,7 @@ def _read_head(clip: str, modified: int, size: int) -> bytes:
         if not zipfile.is_zipfile(file):
             file.seek(0)
             head = narrow_head(file.read(_HEAD))
-            if kind_of(head) is PICKLE:  # an export replaces its arrays by others of equal size
+            if kind_of(head) is PICKLE:  # an export has other arrays of equal size
                 return str(size).encode() + head.partition(b"smpl_poses")[0]
             return head.partition(b"MOTION")[0]
         with suppress(zipfile.BadZipFile), zipfile.ZipFile(file) as archive:

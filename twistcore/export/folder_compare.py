@@ -43,18 +43,17 @@ class FolderDifference:
 
     @property
     def compared(self) -> int:
-        """Number of clips that are in both folders and could be compared."""
+        """Number of clips that exist in both folders and could be compared."""
         return len(self.identical) + len(self.same_motion) + len(self.different)
 
 
 def compare_folders(
     a: Path, b: Path, *, workers: int = 1, counter: Counter = uncounted
 ) -> FolderDifference:
-    """Compare the clips of two folders and their subfolders. Raises TwistError for a folder without
-    clips.
+    """Compare the clips in two folders and their subfolders.
 
-    `counter` is called with the number of clips, and returns the function that is called with the
-    name of each finished clip.
+    `counter` is called with the number of clips, and returns a function that is called with the
+    name of each finished clip. Raises TwistError if a folder has no clips.
     """
     of_a, of_b = clips_by_name(a), clips_by_name(b)
     both = sorted(of_a.keys() & of_b.keys())
@@ -85,7 +84,10 @@ def compare_folders(
 
 
 def _compared(a: Path, b: Path, name: str) -> Difference | None:
-    """Compare a clip in both folders; None for equal bytes, even if they are not a valid clip."""
+    """Compare a clip in both folders, or return None if the bytes are equal.
+
+    Files with equal bytes do not have to be valid clips.
+    """
     path_a, path_b = a / name, b / name
     if _read(path_a) == _read(path_b):
         return None
@@ -108,7 +110,10 @@ def _is_same(difference: Difference) -> bool:
 
 
 def folder_difference_to_json(found: FolderDifference, a: str, b: str) -> dict[str, Any]:
-    """Return the comparison as a JSON document."""
+    """Return the comparison as a JSON document.
+
+    `a` and `b` are the names of the two folders.
+    """
     return {
         "schema": "twistcore.folder_diff/1",
         "a": a,
@@ -140,5 +145,5 @@ def _clip_to_json(name: str, difference: Difference) -> dict[str, Any]:
 
 
 def largest_degrees(difference: Difference) -> float:
-    """Return the largest angle between two rotations of a joint, or 0 if none differs."""
+    """Return the largest angle between two rotations of a joint, in degrees; 0 if all are equal."""
     return max((j.max_degrees for j in difference.joints), default=0.0)

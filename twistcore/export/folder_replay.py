@@ -1,4 +1,4 @@
-"""Replay the sessions of a folder on their clips, and write into a separate folder."""
+"""Replay the sessions in a folder on their clips, and write the results into another folder."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from twistcore.formats.clip_files import clips_by_name
 from twistcore.tuning.folder_sessions import read_sessions
 from twistcore.work.frozen import dataclass
 
-WRITTEN = "applied.jsonl"  # in the output folder: the list of the files that this command wrote
+WRITTEN = "applied.jsonl"  # in the output folder: a list of the clips that this command wrote
 _SCHEMA = "twistcore.applied/1"
 
 
@@ -37,16 +37,16 @@ class SessionClip:
 
 @dataclass(frozen=True)
 class Pairs:
-    """Sessions paired with their clips.
+    """The sessions of a folder, paired with their clips.
 
     `problems` has one sentence for each session without a clip.
 
     Parameters
     ----------
     older
-        Sessions whose clip has a later session.
+        Sessions that are not used because their clip has a later session.
     alone
-        Clips without a session, except exports of other clips.
+        Clips without a session. Exports of other clips are not listed.
     """
 
     pairs: tuple[SessionClip, ...]
@@ -57,18 +57,18 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replayed:
-    """The result for a clip.
+    """The result of replaying a session on a clip.
 
     Parameters
     ----------
     sha256
-        Hash of the corrected bytes.
+        SHA-256 of the corrected bytes.
     new
         True if the file did not exist yet.
     applied, repairable
-        Number of applied and of repairable intervals.
+        Number of intervals that were applied, and of intervals that can be corrected.
     jumps
-        Unavoidable jumps of channels.
+        Jumps of channels that could not be avoided.
     left, beside
         Sentences returned by :func:`twistcore.export.replay.uncorrected_sentences`.
     """
@@ -85,11 +85,11 @@ class Replayed:
 def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
     """Pair every session in a folder and its subfolders with its clip.
 
-    A session belongs to the clip with the recorded name and bytes or, if there is none, to a clip
-    with another name and these bytes. Of several clips, the one in the matching subfolder is used.
-    An export next to its source is used only if no other clip fits. If a clip has several sessions,
-    the latest is used. Clips in `output` are ignored. Raises TwistError if there is no clip or no
-    session.
+    A session belongs to the clip with the stored name and bytes. If there is none, it belongs to a
+    clip with the same bytes and another name. Of several such clips, the one in the matching
+    subfolder is used. An export next to its source is used only if no other clip fits. If a clip
+    has several sessions, the latest is used. Clips in `output` are ignored. Raises TwistError if
+    there is no clip or no session.
     """
     there = clips_by_name(clips)
     if (inside := real_path(output)).is_relative_to(real_path(clips)):
@@ -122,7 +122,7 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
 
 
 class _Clips:
-    """Clips by name and by contents; the files are read only if names are ambiguous."""
+    """An index of clips by name and by contents. Files are read only when they are compared."""
 
     def __init__(self, paths: Mapping[str, Path], exports: Collection[str]) -> None:
         self._paths, self._exports = paths, exports
@@ -131,9 +131,10 @@ class _Clips:
             self._named[path.name].append(name)
 
     def of(self, session: Path, clip: str, sha256: str, folder: PurePath) -> str:
-        """Return the name of a session's clip in a subfolder.
+        """Return the name of the clip of a session in the subfolder `folder`.
 
-        Raises TwistError if there is none.
+        `clip` and `sha256` are the name and the hash in the session. Raises TwistError if there is
+        no such clip, or more than one.
         """
         named = self._named.get(clip, [])
         same = [name for name in named if self._mark(name) == sha256]
@@ -168,10 +169,11 @@ class _Clips:
 
 
 def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
-    """Write a clip corrected by its session, with the same bytes as `apply` on the two files.
+    """Write a clip corrected by its session into a folder.
 
-    `own` has the SHA-256 of the files that this command wrote into the folder, keyed by name.
-    Raises TwistError, without writing anything, if another file exists there, and the errors of
+    The bytes are the same as those that `apply` writes for these two files. `own` has the SHA-256
+    of the files that this command wrote into the folder before, keyed by name. Raises TwistError,
+    without writing anything, if another file with this name exists, and the errors of
     :func:`twistcore.export.replay.replayed`.
     """
     replay = replayed(pair.session, pair.clip)
@@ -198,7 +200,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
 def read_written(output: Path) -> dict[str, str]:
     """Return the SHA-256 of the files that this command wrote into a folder, keyed by name.
 
-    Raises TwistError and FormatError.
+    Raises TwistError or FormatError if the list of these files cannot be read.
     """
     path, own = output / WRITTEN, dict[str, str]()
     if not is_there(path):
@@ -206,7 +208,7 @@ def read_written(output: Path) -> dict[str, str]:
     lines = bytes_of(path).decode("utf-8", errors="replace").split("\n")
     for number, line in enumerate(lines):
         entry = None
-        with suppress(FormatError):  # an incomplete line: the file is treated as not ours
+        with suppress(FormatError):  # after an incomplete line, the file counts as not ours
             entry = parsed_json(line)
         if not number and not (isinstance(entry, dict) and entry.get("schema") == _SCHEMA):
             raise FormatError(f"{path}: expected a document with schema {_SCHEMA!r}")
@@ -216,7 +218,7 @@ def read_written(output: Path) -> dict[str, str]:
 
 
 def note_written(output: Path, name: str, sha256: str) -> None:
-    """Record that this command wrote a clip into the folder. Raises OSError."""
+    """Add a clip to the list of files that this command wrote into the folder. Raises OSError."""
     path = output / WRITTEN
     new = not is_there(path)
     head = json_text({"schema": _SCHEMA}, indent=None)

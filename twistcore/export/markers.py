@@ -41,14 +41,15 @@ def blender_markers(
         if j.decision.value != "rejected"
     ]
     listed = "[\n" + "".join(f"    ({n!a}, {a}, {b}),\n" for n, a, b in rows) + "]"
-    # The clip's name is put into a docstring, which it must not end or reverse.
+    # The clip's name is put into a docstring and must not end it or reverse its direction.
     safe = ascii(clip)[1:-1].replace("\\", "/").replace('"', "'")
     return _BLENDER.format(clip=safe, intervals=listed)
 
 
 def _what(judged: Judged) -> str:
-    """Return the chain's name, or the joint's if it errs alone, and the kind, unless this is a
-    counter-twist.
+    """Return the name of the chain or the wrong joint, and the kind.
+
+    The kind is omitted for a counter-twist.
     """
     interval = judged.interval
     name = interval.chain if interval.repairable or not interval.joint else interval.joint

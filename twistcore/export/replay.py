@@ -1,4 +1,4 @@
-"""Replay a review on its clip, with the same result in the program and on the command line."""
+"""Replay a review on its clip. The window and the command line give exactly the same result."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from twistcore.work.progress import Tell
 def accepted_motion(
     clip: Clip, chains: Sequence[Chain], state: ReviewState, *, tell: Tell | None = None
 ) -> Motion:
-    """Return the motion to export: corrected by the accepted intervals, then tracked.
+    """Return the motion to export: corrected by the accepted intervals, and then tracked.
 
-    `chains` contains chains, and limbs whose flips were accepted. `tell` is called with the
-    completed share of tracking.
+    `chains` are the chains of the review, and its limbs. `tell` is called with the completed share
+    of the tracking.
     """
     refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
@@ -35,7 +35,7 @@ def accepted_motion(
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """A session applied to its clip, with the named chains and limbs and the corrected motion."""
+    """A session applied to its clip: the chains and limbs, and the corrected motion."""
 
     session: Session
     clip: Clip
@@ -44,7 +44,7 @@ class Replay:
 
 
 def replayed(session_path: Path, clip_path: Path) -> Replay:
-    """Read a session and its clip, and correct the clip. Raises TwistError and OSError."""
+    """Read a session and its clip, and correct the clip. Raises TwistError or OSError."""
     session = read_session(session_path)
     clip = read_clip(clip_path, fps=session.fps)
     chains = chains_of(session, clip)
@@ -54,9 +54,9 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
 def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return sentences about chains that cannot be corrected and joints that moved with others.
+    """Return sentences about chains that cannot be corrected, and about joints that move as well.
 
-    The moved joints are not on a chain's axis.
+    Such a joint is a child that is not on the axis of a corrected chain.
     """
     sentences = chains_left(clip.motion, chains, chosen)
     left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)
@@ -77,7 +77,7 @@ def uncorrected_sentences(
 
 
 def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
-    """Return a sentence if intervals were accepted whose kind this version does not support."""
+    """Return a sentence if accepted intervals have a kind that this version does not support."""
     accepted = (j.interval.kind for j in state.intervals if j.decision == Decision.ACCEPTED)
     unknown = [kind for kind in accepted if not kind.known]
     if not unknown:
@@ -90,7 +90,7 @@ def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
 def chains_left(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[str, ...]:
-    """Return a sentence for each chain or joint whose intervals cannot be corrected."""
+    """Return a sentence for each chain or joint whose accepted intervals cannot be corrected."""
     left = []
     twists = [i for i in chosen if i.repairable]
     for chain in chains:
@@ -119,7 +119,7 @@ def correctable(
 
 
 def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
-    """Return the clip's chains and limbs according to the session's rig.
+    """Return the chains and limbs of a clip according to the session's rig.
 
     Raises the same errors as :func:`check_belongs`.
     """
@@ -133,7 +133,7 @@ def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
 
 
 def check_bytes(session: Session, clip: Clip) -> None:
-    """Raise ClipMismatchError unless the session was made for exactly these bytes."""
+    """Raise ClipMismatchError unless the session was made for a clip with exactly these bytes."""
     if session.sha256 != clip.sha256:
         raise ClipMismatchError(
             f"{clip.path}: the session was made on another version of this clip (SHA-256 differs)"
@@ -141,7 +141,7 @@ def check_bytes(session: Session, clip: Clip) -> None:
 
 
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
-    """Raise ClipMismatchError unless bytes, chains, frames and tracking of a session fit the clip.
+    """Raise ClipMismatchError unless a session's bytes, chains, frames and tracking fit the clip.
 
     `chains` are the chains and limbs of the clip.
     """

@@ -1,11 +1,11 @@
-"""Keys for the scene from which a clip was exported, and reference frames that identify the scene.
+"""Keys for the scene from which a clip was exported, and reference frames for identifying it.
 
 The axes of a scene's joints depend on its importer, rig and bind pose. Let A be the rotation
-between the worlds, and G and S a joint's global rotations in the clip and in the scene. Then S =
-A·G·B, where B is constant. A joint's local rotation in the scene is then PRE·q·POST, where q is its
-rotation in the clip, PRE = S_above⁻¹·A·G_above and POST = G⁻¹·A⁻¹·S. All of these are measured in
-the scene in frames without corrections. A correction is then the rotation POST⁻¹·q⁻¹·q'·POST,
-applied last.
+between the world axes of clip and scene, and G and S a joint's global rotations in the clip and in
+the scene. Then S = A·G·B, where B is constant. A joint's local rotation in the scene is then
+PRE·q·POST, where q is its local rotation in the clip, PRE = S_above⁻¹·A·G_above and POST =
+G⁻¹·A⁻¹·S. All of these are measured in the scene, in frames without corrections. A correction is
+then the rotation POST⁻¹·q⁻¹·q'·POST, applied last.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array, geodesic_angle
 
 MOST_REFERENCES = 5
-_SAME = 1e-7  # radians: limit for an unchanged global rotation
+_SAME = 1e-7  # radians; a global rotation that changes by less counts as unchanged
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A frame in which joints are uncorrected, with positions and rotations in the clip's axes.
+    """A frame in which some joints are uncorrected, with its pose in the clip's axes.
 
     Attributes
     ----------
     positions
-        Shape (joints, 3), in the file's length unit.
+        The global positions, shape (joints, 3), in the file's length unit.
     joints
-        Keyed by index, for each joint that gets keys and is uncorrected in this frame: the global
+        For each joint that gets keys and is uncorrected in this frame, keyed by index: the global
         rotations of its parent (the identity for a root) and of the joint, quaternions (w, x, y,
         z).
     """
@@ -45,10 +45,10 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class SceneKeys:
-    """A clip's corrections as keys: the frames (n,), and q and q' (n, 4) of each joint.
+    """The corrections of a clip as keys: for each joint, the frames (n,), and q and q' (n, 4).
 
-    `unseen` are the joints corrected in every frame, whose axes in the scene can only be measured
-    before any key is set.
+    `unseen` are the joints that are corrected in every frame. Their axes in the scene can only be
+    measured before any key is set.
     """
 
     frames: Mapping[int, NDArray[np.intp]]
@@ -59,9 +59,9 @@ class SceneKeys:
 
 
 def scene_keys(motion: Motion, corrected: Motion) -> SceneKeys:
-    """Return the local rotations that differ, and up to five reference frames for each joint.
+    """Return the local rotations that differ as keys, with up to five reference frames per joint.
 
-    Raises TwistError if there is no difference.
+    Raises TwistError if nothing differs.
     """
     changed = (motion.rotations != corrected.rotations).any(axis=2)
     joints = np.flatnonzero(changed.any(axis=0)).tolist()
@@ -104,8 +104,9 @@ def _chosen(
 ) -> tuple[list[int], tuple[int, ...]]:
     """Return the reference frames, and the joints that have none.
 
-    The best frames are those in which every joint is uncorrected. If there are none, each joint
-    gets its own frames.
+    `free` maps each joint to a mask of the frames in which it is uncorrected. The best frames are
+    those in which every joint is uncorrected. If there are none, frames are chosen for each joint
+    separately.
     """
     unseen = tuple(j for j, own in free.items() if not own.any())
     seen = [own for j, own in free.items() if j not in unseen]
@@ -116,7 +117,7 @@ def _chosen(
 
 
 def _spread(free: NDArray[np.bool_]) -> list[int]:
-    """Return up to five of the frames, far apart from each other."""
+    """Return up to five of the frames in a mask, far apart from each other."""
     at = np.flatnonzero(free)
     picked = np.linspace(0, len(at) - 1, min(len(at), MOST_REFERENCES)).round().astype(int)
     return sorted(set(at[picked].tolist()))

@@ -1,6 +1,4 @@
-"""Track a review's joints with QuaMo after the twist correction, and return the tracker's
-values.
-"""
+"""Track joints with QuaMo after the twist correction, and return the tracker's values."""
 
 from __future__ import annotations
 
@@ -49,9 +47,9 @@ DEMONSTRATION = (
 
 @dataclass(frozen=True, eq=False)
 class Traces:
-    """The tracker's values, with one row per step.
+    """The internal values of the tracker, with one row per step.
 
-    After a forward and a backward pass, gains and parts are the means of the two.
+    After a forward and a backward pass, gains and parts are the means of both passes.
 
     Attributes
     ----------
@@ -73,7 +71,7 @@ class Traces:
 
 @cache
 def weights_mark() -> str:
-    """Return the mark of the shipped networks in sessions: 16 digits of their SHA-256."""
+    """Return the identifier of the included networks in sessions: 16 digits of their SHA-256."""
     return hashlib.sha256(weights_file().read_bytes()).hexdigest()[:16]
 
 
@@ -83,7 +81,7 @@ def _network() -> Network:
 
 
 def knows_learned(motion: Motion) -> bool:
-    """True if the networks were trained for this skeleton and its unit of length is known."""
+    """True if the networks were trained for this skeleton, and its unit of length is known."""
     try:
         topology = find_topology(motion.skeleton)
         metres_per_unit(motion.skeleton)
@@ -93,7 +91,7 @@ def knows_learned(motion: Motion) -> bool:
 
 
 def check_tracking(motion: Motion, tracking: Tracking) -> None:
-    """Raise TwistError with one sentence if a motion cannot be tracked in this way."""
+    """Raise TwistError with one sentence if a motion cannot be tracked with these settings."""
     joints = _joints(motion, tracking)
     if tracking.place:
         check_place(motion, learned=tracking.learned)
@@ -111,7 +109,7 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
 
 
 def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None) -> Motion:
-    """Return the motion with the joints tracked, except in T-pose frames at the start.
+    """Return the motion after tracking. T-pose frames at the start are not tracked.
 
     `tell` is called with the completed share. Raises the same errors as :func:`check_tracking`.
     """
@@ -160,7 +158,7 @@ def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
 
 
 def _gains(tracking: Tracking, dt: float) -> Gains:
-    """Return the gains of the review; the gains for the position depend on the frame rate.
+    """Return the gains of the review. The gains for the position depend on the frame rate.
 
     If no joint is tracked, the gains for joints have no effect.
     """
@@ -171,7 +169,10 @@ def _gains(tracking: Tracking, dt: float) -> Gains:
 
 
 def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Return one pass's gains and parts, 0 at its start, and a mask of the rows with a step."""
+    """Return the gains and parts of one pass, and a mask (0 or 1) of the rows with a step.
+
+    At the start of a pass there is no step, and gains and parts are 0.
+    """
     gains = np.zeros((len(steps), len(shown), 3))
     parts = np.zeros((len(steps), len(shown), 4))
     seen = np.zeros(len(steps), dtype=np.int64)
