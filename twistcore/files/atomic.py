@@ -125,7 +125,7 @@ def is_standard_output(path: Path) -> bool:
 
 
 def same_file(a: Path, b: Path) -> bool:
-    """True if both paths lead to the same existing file, even if one is a link to the other."""
+    """True if both paths lead to the same existing file, for example through a link."""
     return is_there(a) and is_there(b) and a.samefile(b)
 
 

@@ -36,9 +36,7 @@ def encoded(text: str) -> bytes:
 
 
 def escaped(text: str) -> str:
-    """Return text with the escapes of :func:`encoded`, so that any Unicode encoding can write
-    it.
-    """
+    """Return text with the escapes of :func:`encoded`, which any Unicode encoding can write."""
     return encoded(text).decode("utf-8")
 
 

@@ -94,7 +94,7 @@ def _was_given(path: Path) -> bool:
 
 
 def check_ordinary(path: Path, mode: int) -> None:
-    """Raise OSError unless `mode`, from `stat`, is that of a regular file."""
+    """Raise OSError unless `mode`, from `stat`, belongs to a regular file."""
     if refused := _REFUSED.get(stat.S_IFMT(mode)):
         code, why = refused
         raise OSError(code, why, str(path))

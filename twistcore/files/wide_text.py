@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 from dataclasses import dataclass, field
 
-_MARKS = (  # UTF-32 first, because its mark begins like that of UTF-16
+_MARKS = (  # UTF-32 first, because its mark begins like UTF-16's mark
     (codecs.BOM_UTF32_LE, "utf-32-le"),
     (codecs.BOM_UTF32_BE, "utf-32-be"),
     (codecs.BOM_UTF16_LE, "utf-16-le"),
@@ -38,9 +38,7 @@ class WideText:
         return self.codec[:6].upper()
 
     def encoded(self, text: bytes) -> bytes:
-        """Encode a changed text as the file was encoded. This is the reverse of
-        :func:`wide_text`.
-        """
+        """Encode a changed text as the file was encoded, the reverse of :func:`wide_text`."""
         return text.decode("utf-8", "surrogatepass").encode(self.codec, "surrogatepass") + self.rest
 
 

@@ -75,7 +75,7 @@ class Tracking:
 
     @property
     def what(self) -> str:
-        """What is tracked, in two or three words."""
+        """The tracked parts of the figure, in two or three words."""
         joints = self.joints[0] if len(self.joints) == 1 else f"{len(self.joints)} joints"
         return " and ".join((joints,) * bool(self.joints) + ("the position",) * self.place)
 

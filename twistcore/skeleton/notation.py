@@ -80,7 +80,7 @@ def _middle(frames: int) -> slice:
 
 @dataclass(frozen=True, eq=False)
 class DistinctFrames:
-    """The frames that determine a clip: those that are not repeated, or the linear keys.
+    """The frames that determine a clip: all frames that are not repeated, or the linear keys.
 
     Attributes
     ----------
