@@ -103,8 +103,7 @@ class Shape:
 
     @cached_property
     def below(self) -> tuple[list[int], list[float], dict[int, int]]:
-        """Return the longest line of joints below each joint: its number of bones, length and
-        start.
+        """Return the number of bones, length and start of the longest line below each joint.
 
         The numbers and lengths have an entry for each joint. The starts are children, keyed by
         joint.
