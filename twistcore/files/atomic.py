@@ -22,7 +22,7 @@ STANDARD_OUTPUT = Path("/dev/stdout")  # also on systems that have no such file
 _LONGEST_NAME, _SPARE = 255, 10  # bytes; _SPARE leaves room for a number in the name
 _TRIES = 8
 _BINARY = getattr(os, "O_BINARY", 0)
-_HELD_TO_THE_END = os.name == "posix"  # keep a file open until it is renamed; Windows cannot
+_HELD_TO_THE_END = os.name == "posix"  # Windows cannot rename an open file
 _MOST_LINKS = 40  # maximum number of links to follow, as in Linux
 _STREAMS = (stat.S_IFIFO, stat.S_IFCHR)
 _REFUSED = {
@@ -54,7 +54,7 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 @contextlib.contextmanager
 def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
-    """Yield a temporary file to write to. It replaces the file at the path when the block ends.
+    """Yield a file to write to, which replaces the file at the path when the block ends.
 
     Unlike :func:`write_atomically`, this works for data that is too large for the memory. After an
     exception in the block, the old file is unchanged, but a stream keeps the bytes that were

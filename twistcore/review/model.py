@@ -48,7 +48,7 @@ class Decision(StrEnum):
 class Tracking:
     """The settings for tracking joints with QuaMo after the twist correction.
 
-    In sessions without the last two keys, these have their defaults.
+    Old sessions lack the last two settings, which then have their defaults.
 
     Parameters
     ----------
