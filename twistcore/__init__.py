@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from twistcore.skeleton.signals import TwistSignals, twist_signals
     from twistcore.synthesis import InjectedError, inject
 
-# In the order of the data, as the documentation lists them.
+# In the order in which the functions are used, as in the documentation.
 __all__ = [  # noqa: RUF022
     "read_clip",
     "read_bvh",

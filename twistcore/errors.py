@@ -1,4 +1,4 @@
-"""The errors that this package raises, each with a sentence for users."""
+"""The errors that this package raises. Their messages are sentences for users."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 class TwistError(Exception):
-    """The base of all errors that users should see. The message is one sentence.
+    """The base class of all errors that users should see. The message is one sentence.
 
     Examples
     --------
@@ -19,21 +19,23 @@ class TwistError(Exception):
     """
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle message and attributes without __init__, so that other processes can raise the
-        error.
+        """Pickle the message and attributes, so that other processes can raise the error again.
+
+        Unpickling does not call __init__.
         """
         return _remade, (type(self), self.args), vars(self)
 
 
 def _remade(kind: type[TwistError], arguments: tuple[Any, ...]) -> TwistError:
-    """Create the error without __init__, which needs more arguments, and set its attributes
-    later.
+    """Create an error without calling __init__, which would need more arguments.
+
+    The attributes are set afterwards by pickle.
     """
     return kind.__new__(kind, *arguments)
 
 
 class ClipError(TwistError):
-    """Raised if a clip cannot be read, with the position in the file and the expected text."""
+    """Raised if a clip cannot be read. It has the position in the file and the expected text."""
 
     def __init__(
         self, path: str, expected: str, *, line: int | None = None, column: int | None = None
@@ -52,7 +54,7 @@ class BvhError(ClipError):
 
 
 class AmcError(ClipError):
-    """Raised if an AMC file, or the ASF file with its skeleton, cannot be read."""
+    """Raised if an AMC file, or the ASF file with the skeleton, cannot be read."""
 
 
 class NpzError(TwistError):
@@ -60,8 +62,8 @@ class NpzError(TwistError):
 
 
 class ClipMismatchError(TwistError):
-    """Raised if two files that should belong together do not."""
+    """Raised if two files do not belong together, for example a session and a clip."""
 
 
 class FormatError(TwistError):
-    """Raised if a JSON or TOML document of this project is damaged or has another schema."""
+    """Raised if a JSON or TOML file of this project is damaged or has an unknown schema."""

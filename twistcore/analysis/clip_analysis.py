@@ -76,7 +76,7 @@ RESTLESS_DOUBT = "there are lone jumps throughout the clip, so every detection i
 
 
 class ClipAnalysis:
-    """The analysis of a motion, before any threshold or decision, as `analyse` returns it.
+    """The analysis of a motion, without any threshold or decision, as returned by `analyse`.
 
     The object is immutable and thread-safe. It computes each result once, on first use.
 
@@ -131,7 +131,7 @@ class ClipAnalysis:
         # Keyed by kind and method ('' is the clip as captured); then results that finders share.
         self._shown: dict[tuple[Kind, str], Mapping[str, tuple[Interval, ...]]] = {}
         self._shared: dict[str, dict[Any, Any]] = {}
-        # Kinds of other packages that failed, with the reason.
+        # Kinds from other packages for which the search failed, with the reason.
         self._failed_kinds: dict[Kind, str] = {}
         self._known: dict[str, tuple[Interval, ...]] = {}
         self._refiners: dict[str, Callable[[int, int], Motion] | None] = {}
@@ -380,7 +380,7 @@ class ClipAnalysis:
 
     @property
     def _of_limbs(self) -> tuple[Chain, ...]:
-        """The chains without the helpers next to limbs."""
+        """The chains that are not helpers."""
         return tuple(c for c in self.chains if not isinstance(c, Helper))
 
     @property
@@ -614,10 +614,11 @@ class ClipAnalysis:
         return Hinges(self.motion)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
-        """Return the automatically corrected counter-twists in chains that share a joint with it.
+        """Return the automatically corrected counter-twists in chains next to the interval's
+        chain.
 
-        If the interval is not corrected automatically, for example because τ was changed,
-        counter-twists in its chain are left out: they may be the same error.
+        These chains share a joint. If the interval is not corrected automatically, for example
+        because τ was changed, counter-twists in its chain are left out: they may be the same error.
         """
         own = self.chain(interval.chain)
         joints = {own.parent, own.child}
@@ -695,9 +696,10 @@ class ClipAnalysis:
     def tau_of(
         self, for_all: float | None, by_name: Mapping[str, float] = MappingProxyType({})
     ) -> dict[str, float]:
-        """Return τ in radians, keyed by name, from a value for all limb chains and from a profile.
+        """Return τ in radians, keyed by name, from one value for all chains and from a profile.
 
-        Names in the profile that the clip does not have are ignored.
+        The value `for_all` does not apply to limbs and helpers. Names in the profile that are not
+        in the clip are ignored.
         """
         names = {c.name for c in self.chains_and_limbs}
         return self._given(for_all, None) | {k: t for k, t in by_name.items() if k in names}
@@ -1049,7 +1051,7 @@ def analyse(
     Returns
     -------
     ClipAnalysis
-        The analysis, which keeps its results.
+        The analysis, which caches its results.
 
     Raises
     ------

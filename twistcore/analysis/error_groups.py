@@ -175,15 +175,15 @@ def without_alternatives(
 ) -> tuple[Interval, ...]:
     """Return the intervals without those whose correction has a more certain alternative.
 
-    If two alternatives were corrected together, the limb would end up in neither of the two poses
-    that they intend.
+    If two alternatives were corrected together, the limb would end up in neither of the two
+    intended poses.
 
     Parameters
     ----------
     intervals
         The intervals whose corrections are shown together.
     chains
-        All chains and limbs that they refer to.
+        All chains and limbs to which the intervals refer.
     skeleton
         The skeleton of the clip.
     chosen

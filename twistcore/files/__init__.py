@@ -1,1 +1,1 @@
-"""Read and write files safely: file kinds, encodings, documents, locks and checksums."""
+"""Safe reading and writing of files: file kinds, encodings, documents, locks and checksums."""

@@ -1,6 +1,6 @@
-"""Write files atomically: a file always has either its old or its new contents.
+"""Write files atomically: at any time, a file has either its old or its new contents.
 
-Streams and devices cannot be replaced, so data is written into them.
+Streams and devices cannot be replaced. Data is written directly into them.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _LONGEST_NAME, _SPARE = 255, 10  # bytes; _SPARE leaves room for a number in the
 _TRIES = 8
 _BINARY = getattr(os, "O_BINARY", 0)
 _HELD_TO_THE_END = os.name == "posix"  # Windows cannot rename an open file
-_MOST_LINKS = 40  # the limit of Linux
+_MOST_LINKS = 40  # maximum number of links to follow, as in Linux
 _STREAMS = (stat.S_IFIFO, stat.S_IFCHR)
 _REFUSED = {
     stat.S_IFDIR: (errno.EISDIR, "a folder"),
@@ -34,9 +34,9 @@ _REFUSED = {
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write all of the data to a path, or none of it.
+    """Write all of the data to a path, or nothing if an error occurs.
 
-    A regular file is replaced: the new bytes are written next to it under a temporary name, fsynced
+    A regular file is replaced: the new bytes are written to a temporary file next to it, fsynced
     and renamed, and the folder is fsynced. Links are followed and kept. The new file has the old
     one's permissions, and its owner and group if this process may change them (root). Without that
     permission, the file belongs to the user, as with any program that saves by renaming. Other hard
@@ -55,10 +55,11 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 @contextlib.contextmanager
 def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
-    """Yield a file to write piece by piece; once complete, it replaces the file at the path.
+    """Yield a file to write to, which replaces the file at the path when the block ends.
 
-    Like :func:`write_atomically`, for data too large to hold in memory. An exception in the block
-    leaves the old file unchanged; a stream keeps the bytes written before the exception.
+    Unlike :func:`write_atomically`, this works for data that is too large for the memory. After an
+    exception in the block, the old file is unchanged, but a stream keeps the bytes that were
+    written before the exception.
     """
     try:
         descriptor = _descriptor_to_write(path)
@@ -68,7 +69,7 @@ def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
         else:
             with os.fdopen(descriptor, "wb") as file:
                 yield file
-    except OSError as error:  # name the path the user gave, not a temporary or linked one
+    except OSError as error:  # name the path that the user gave, not a temporary or linked one
         raise OSError(error.errno, error.strerror, str(path)) from None
 
 
@@ -84,9 +85,9 @@ def move_into_place(part: Path, end: Path) -> None:
 
 
 def destination(path: Path) -> Path:
-    """Return the path at the end of all links, even if the file does not exist.
+    """Return the path to which all links lead, even if there is no such file.
 
-    An open descriptor of this process is not followed, though Linux shows it as a link. Raises
+    An open descriptor of this process is not followed, although Linux shows it as a link. Raises
     OSError for a loop of links, and for a folder, a block device or a socket, which can be neither
     replaced nor written into.
     """
@@ -121,7 +122,7 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def is_stream(path: Path) -> bool:
-    """True if the path cannot be replaced and can only be written into. Raises OSError."""
+    """True if the path can only be written into and not be replaced. Raises OSError."""
     end = destination(path)
     return _descriptor_number(end) is not None or _kind(path) in _STREAMS
 
@@ -135,7 +136,7 @@ def is_standard_output(path: Path) -> bool:
 
 
 def same_file(a: Path, b: Path) -> bool:
-    """True if both paths lead to the same existing file, even through links or other spellings."""
+    """True if both paths lead to the same existing file, for example through a link."""
     return is_there(a) and is_there(b) and a.samefile(b)
 
 
@@ -148,7 +149,7 @@ def _descriptor_number(end: Path) -> int | None:
 
 
 def _descriptor_to_write(path: Path) -> int | None:
-    """Return a descriptor to write into and then close, or None if the file must be replaced."""
+    """Return a descriptor to write into and close, or None if the path is a file to be replaced."""
     if not is_stream(path):
         return None
     number = _descriptor_number(destination(path))
@@ -166,9 +167,10 @@ def _kind(path: Path) -> int:
 
 
 def part_name(end: Path, suffix: str = "") -> Path:
-    """Return the temporary name of a file, always the same so that a leftover is found.
+    """Return the name of the temporary file for a path.
 
-    A name that would be too long is shortened, with a hash of the full name added.
+    It is always the same, so that a file left by a killed program is found. A name that would be
+    too long is shortened, and a hash of the full name is added.
     """
     name, mark = end.name, f"{_PART_MARK}{_PART_END}{suffix}"
     if len(os.fsencode(name)) + len(mark) + _SPARE > _LONGEST_NAME:
@@ -179,9 +181,9 @@ def part_name(end: Path, suffix: str = "") -> Path:
 
 
 def take_part(part: Path) -> tuple[int, Path]:
-    """Create, open and lock a new file with this name, or with a similar one if the name is taken.
+    """Create, open and lock a temporary file with this name, or a similar one if it is in use.
 
-    A leftover of a killed program is removed: a file of this user that no process has locked. Any
+    A file of this user that no process has locked was left by a killed program, and is removed. Any
     other file is kept, and another name is used. Raises OSError.
     """
     for _ in range(_TRIES):
@@ -190,7 +192,7 @@ def take_part(part: Path) -> tuple[int, Path]:
             handle = os.open(part, os.O_RDWR | os.O_CREAT | os.O_EXCL | _BINARY, 0o600)
             if lock(handle) and _is_at(part, handle):
                 return handle, part
-            os.close(handle)  # another process took it for a leftover before it was locked
+            os.close(handle)  # another process removed it as a leftover before it was locked
             continue
         break
     import tempfile  # slow to load; few files need another name
@@ -218,7 +220,7 @@ def _replacing(end: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_left(part: Path) -> None:
-    """Remove files left by a killed program, but no links, other users' files or files in use."""
+    """Remove a file left by a killed program, but no links, other users' files or files in use."""
     try:
         status = part.lstat()
         if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1 or not _is_mine(status):
@@ -245,7 +247,7 @@ def _is_at(path: Path, handle: int) -> bool:
 
 
 def _settle(part: Path, end: Path) -> None:
-    """Give the new file the permissions and owner of the replaced file, or else the defaults."""
+    """Give the new file the permissions and owner of the file that it replaces, or the defaults."""
     try:
         old = end.stat()
     except FileNotFoundError:
@@ -256,14 +258,14 @@ def _settle(part: Path, end: Path) -> None:
     if os.name == "posix":
         new = part.stat()
         if (old.st_uid, old.st_gid) != (new.st_uid, new.st_gid):
-            with contextlib.suppress(OSError):  # only root may give a file away
+            with contextlib.suppress(OSError):  # only root may change the owner
                 os.chown(part, old.st_uid, old.st_gid)
     part.chmod(old.st_mode & 0o777)
 
 
 def sync_folder(folder: Path) -> None:
-    """Flush a folder to disk, so that a new file name survives a crash."""
-    if os.name != "posix":  # Windows does not open folders
+    """Flush a folder to disk, so that the names of new files survive a crash."""
+    if os.name != "posix":  # Windows cannot open folders
         return
     with contextlib.suppress(OSError):  # some file systems do not support this
         handle = os.open(folder, os.O_RDONLY)
@@ -274,7 +276,10 @@ def sync_folder(folder: Path) -> None:
 
 
 def free_name(path: Path, suffix: str = "") -> Path:
-    """Return the first free name of NAME, NAME-2, NAME-3 …, with `suffix`, in `path`'s folder."""
+    """Return the first of NAME, NAME-2, NAME-3 … in the path's folder that does not exist yet.
+
+    NAME is the name of `path` followed by `suffix`.
+    """
     wanted = path.with_name(path.name + suffix)
     free, number = wanted, 2
     while os.path.lexists(free):
@@ -283,7 +288,7 @@ def free_name(path: Path, suffix: str = "") -> Path:
 
 
 def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
-    """Write files into a folder, except files that already exist there with the same bytes.
+    """Write files into a folder, unless they already exist there with the same bytes.
 
     Raises TwistError before writing anything if an existing file has different bytes, and OSError
     if writing fails.

@@ -1,8 +1,8 @@
-"""Check the values in a parsed document before any object is built from it.
+"""Check the values in a parsed document before any object is built from them.
 
-A document from elsewhere may contain any value anywhere. Each function returns the expected value
-or raises FormatError with one short sentence that says what was expected, where, and what was
-found.
+A document from an unknown source may contain any value anywhere. Each function returns the value if
+it is as expected. If not, it raises FormatError with one short sentence that says what was
+expected, where, and what was found.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from typing import Any, TypeVar
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.ordinary import open_to_read
 
-MOST_FRAMES = 20_000_000  # in a clip (two days at 115 fps); larger numbers are damaged
-DEGREES = 1e6  # largest angle in both directions; larger ones are damaged
+MOST_FRAMES = 20_000_000  # in a clip (two days at 115 fps); a larger number is damaged
+DEGREES = 1e6  # largest size of an angle; a larger angle is damaged
 LARGEST = 1e300  # largest number; real values are far smaller
 _MOST_DIGITS = 30  # digits of an integer; longer ones are slow to parse
-# Size of a file; the session of a long clip with dense offsets has 100 MB.
+# Maximum size of a file. The session of a long clip with dense offsets has 100 MB.
 _MOST_BYTES = 256_000_000
 _MOST_TOML = 1_000_000  # bytes; real files have a few kilobytes
-_MOST_DOTS = 20  # in the keys of a line of TOML: parsing time grows with their square
+_MOST_DOTS = 20  # in the keys of a line of TOML; the time for parsing grows with their square
 _QUOTED = re.compile(r""""(?:[^"\\\n]|\\.)*"|'[^'\n]*'|#[^\n]*""")
 _LONGEST_PATH = 32_767  # characters: the limit of Windows, the highest of all systems
 
@@ -48,7 +48,7 @@ def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
         with open_to_read(path) as file:
             status = os.fstat(file.fileno())
             whole_file = stat.S_ISREG(status.st_mode) and status.st_size <= most
-            # read(most) allocates `most` bytes, however few there are.
+            # read(most) allocates `most` bytes even if the file has only a few.
             data = file.read() if whole_file else file.read(most + 1)
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
@@ -109,19 +109,19 @@ def shown_value(value: object) -> str:
 
 
 def shown_words(said: object) -> str:
-    """Return another program's message, which may quote the document, in a short printable form."""
+    """Return another program's message in a short printable form. It may quote the document."""
     words = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(said)[:200])
     return words if len(str(said)) <= 200 else f"{words}…"
 
 
 def unexpected(expected: str, what: str, value: object) -> FormatError:
-    """Return a FormatError that names the expected and the found value."""
+    """Return a FormatError that states the expected value and the value that was found."""
     return FormatError(f"expected {expected} for {what}, found {shown_value(value)}")
 
 
 @contextmanager
 def saying(place: object) -> Iterator[None]:
-    """Put `place` before the message of any FormatError raised in the block."""
+    """Put `place` in front of the message of any FormatError raised in the block."""
     try:
         yield
     except FormatError as error:
@@ -129,7 +129,7 @@ def saying(place: object) -> Iterator[None]:
 
 
 def has(document: Any, *keys: str, what: str = "the document") -> Mapping[str, Any]:
-    """Return the document if it is an object that has these keys."""
+    """Return the document if it is a JSON object that has all of these keys."""
     if not isinstance(document, Mapping):
         raise unexpected("an object", what, document)
     for key in keys:
@@ -146,7 +146,7 @@ def text(value: Any, what: str) -> str:
 
 
 def path_text(value: Any, what: str) -> str:
-    """Return the value if it can be a path; bytes in it that are not UTF-8 are escaped."""
+    """Return the value if it can be a path, with escapes for bytes that are not UTF-8."""
     try:
         good = isinstance(value, str) and len(value) <= _LONGEST_PATH and "\0" not in value
         if good:
@@ -158,14 +158,14 @@ def path_text(value: Any, what: str) -> str:
 
 
 def flag(value: Any, what: str) -> bool:
-    """Return the value if it is true or false, but not a number."""
+    """Return the value if it is true or false. Numbers are not accepted."""
     if not isinstance(value, bool):
         raise unexpected("true or false", what, value)
     return value
 
 
 def number(value: Any, what: str, low: float = -LARGEST, high: float = LARGEST) -> float:
-    """Return the value as a float if it is a finite number from `low` to `high`, not a bool."""
+    """Return the value as a float if it is a finite number from `low` to `high`, but not a bool."""
     good = isinstance(value, int | float) and not isinstance(value, bool)
     if not (good and low <= value <= high):
         raise unexpected(f"a number{_bounds(low, high, LARGEST)}", what, value)
@@ -180,7 +180,7 @@ def above_zero(value: Any, what: str) -> float:
 
 
 def whole(value: Any, what: str, low: int = 0, high: int = 2**53) -> int:
-    """Return the value if it is an integer from `low` to `high`, not a bool."""
+    """Return the value if it is an integer from `low` to `high`, but not a bool."""
     if not (isinstance(value, int) and not isinstance(value, bool) and low <= value <= high):
         raise unexpected(f"a whole number{_bounds(low, high, 2**53)}", what, value)
     return value
@@ -214,7 +214,7 @@ def texts(value: Any, what: str) -> tuple[str, ...]:
 
 
 def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
-    """Apply `read` to every item of a list; an error gives the number of the wrong item."""
+    """Apply `read` to every item of a list. An error message gives the number of the wrong item."""
     found = []
     for k, one in enumerate(items(value, what), start=1):
         with saying(f"{what}, number {k}"):
@@ -223,6 +223,6 @@ def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Va
 
 
 def frames(entry: Mapping[str, Any], last: int = MOST_FRAMES) -> tuple[int, int]:
-    """Return `start` and `stop` of an entry: a span that is not empty and ends by `last`."""
+    """Return `start` and `stop` of an entry, which must be a non-empty span that ends by `last`."""
     start = whole(entry["start"], "start", 0, last - 1)
     return start, whole(entry["stop"], "stop", start + 1, last)

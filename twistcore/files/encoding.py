@@ -1,10 +1,10 @@
-"""Text, JSON and CSV as bytes, even for names that are not valid UTF-8.
+"""Convert text, JSON and CSV to bytes, even if it contains names that are not valid UTF-8.
 
-A BVH may name a joint in bytes that are not UTF-8, since older programs write Latin-1, and so may a
-path. Python reads each such byte 0xXX as the lone surrogate U+DCXX (surrogateescape), which UTF-8
-cannot encode. These functions write it as the six characters backslash-udcXX. In JSON that is the
-escape for the surrogate, so reading gives the same name again; in other text it is at least
-visible.
+Names of joints in a BVH, and paths, may contain bytes that are not UTF-8, since older programs
+write Latin-1. Python reads each such byte 0xXX as the lone surrogate U+DCXX (surrogateescape),
+which UTF-8 cannot encode. These functions write it as the six characters backslash-udcXX. In JSON
+this is the escape for the surrogate, so reading the file gives the same name again. In other text
+it is at least visible.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-# Patterns are compiled when first used: most commands need only one of them.
+# Patterns are compiled on first use, because most commands need only one of them.
 _ESCAPED = r"\\u(dc[89a-f][0-9a-f])"
-# Characters that a terminal or text renderer obeys instead of showing them: control and escape
-# characters, Unicode line ends, marks of the writing direction, bytes that are not UTF-8.
+# Characters that a terminal or text renderer obeys instead of displaying: control and escape
+# characters, Unicode line ends, marks of the writing direction, and bytes that are not UTF-8.
 _IN_LINE = "\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
 _OBEYED = f"[{_IN_LINE}]"
 _OBEYED_IN_LINES = f"(?![\n\t])[{_IN_LINE}]"
-# Where a spreadsheet would begin a formula: at the start of a cell, and after a character that
-# some programs take for its end, as with semicolons as separators.
+# Places where a spreadsheet would begin a formula: the start of a cell, and after a character that
+# some programs treat as the end of a cell, such as a semicolon.
 _SIGNS = "=+\\-@\uff1d\uff0b\uff0d\uff20"
 _AT_START, _BEHIND = f"(?=[ ']*[{_SIGNS}\t\r\n])", f"(?=[ ']*[{_SIGNS}])"
 _FORMULA = f"^{_AT_START}|(?<=[;\t\r\n]){_BEHIND}"
@@ -31,12 +31,12 @@ _NUMBER = r"-?[0-9]+(\.[0-9]*)?(e[+-]?[0-9]+)?"
 
 
 def encoded(text: str) -> bytes:
-    """Encode text as UTF-8; bytes that were not UTF-8 become backslash escapes."""
+    """Encode text as UTF-8. Bytes that were not valid UTF-8 become backslash escapes."""
     return text.encode("utf-8", "backslashreplace")
 
 
 def escaped(text: str) -> str:
-    """Return text with the escapes of :func:`encoded`, which every Unicode encoding can write."""
+    """Return text with the escapes of :func:`encoded`, which any Unicode encoding can write."""
     return encoded(text).decode("utf-8")
 
 
@@ -46,10 +46,10 @@ def unescaped(text: str) -> str:
 
 
 def legible(text: object, *, lines: bool = False, most: int = 0) -> str:
-    r"""Return a text with all control characters escaped, such as `\x1b`.
+    r"""Return the text of an object with all control characters escaped, such as `\x1b`.
 
-    Set `lines` to True to keep line ends and tabs. `most` is the number of characters to keep
-    before '…', or 0 to keep all.
+    Set `lines` to True to keep line ends and tabs. `most` is the maximum number of characters
+    before '…', or 0 for no maximum.
     """
     obeyed, whole = _OBEYED_IN_LINES if lines else _OBEYED, str(text)
     part = f"{whole[:most]}…" if 0 < most < len(whole) else whole
@@ -57,7 +57,7 @@ def legible(text: object, *, lines: bool = False, most: int = 0) -> str:
 
 
 def legible_json(text: str) -> str:
-    r"""Return a line of JSON with control characters as JSON escapes such as `\u001b`."""
+    r"""Return a line of JSON in which control characters are JSON escapes such as `\u001b`."""
     return re.sub(_OBEYED, lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
@@ -72,14 +72,14 @@ def json_bytes(document: Any, *, indent: int | None = 1) -> bytes:
 
 
 def toml_string(text: str) -> str:
-    """Return a text as a TOML string; unlike JSON, TOML requires DEL to be escaped."""
+    """Return a text as a TOML string. Unlike JSON, TOML requires DEL to be escaped."""
     return json.dumps(escaped(text), ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
-    """Return CSV with a line of column names, then one line per row; None becomes an empty cell.
+    """Return CSV with a line of column names and one line per row. None becomes an empty cell.
 
-    A text that a spreadsheet would take for a formula gets an apostrophe (:func:`cell`).
+    A text that a spreadsheet would read as a formula gets an apostrophe (:func:`cell`).
     """
     names = list(columns)
     return csv_lines([names, *([row.get(name) for name in names] for row in rows)])
@@ -87,7 +87,7 @@ def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
 
 def csv_lines(rows: Iterable[Iterable[Any]]) -> str:
     """Return rows as lines of CSV without a header."""
-    import csv  # few commands need it
+    import csv  # loaded here because few commands need it
 
     lines = _Lines()
     # With this terminator the writer quotes both \r and \n in cells.
@@ -96,7 +96,7 @@ def csv_lines(rows: Iterable[Iterable[Any]]) -> str:
 
 
 class _Lines(list[str]):
-    """The lines that a CSV writer produces, each ending in a newline only."""
+    """The lines that a CSV writer produces, with line ends changed to a single newline."""
 
     def write(self, line: str) -> None:
         """Append a line."""
@@ -114,5 +114,5 @@ def cell(value: Any) -> Any:
 
 
 def text_in_cell(text: str) -> str:
-    """Return the text of a CSV cell without the apostrophe, the reverse of :func:`cell`."""
+    """Return the text in a CSV cell without the apostrophe. This is the reverse of :func:`cell`."""
     return text if re.fullmatch(_NUMBER, text) else re.sub(_DEFUSED, "", text)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from twistcore.files.wide_text import narrow_head
 
-LOOKED_AT = 512  # bytes at the start of a file that suffice to recognise it
+LOOKED_AT = 512  # number of bytes at the start of a file from which it is recognised
 
 _CONVERT = "convert it to BVH with `twistcore convert`"
 _UNPACK = "unpack it first"
@@ -15,13 +15,13 @@ _SOLVE = "markers have no joints: solve them onto a skeleton first and export th
 
 
 class FileKind(NamedTuple):
-    """A kind of file: `words` name it ('an FBX file (binary)'), and `advice` may be empty."""
+    """A kind of file: `words` is its name ('an FBX file (binary)'), and `advice` may be empty."""
 
     words: str
     advice: str = ""
 
 
-# Formats that can be read, and formats of this project. A reader ignores its own kind.
+# Formats that can be read, and formats of this project. Readers ignore the kind that they expect.
 BVH = FileKind("a BVH file", "give it a name that ends in .bvh")
 NPZ = FileKind("an .npz", "give it a name that ends in .npz")
 AMC = FileKind("an AMC file", "give it a name that ends in .amc")
@@ -92,20 +92,20 @@ def kind_of(head: bytes) -> FileKind | None:
 def found_instead(head: bytes, *expected: FileKind) -> str | None:
     """Return a message such as 'expected a BVH file, but this is a PNG image', or None.
 
-    `expected` are the kinds that the reader accepts. The message names the first of them. The
+    `expected` are the kinds that the reader accepts; the message mentions the first of them. The
     result is None for an expected or unknown kind.
     """
     kind = kind_of(head)
     if kind is None or kind in expected:
         return None
-    clips = (BVH, NPZ, AMC)  # renaming the file helps only where a clip is expected
+    clips = (BVH, NPZ, AMC)  # renaming the file helps only if a clip is expected
     helps = kind.advice and (kind not in clips or expected[0] in clips)
     sentence = f"expected {expected[0].words}, but this is {kind.words}"
     return f"{sentence}; {kind.advice}" if helps else sentence
 
 
 def _zip(head: bytes) -> FileKind | None:
-    """Recognise a ZIP archive or .npz by the name of its first member, at byte 30."""
+    """Recognise a ZIP archive or an .npz by the name of its first member, which is at byte 30."""
     if not head.startswith(b"PK\x03\x04"):
         return None
     name = head[30 : 30 + int.from_bytes(head[26:28], "little")]

@@ -1,4 +1,4 @@
-"""Operating system locks on open files, which end when the program that holds them ends."""
+"""Locks of the operating system on open files, which are released when the program ends."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ else:
     import fcntl
 
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # opening a FIFO would wait for its writer
-_FAR = 1 << 40  # Windows locks bytes, not files: lock a byte that nobody reads
+_FAR = 1 << 40  # Windows locks bytes, not files: this is a byte that nobody reads
 
 
 def lock(handle: int) -> bool:
-    """Lock an open file; return False if it is locked through another open file.
+    """Lock an open file. Return False if it is already locked through another open file.
 
     Returns True on a file system without locks.
     """
@@ -30,7 +30,7 @@ def lock(handle: int) -> bool:
 
 
 def is_sure(handle: int) -> bool:
-    """Lock an open file; return False also if the file system has no locks."""
+    """Lock an open file. Return False if it is already locked or the file system has no locks."""
     try:
         _lock(handle)
     except OSError:
@@ -39,7 +39,7 @@ def is_sure(handle: int) -> bool:
 
 
 def is_held(path: Path) -> bool:
-    """True if a running program has the file locked; False if the file cannot be opened."""
+    """True if a running program has locked the file. False if the file cannot be opened."""
     try:
         handle = os.open(path, os.O_RDONLY | _AT_ONCE)
     except OSError:

@@ -1,4 +1,4 @@
-"""The SHA-256 of files, computed once for each state of a file (size, time and inode)."""
+"""The SHA-256 of files, cached until a file changes (its size, time or inode)."""
 
 from __future__ import annotations
 
@@ -9,34 +9,37 @@ from pathlib import Path
 
 from twistcore.files.ordinary import open_to_read
 
-_LONG = 50_000_000  # bytes, about 50 ms: smaller files are read before a person notices
-_MOST = 1000  # files; the oldest entries are dropped first
+_LONG = 50_000_000  # bytes; reading so many takes about 50 ms, which users do not notice
+_MOST = 1000  # maximum number of files in the cache; the oldest entries are removed first
 
 _State = tuple[int, int, int]
 _marks: dict[Path, tuple[_State, str]] = {}
 
 
 def sha256_of(path: Path) -> str:
-    """Return the SHA-256 of a file, always reading it; raises OSError."""
+    """Return the SHA-256 of a file. The file is always read, never the cache. Raises OSError."""
     with open_to_read(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def file_mark(path: Path) -> str:
-    """Return the SHA-256 of a file, read again only if the file has changed. Thread-safe."""
+    """Return the SHA-256 of a file, which is read again only if it has changed. Thread-safe."""
     state = _state(path)
     known = _marks.get(path)
     if known is not None and known[0] == state:
         return known[1]
     mark = sha256_of(path)
-    _marks[path] = state, mark  # the state before reading: a change meanwhile is noticed
+    _marks[path] = state, mark  # the state before reading, to notice a change during reading
     for oldest in tuple(_marks)[:-_MOST]:
         _marks.pop(oldest, None)
     return mark
 
 
 def takes_long(path: Path) -> bool:
-    """True if the mark takes so long to compute that it belongs in a thread; False if missing."""
+    """True if computing the mark takes so long that it should be done in a thread.
+
+    The result is False if the file is missing.
+    """
     with suppress(OSError):
         state, known = _state(path), _marks.get(path)
         return path.is_file() and state[0] > _LONG and (known is None or known[0] != state)
@@ -44,7 +47,7 @@ def takes_long(path: Path) -> bool:
 
 
 def forget_marks(paths: Iterable[Path]) -> None:
-    """Forget the marks of these files, so that the files are read again."""
+    """Remove the marks of these files from the cache, so that the files are read again."""
     for path in paths:
         _marks.pop(path, None)
 

@@ -1,4 +1,4 @@
-"""Read regular files only, since others may block or have no end."""
+"""Read regular files only. Reading other files, such as devices, may block or never end."""
 
 from __future__ import annotations
 
@@ -23,21 +23,24 @@ _REFUSED = {
 
 
 def read_file(path: Path | str) -> bytes:
-    """Return all bytes of a file; raises OSError like :func:`open_to_read`."""
+    """Return all bytes of a file. Raises OSError like :func:`open_to_read`."""
     with open_to_read(path) as file:
         return file.read()
 
 
 def read_text_file(path: Path | str) -> str:
-    """Return a UTF-8 file as text without a byte order mark. Raises OSError, UnicodeDecodeError."""
+    """Return the text of a UTF-8 file without a byte order mark.
+
+    Raises OSError or UnicodeDecodeError.
+    """
     return read_file(path).decode("utf-8-sig")
 
 
 def open_to_read(path: Path | str) -> BufferedReader:
-    """Open a file for reading. Raises OSError also for a FIFO, a socket or a device.
+    """Open a file for reading. Raises OSError, also for a FIFO, a socket or a device.
 
-    Descriptors that this process inherited (/dev/stdin, /dev/fd/N, and therefore a shell's `<(…)`)
-    may have any type, since another program is at the other end.
+    Descriptors that this process inherited may be of any type, because another program is at the
+    other end. These are /dev/stdin, /dev/fd/N and therefore a shell's `<(…)`.
     """
     path = Path(path)
     if _was_given(path):
@@ -68,23 +71,23 @@ def check_no_links(folder: Path, path: Path) -> None:
 
 
 def is_there(path: Path | str) -> bool:
-    """True if the path exists; False if not, or if this cannot be determined.
+    """True if the path exists. False if it does not, or if this cannot be determined.
 
-    `Path.exists` raises for a name that is too long and for a folder without access.
+    `Path.exists` raises an error for a name that is too long and for a folder without access.
     """
     return os.path.exists(path)  # noqa: PTH110
 
 
 def is_file(path: Path | str) -> bool:
-    """True if the path leads to a regular file; False if not, or if this cannot be determined."""
+    """True if the path leads to a regular file. False if not, or if this cannot be determined."""
     return os.path.isfile(path)  # noqa: PTH113
 
 
 def own_folder(find: Callable[[], Path]) -> Path:
-    """Return one of the user's folders or, without a home, a path where nothing can be created.
+    """Return one of the user's folders or, if there is no home, a path that cannot be created.
 
-    `find` is a function of platformdirs. Without a home it raises an error, or in older versions
-    returns a path that begins with '~', which would be created in the current folder.
+    `find` is a function of platformdirs. Without a home folder, it raises an error or, in older
+    versions, returns a path that begins with '~', which would be created in the current folder.
     """
     with suppress(RuntimeError):
         if (folder := find()).is_absolute():
@@ -93,10 +96,9 @@ def own_folder(find: Callable[[], Path]) -> Path:
 
 
 def real_path(path: Path) -> Path:
-    """Return the absolute path without links, as far as links can be resolved.
+    """Return the absolute path with links resolved as far as possible.
 
-    `Path.resolve` raises an error for a loop of links, but here the path of such a link is
-    returned.
+    `Path.resolve` raises an error for a loop of links. This function returns the path of the link.
     """
     return Path(os.path.realpath(path))
 
@@ -109,7 +111,7 @@ def _was_given(path: Path) -> bool:
 
 
 def check_ordinary(path: Path, mode: int) -> None:
-    """Raise OSError unless the mode belongs to a regular file."""
+    """Raise OSError unless `mode`, from `stat`, belongs to a regular file."""
     if refused := _REFUSED.get(stat.S_IFMT(mode)):
         code, why = refused
         raise OSError(code, why, str(path))

@@ -1,31 +1,31 @@
-"""Recognise and decode text in UTF-16 or UTF-32, as shell redirects and some editors save it."""
+"""Recognise and decode text in UTF-16 or UTF-32, which shells and some editors write."""
 
 from __future__ import annotations
 
 import codecs
 from dataclasses import dataclass, field
 
-_MARKS = (  # the mark of UTF-32 begins like the mark of UTF-16, so it comes first
+_MARKS = (  # UTF-32 first, because its mark begins like UTF-16's mark
     (codecs.BOM_UTF32_LE, "utf-32-le"),
     (codecs.BOM_UTF32_BE, "utf-32-be"),
     (codecs.BOM_UTF16_LE, "utf-16-le"),
     (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
 _WIDTHS = {"utf-16-le": 2, "utf-16-be": 2, "utf-32-le": 4, "utf-32-be": 4}
-_LETTERS = 4  # must be ASCII in a text without a mark
+_LETTERS = 4  # number of characters that must be ASCII in a text without a mark
 _PRINTED = frozenset(b"\t\n\r") | frozenset(range(32, 127))
 
 
 @dataclass(frozen=True)
 class WideText:
-    """A file's text as UTF-8, with its byte order mark and the data needed to write it back.
+    """A file's text as UTF-8, with its byte order mark and the data to encode it again.
 
     Attributes
     ----------
     codec
         'utf-16-le' or similar.
     rest
-        Bytes at the end that do not form a whole character.
+        Bytes at the end that do not form a complete character.
     """
 
     text: bytes = field(repr=False)
@@ -38,26 +38,27 @@ class WideText:
         return self.codec[:6].upper()
 
     def encoded(self, text: bytes) -> bytes:
-        """Encode a changed text in the file's encoding, the reverse of :func:`wide_text`."""
+        """Encode a changed text as the file was encoded, the reverse of :func:`wide_text`."""
         return text.decode("utf-8", "surrogatepass").encode(self.codec, "surrogatepass") + self.rest
 
 
 def wide_text(data: bytes) -> WideText | None:
-    """Return the text of a file in UTF-16 or UTF-32, with or without a mark, or None for others.
+    """Return the text of a file in UTF-16 or UTF-32, with or without a mark, or None.
 
-    Raises UnicodeDecodeError if UTF-32 contains a number that is not a character.
+    The result is None for other encodings. Raises UnicodeDecodeError if UTF-32 contains a number
+    that is not a character.
     """
     codec = wide_codec(data)
     if codec is None:
         return None
     end = len(data) - len(data) % _WIDTHS[codec]
-    # Half of a surrogate pair is kept, so that writing gives the same bytes.
+    # Half of a surrogate pair is kept, so that writing the text gives the same bytes.
     text = data[:end].decode(codec, "surrogatepass").encode("utf-8", "surrogatepass")
     return WideText(text, codec, data[end:])
 
 
 def wide_codec(data: bytes) -> str | None:
-    """Return the codec of a text in UTF-16 or UTF-32 from its first bytes, or None for others."""
+    """Return the codec of text in UTF-16 or UTF-32 from its first bytes, or None for others."""
     marked = next((codec for mark, codec in _MARKS if data.startswith(mark)), None)
     return marked or next((codec for codec in _WIDTHS if _is_ascii(data, codec)), None)
 
@@ -71,13 +72,13 @@ def wide_instead(data: bytes) -> str | None:
 
 
 def narrow_head(head: bytes) -> bytes:
-    """Return the first bytes of a file, converted to UTF-8 if they are UTF-16 or UTF-32."""
+    """Return the first bytes of a file, converted to UTF-8 if they are in UTF-16 or UTF-32."""
     codec = wide_codec(head)
     return head if codec is None else head.decode(codec, "ignore").encode("utf-8", "ignore")
 
 
 def _is_ascii(data: bytes, codec: str) -> bool:
-    """True if the first characters of a text without a mark are ASCII in this encoding."""
+    """True if the first characters are ASCII when read in this encoding."""
     width = _WIDTHS[codec]
     some = data[: _LETTERS * width]
     if len(some) < _LETTERS * width or 0 not in some:  # a decoder takes a while to load

@@ -64,7 +64,7 @@ class Decide(Command):
 
     @property
     def text(self) -> str:
-        """Text in the undo menu."""
+        """Name of the command in the undo menu."""
         n = len(self.ids)
         one, many = {
             Decision.ACCEPTED: ("Accept interval", f"Accept {n} intervals"),
@@ -100,7 +100,7 @@ class Sign(Command):
 
     @property
     def text(self) -> str:
-        """Text in the undo menu."""
+        """Name of the command in the undo menu."""
         return "Sign decision" if len(self.ids) == 1 else f"Sign {len(self.ids)} decisions"
 
     def apply(self, state: ReviewState) -> ReviewState:
@@ -149,7 +149,7 @@ class Edit(Command):
 
     @property
     def text(self) -> str:
-        """Text in the undo menu."""
+        """Name of the command in the undo menu."""
         return f"Edit interval {self.id}"
 
     @property
@@ -189,7 +189,7 @@ class Annotate(Command):
 
     @property
     def text(self) -> str:
-        """Text in the undo menu."""
+        """Name of the command in the undo menu."""
         return f"Note on interval {self.id}"
 
     @property
@@ -224,7 +224,7 @@ class Remove(Command):
 
     @property
     def text(self) -> str:
-        """Text in the undo menu."""
+        """Name of the command in the undo menu."""
         return f"Remove interval {self.id}"
 
     @property
@@ -257,7 +257,7 @@ class Redetect(Command):
 
     @property
     def text(self) -> str:
-        """Text in the undo menu."""
+        """Name of the command in the undo menu."""
         if self.method:
             return f"Detect with {self.method}"
         if len(self.tau) == 1:
@@ -298,7 +298,7 @@ class ChangeChains(Command):
 
     @property
     def text(self) -> str:
-        """Text in the undo menu."""
+        """Name of the command in the undo menu."""
         return self.what or "Change the chains"
 
     def apply(self, state: ReviewState) -> ReviewState:
@@ -328,7 +328,7 @@ class CarryOver(Command):
 
     @property
     def text(self) -> str:
-        """Text in the undo menu."""
+        """Name of the command in the undo menu."""
         return "Add decisions" if self.same_clip else "Carry decisions over"
 
     def apply(self, state: ReviewState) -> ReviewState:
@@ -344,7 +344,7 @@ class Track(Command):
 
     @property
     def text(self) -> str:
-        """Text in the undo menu."""
+        """Name of the command in the undo menu."""
         if self.tracking is None:
             return "Stop tracking"
         return f"Track {self.tracking.what}"

@@ -20,7 +20,7 @@ class LeaveOut(Command):
 
     @property
     def text(self) -> str:
-        """Text in the undo menu."""
+        """Name of the command in the undo menu."""
         return "Leave frames out of tuning" if self.spans else "Use all frames for tuning"
 
     def apply(self, state: ReviewState) -> ReviewState:

@@ -1,7 +1,7 @@
 """Parent-child-grandchild chains in which a twist error is visible [Choi26 §3.1, §4.1.1].
 
-In a chain, P is always the parent joint of C, since P's own children undo an error of P. In a bone
-divided into pieces, every piece has its own chain.
+In a chain, P is always the parent joint of C, because an error of P is undone by the children of P.
+In a bone divided into pieces, every piece has its own chain.
 """
 
 from __future__ import annotations
@@ -238,7 +238,7 @@ def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False)
     """Return the joints that prevent a correction because they lack three rotation channels.
 
     The result is empty if the chain can be corrected. `carried` is True for a limb flip in which
-    the end turned with the limb, so that its own rotation does not change.
+    the end turned with the limb, so that the end's local rotation does not change.
     """
     skeleton = motion.skeleton
     rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)

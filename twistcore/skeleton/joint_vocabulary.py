@@ -57,7 +57,7 @@ class JointName:
     number
         The digits of the name.
     roles
-        The ROLES that the word can mean, the most likely first, () for none.
+        The ROLES that the word can mean, the most likely first; () if there are none.
     helper
         True if the joint only distributes the twist of its bone.
     other

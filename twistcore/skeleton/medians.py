@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from twistcore.skeleton.rotation import Array
 
-_BLOCK = 1 << 20  # maximum number of numbers that are sorted in one step
+_BLOCK = 1 << 20  # maximum size of an array that is sorted in one step
 
 
 def median(values: ArrayLike) -> float:

@@ -115,11 +115,11 @@ class Motion:
     skeleton : Skeleton
         The joints.
     rotations : ndarray, shape (frames, joints, 4)
-        Unit quaternions (w, x, y, z) that turn a joint's coordinates into its parent's.
+        Unit quaternions (w, x, y, z) that convert a joint's coordinates to its parent's.
     positioned : tuple of int
         The joints whose translation comes from position channels.
     positions : ndarray, shape (frames, len(positioned), 3)
-        These translations, (x, y, z) in the file's length unit.
+        The translations of these joints, (x, y, z) in the file's length unit.
     frame_time : float
         Seconds from one frame to the next.
     angle_step : float

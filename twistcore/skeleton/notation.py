@@ -80,7 +80,7 @@ def _middle(frames: int) -> slice:
 
 @dataclass(frozen=True, eq=False)
 class DistinctFrames:
-    """The frames that determine a clip: those that are not repeated, or the linear keys.
+    """The frames that determine a clip: all frames that are not repeated, or the linear keys.
 
     Attributes
     ----------
@@ -219,8 +219,8 @@ def linear_keys(motion: Motion) -> Keys | None:
     """Return the keys between which all joints turn at a constant speed, or None without keys.
 
     The speed of the joints changes at keys and hardly changes between them. If the frames are
-    numbered modulo n, nearly all changes of speed have the same number. Since there are many keys,
-    errors, cuts and a rest pose at the start have little influence.
+    numbered modulo n, nearly all changes of speed are in frames with the same number. Since many
+    keys are compared, errors, cuts and a rest pose at the start have little influence.
     """
     middle = _middle(motion.frames)
     q = motion.rotations[middle]

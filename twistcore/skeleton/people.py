@@ -42,7 +42,7 @@ class Person:
     Attributes
     ----------
     joints
-        Indices in file order.
+        Indices of the person's joints, in file order.
     words
         The joints' names, in the same order, without the part that identifies the person.
     """

@@ -104,7 +104,7 @@ class OwnChain:
 
 @dataclass(frozen=True)
 class Rig:
-    """The chains of a skeleton, with those that the user added and without those removed.
+    """The chains of a skeleton, including added ones and without removed ones.
 
     A limb and its first chain are added and removed separately.
 

@@ -1,1 +1,1 @@
-"""Worker processes, progress and memory limits for long work."""
+"""Worker processes, progress and memory limits for long computations."""

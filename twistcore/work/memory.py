@@ -1,4 +1,4 @@
-"""Limit a process's memory for each clip, and measure its peak (Linux)."""
+"""Limit the memory of a process for each clip, and measure its peak (Linux)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-SPARE = 1_500_000_000  # bytes for Python and its libraries
+SPARE = 1_500_000_000  # bytes that Python and its libraries may use
 OF_FILE = 12  # ratio of the memory for reading and analysing a file to its size
 
 _OWN = Path("/proc/self")
@@ -15,12 +15,12 @@ _OWN = Path("/proc/self")
 
 @contextlib.contextmanager
 def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
-    """Limit this process to its current memory plus `spare` and a multiple of a file's bytes.
+    """Limit this process to its current memory plus `spare` plus a multiple of a file's `size`.
 
     Beyond the limit, a MemoryError is raised before the machine begins to swap. The limit applies
-    to the address space, which is larger than the memory really used. The earlier limit is restored
-    afterwards, since other code may share the process. On systems other than Linux there is no
-    limit.
+    to the address space, which is larger than the memory that is used. The earlier limit is
+    restored afterwards, because other code may use the process. On systems other than Linux there
+    is no limit.
     """
     if sys.platform != "linux":
         yield
@@ -44,7 +44,7 @@ def forget_peak() -> None:
 
 
 def peak_memory() -> int:
-    """Return the most memory used since the start or the last reset, in bytes, or 0 if unknown."""
+    """Return the peak memory in bytes since the start or the last reset, or 0 if unknown."""
     with contextlib.suppress(OSError, ValueError):
         for line in (_OWN / "status").read_text(encoding="utf-8").splitlines():
             if line.startswith("VmHWM:"):

@@ -1,6 +1,6 @@
-"""Apply one function to many files in many processes. A bad file does not stop the others.
+"""Apply a function to many files in several processes. A bad file does not stop the others.
 
-Each process has its own pipe for orders and answers. If a process dies, hangs or takes too much
+Each process has a separate pipe for orders and answers. If a process dies, hangs or takes too much
 memory, it is known which file it was working on, and only that file is lost.
 """
 
@@ -28,13 +28,13 @@ Result = TypeVar("Result")
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _SERVE = "from twistcore.work.processes import serve; serve({parent})"
-_GRACE_S = 5.0  # time after its limit at which a process without a parent ends itself
-# Limits are in processor time, since a clip is not to blame for other load on the machine. A
-# process that only waits, such as for a dead disk, is ended after this multiple of the limit.
+_GRACE_S = 5.0  # seconds after its limit at which a process whose parent was killed ends itself
+# Limits are in processor time, so that other load on the machine does not matter. A
+# process that only waits, for example for a dead disk, is ended after this multiple of the limit.
 _WAITING = 10.0
 _OUT_OF_TIME = getattr(signal, "SIGPROF", None)  # ends a process that has used up its time
 _ENDED_FOR_TIME = 111 if _OUT_OF_TIME is None else -_OUT_OF_TIME  # exit code of such a process
-_LOOKS_S = 0.2  # interval at which a process checks its time without a signal
+_LOOKS_S = 0.2  # seconds between checks of the time on systems without a signal
 _LENGTH = struct.Struct("<Q")
 
 
@@ -50,11 +50,11 @@ class ProcessTimeError(Exception):
 
 
 class Apart:
-    """A separate process that executes one call after another, and is replaced after a crash.
+    """A separate process that runs one function call after another. It is replaced after a crash.
 
-    The process has one BLAS thread, since the cores are busy with other files. The process ignores
-    Ctrl+C, which reaches every process of a terminal, because only the parent decides. The process
-    ends with its parent.
+    The process has one BLAS thread, because the other cores work on other files. It ignores Ctrl+C,
+    which reaches every process of a terminal, because only the parent decides when to stop. It ends
+    with its parent.
     """
 
     def __init__(self) -> None:
@@ -63,10 +63,11 @@ class Apart:
         self._closed = False
 
     def call(self, work: Callable[[Name], Result], name: Name, seconds: float | None) -> Result:
-        """Return `work(name)` from the process. Raises the exception that `work` raised.
+        """Run `work(name)` in the process and return the result. Raises the exception of `work`.
 
         `work` and `name` are pickled. `seconds` is the limit of processor time, after which the
-        process is ended, or None for no limit. Raises ProcessEndedError and ProcessTimeError.
+        process is ended, or None for no limit. Raises ProcessEndedError or ProcessTimeError if the
+        process ended.
         """
         order = _packed((work, name, seconds))
         process = self._running()
@@ -108,7 +109,7 @@ class Apart:
     ) -> Result | Exception:
         """Return `work(name)`, or the exception that it raised.
 
-        If the process died, the name is tried once more in a new process, since the first one may
+        If the process died, the call is repeated once in a new process, since the first one may
         have died for another reason.
         """
         for last in (False, True):
@@ -122,7 +123,7 @@ class Apart:
         raise AssertionError
 
     def close(self) -> None:
-        """End the process immediately, even during a call. Thread-safe."""
+        """Terminate the process, even during a call. Thread-safe."""
         with self._guard:
             self._closed = True
             process, self._process = self._process, None
@@ -152,9 +153,9 @@ def each(
 ) -> Iterator[tuple[Name, Result | Exception]]:
     """Yield each name with `work(name)` or the exception it raised, in order of completion.
 
-    One worker runs in this process unless `apart` is True. More workers run in processes of their
-    own, with `work`, its arguments and its results pickled. `seconds` is the processor time allowed
-    for a name in another process. A name whose process died is tried once more
+    A single worker runs in this process unless `apart` is True. Several workers run in separate
+    processes, for which `work`, its arguments and its results are pickled. `seconds` returns the
+    limit of processor time for a name in such a process. A name whose process died is tried again
     (:meth:`Apart.tried`). Names are taken as needed, and the workers are ahead of the reader by at
     most two names each. The processes end with the iterator, immediately if it is closed early.
     """
@@ -168,7 +169,7 @@ def each(
 
 
 def reason(name: object, error: Exception) -> str:
-    """Return a sentence with the reason why a file could not be processed."""
+    """Return a sentence that says why a file could not be processed."""
     if isinstance(error, TwistError):
         return str(error)
     if isinstance(error, OSError):
@@ -187,7 +188,7 @@ def reason(name: object, error: Exception) -> str:
 
 
 class _Crew(Generic[Name, Result]):
-    """Threads that each control one process and put its results into a common queue."""
+    """Threads that each control one process, and put the results into a common queue."""
 
     def __init__(
         self,
@@ -216,7 +217,7 @@ class _Crew(Generic[Name, Result]):
                     raise found
                 else:
                     yield found
-        finally:  # do not wait for results that nobody will read
+        finally:  # nobody will read further results
             self.stopped.set()
             for apart in crew:
                 apart.close()
@@ -236,7 +237,7 @@ class _Crew(Generic[Name, Result]):
                         break
                 limit = self.seconds(name) if self.seconds else None
                 self.outbox.put((name, apart.tried(self.work, name, limit)))
-        except BaseException as error:  # the iterator of names failed: pass it to the reader
+        except BaseException as error:  # the iterator of names failed: pass this to the reader
             self.outbox.put(error)
         self.outbox.put(None)
 
@@ -249,9 +250,9 @@ def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
 
 
 def _started() -> subprocess.Popen[bytes]:
-    """Spawn a process that serves orders.
+    """Start a process that carries out orders.
 
-    A fork is avoided, because it may hang in a program with threads.
+    It is spawned, because a fork may hang in a program with threads.
     """
     path = os.pathsep.join(dict.fromkeys(str(Path(entry).absolute()) for entry in sys.path))
     own: dict[str, Any] = {"process_group": 0}
@@ -281,14 +282,14 @@ def _end(process: subprocess.Popen[bytes] | None) -> None:
 
 
 def serve(parent: int) -> None:
-    """Carry out the orders read from standard input until it closes or `parent` ends."""
+    """Carry out the orders on standard input until it is closed or `parent` ends."""
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if _OUT_OF_TIME is not None:
         signal.signal(_OUT_OF_TIME, signal.SIG_DFL)
     orders = sys.stdin.buffer
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # printed text must not mix with the answers
+    os.dup2(2, 1)  # so that printed text is not mixed with the answers
     while True:
         try:
             order = _received(orders)
@@ -301,7 +302,7 @@ def serve(parent: int) -> None:
         try:
             answers.write(packed)
             answers.flush()
-        except OSError:  # the parent no longer waits
+        except OSError:  # the parent is no longer waiting
             return
 
 
@@ -314,7 +315,7 @@ def _carried_out(order: bytes) -> object:
         with _watched(seconds):
             return work(name)
     alarm(signal.ITIMER_PROF, seconds)
-    # The parent ends a process that waits; this alarm ends one whose parent was killed.
+    # The parent ends a process that only waits. This alarm ends a process whose parent was killed.
     alarm(signal.ITIMER_REAL, _WAITING * seconds + _GRACE_S)
     try:
         return work(name)
@@ -325,7 +326,7 @@ def _carried_out(order: bytes) -> object:
 
 @contextlib.contextmanager
 def _watched(seconds: float) -> Iterator[None]:
-    """End this process after some processor time, on systems without a signal for this purpose."""
+    """End this process when it has used up its processor time, on systems without such a signal."""
     end, done = time.process_time() + seconds, threading.Event()
 
     def watch() -> None:

@@ -1,4 +1,4 @@
-"""Report the progress of long work to a function, which may cancel the work."""
+"""Report the progress of long computations to a function, which may also cancel them."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ from contextlib import AbstractContextManager, contextmanager
 
 TellName = Callable[[str], None]  # called with the name of a finished item
 Counter = Callable[[int], AbstractContextManager[TellName]]  # called with the number of items
-Tell = Callable[[float], None]  # called with the share done, 0…1; an exception in it ends the work
+Tell = Callable[[float], None]  # called with the share done, 0…1; may raise to cancel the work
 
 
 class Cancelled(BaseException):
     """Raised by a :data:`Tell` function to cancel the work that called it.
 
-    The class is not an Exception, so that no error handler catches it.
+    It is not a subclass of Exception, so that no error handler catches it.
     """
 
 
 def nobody(_share: float) -> None:
-    """Ignore the progress."""
+    """Do nothing. This is the default for reporting progress."""
 
 
 def part(tell: Tell, start: float, stop: float) -> Tell:
-    """Return a :data:`Tell` for a stage, which maps 0…1 to `start`…`stop` of the whole work."""
+    """Return a :data:`Tell` for one stage of the work, which maps 0…1 to `start`…`stop`."""
     return lambda share: tell(start + share * (stop - start))
 
 
 @contextmanager
 def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
-    """Yield a function to call with the name of each finished clip, which draws a bar.
+    """Show a progress bar, and yield a function to call with the name of each finished clip.
 
-    The bar is on standard error. If that is not a terminal, a line is printed at every twentieth of
-    the clips. `done` is the number of clips that were finished before.
+    The bar is on standard error. If that is not a terminal, a line is printed after every twentieth
+    of the clips. `done` is the number of clips that were finished before.
     """
     if sys.stderr.isatty():
-        from tqdm import tqdm  # takes 20 ms to load, which most commands can save
+        from tqdm import tqdm  # takes 20 ms to load, and most commands do not need it
 
         with tqdm(total=total, initial=done, unit="clip", file=sys.stderr) as bar:
 
@@ -58,5 +58,5 @@ def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
 
 @contextmanager
 def uncounted(_total: int) -> Iterator[TellName]:
-    """Yield a function that does nothing with the names."""
+    """Yield a function that ignores the names of finished clips."""
     yield lambda _name: None

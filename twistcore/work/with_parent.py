@@ -1,4 +1,4 @@
-"""Processes that end with their parent, even if the parent was killed with kill -9."""
+"""Make processes end with their parent, even if the parent was killed with kill -9."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ def end_with_parent(parent: int) -> None:
 
     This happens within a second, unless a single call outside Python takes longer. On Windows
     nothing is done, since Windows never gives a process a new parent. There, the process ends when
-    it asks for work again.
+    it next asks for work.
     """
     if os.name == "posix":
         threading.Thread(target=_watch, args=(parent,), name="parent", daemon=True).start()
 
 
 def python_bound(module: str, *words: str) -> list[str]:
-    """Return a command that runs `python -m MODULE WORDS` and ends when this process ends."""
+    """Return a command that runs `python -m MODULE` with further words until this process ends."""
     program = f"from twistcore.work.with_parent import become; become({module!r}, {os.getpid()})"
     return [sys.executable, "-c", program, *words]
 
 
 def become(module: str, parent: int) -> None:
-    """Run `python -m MODULE` with this process's arguments, for as long as `parent` lives."""
+    """Run `python -m MODULE` with the arguments of this process, until `parent` ends."""
     end_with_parent(parent)
     runpy.run_module(module, run_name="__main__", alter_sys=True)
 
 
 def bound(command: Sequence[str]) -> list[str]:
-    """Return a command that runs another command and ends with the calling thread (Linux).
+    """Return a command that runs another command and ends with the thread that calls it (Linux).
 
     On other systems, the same command is returned.
     """
@@ -45,7 +45,7 @@ def bound(command: Sequence[str]) -> list[str]:
     return [sys.executable, "-I", "-c", _BOUND, str(os.getpid()), *command]
 
 
-# PR_SET_PDEATHSIG survives the exec; the program is not started if the parent has already ended.
+# PR_SET_PDEATHSIG survives exec. The program is not started if the parent has already ended.
 _BOUND = (
     "import ctypes, os, sys; ctypes.CDLL(None).prctl(1, 9); "
     "os.getppid() == int(sys.argv[1]) and os.execv(sys.argv[2], sys.argv[2:])"

@@ -62,7 +62,7 @@ def repair_of(kind: Kind) -> JointRepair | None:
 
 
 class JointRepairs:
-    """The repairs for those of the given intervals that are errors of single joints."""
+    """The repairs of those given intervals that are errors of single joints."""
 
     def __init__(self, intervals: Iterable[Interval]) -> None:
         own = (i for i in intervals if i.kind.info.repairer)

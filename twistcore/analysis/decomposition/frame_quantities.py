@@ -75,9 +75,7 @@ class Decomposition:
 
     @property
     def product(self) -> float:
-        """Δθp·Δθc in square radians [Choi26 Eq. 1], negative if the joints turn against each
-        other.
-        """
+        """Δθp·Δθc, square radians [Choi26 Eq. 1]; negative if the joints turn in opposite ways."""
         return self.dtheta_p * self.dtheta_c
 
     @property

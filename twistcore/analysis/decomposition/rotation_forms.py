@@ -41,7 +41,7 @@ class EulerChannels:
     order
         The axes in the file's order, such as 'ZYX'.
     angles
-        In radians, shape (3,).
+        The Euler angles in radians, shape (3,).
     between
         The angle between the first axis and the last axis after the middle rotation, [0, π/2]. At 0
         both turn about the same line (gimbal lock).

@@ -123,7 +123,7 @@ def mean_distance(a: Array, b: Array) -> float:
 def _places_mm(motion: Motion, joints: NDArray[np.int64], times: Array, scale: float) -> Array:
     low = np.floor(times).astype(np.intp)
     high = np.minimum(low + 1, motion.frames - 1)
-    # In most captures half of the frames are next to no sample.
+    # In most captures, half of the frames are not next to any sample.
     below, above = (forward_kinematics(motion.at(k))[1][:, joints] for k in (low, high))
     share = (times - low)[:, None, None]
     return 1000.0 * scale * (below + share * (above - below))

@@ -22,7 +22,7 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.people import find_people, joint_names
 from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 
-SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s: 20 mm between two frames of 25 Hz
+SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s: 20 mm between two frames at 25 Hz
 _SHORTEST = 4  # frames needed for a third difference
 _TALL = 1.75  # metres: height of a person, assumed if a clip does not give the length of its unit
 _JUMP = 90.0  # degrees by which the change of a written angle exceeds the joint's turn in a jump
@@ -71,7 +71,7 @@ class JointQuality:
     def jumps(self) -> NDArray[np.int64]:
         """The number of frames, (joints,), in which written numbers jump but the pose does not.
 
-        Counted are jumps > 90° and quaternions that change hemisphere.
+        Jumps of an angle by more than 90° and quaternions that change hemisphere are counted.
         """
         far = np.nan_to_num(self.excess) > _JUMP
         count: NDArray[np.int64] = (far | self.flipped).sum(axis=0)
@@ -79,9 +79,7 @@ class JointQuality:
 
     @property
     def slides(self) -> Array:
-        """The percentage of frames in which a foot's joint slides, (joints,), NaN for other
-        joints.
-        """
+        """The percentage of frames in which a joint slides, (joints,), NaN outside the feet."""
         share = 100.0 * (np.nan_to_num(self.slide) >= SLIDE_SPEED).mean(axis=0)
         out = np.full(share.shape, np.nan)
         out[list(self.feet)] = share[list(self.feet)]

@@ -29,9 +29,8 @@ _ENOUGH = 0.5  # share of the strength that a soft error's change must reach to 
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
     """Return why no interval has an edge at a frame of a chain or limb.
 
-    `found` is a detection or a review, with its intervals and τ. `first` is
-    the number by which the sentence refers to the clip's first frame. Raises TwistError for a name
-    that the clip does not have.
+    `found` is a detection or a review, with its intervals and τ. `first` is the number of the
+    clip's first frame in the sentence. Raises TwistError for a name that the clip does not have.
     """
     clip = found.analysis
     chain, tau = clip.chain(name), found.tau[name]

@@ -89,8 +89,9 @@ def with_bones_of_channels(
 def _carrying(skeleton: Skeleton) -> set[int]:
     """Return the joints that may move the whole figure, such as 'Hips' below 'Reference'.
 
-    These are the only children, one below the other, under a root. Where several children follow,
-    those that branch are included, such as the hips of two people below one reference joint.
+    From a root downwards, these are the joints without siblings. Where several joints are siblings,
+    only joints with more than two children are included, such as the hips of two people below one
+    reference joint.
     """
     found = set()
     for here in np.flatnonzero(skeleton.parents < 0).tolist():

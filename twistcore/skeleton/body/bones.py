@@ -13,7 +13,7 @@ from twistcore.skeleton.body.shape import Shape
 
 _NUMBERED = np.radians(5.0)  # smallest bend of a joint that has a piece's name but another number
 _UNKNOWN = np.radians(1.0)  # smallest bend of a joint whose name is unknown
-_BENT = np.radians(10.0)  # largest bend up to which pieces and other joints cannot be told apart
+_BENT = np.radians(10.0)  # largest bend up to which pieces and other joints look the same
 _FOOT = 0.35  # share of the longest bone; a shorter bone below shin or forearm ends the limb
 _NEARLY = 0.8  # share of the longest pair of bones; such a pair is preferred farther from the trunk
 _SEGMENT_OF: Mapping[tuple[str, ...], str] = {

@@ -12,7 +12,7 @@ from twistcore.skeleton.joint_names import FEET, HANDS, TOES
 
 ROLES = {"arm": ("shoulder", "arm", "forearm", "hand"), "leg": ("upleg", "leg", "foot")}
 _STUB = 0.4  # share of the next bone; a shorter bone is a hip joint or collar bone
-_WORDS = {"hand": HANDS, "foot": FEET}  # keyed by side and kind, the likeliest first
+_WORDS = {"hand": HANDS, "foot": FEET}  # words for the end of a limb; later ones are preferred
 
 # Joints of a limb from its end up to the root, and the index of the bone that ends at the first.
 Path = tuple[list[int], int]

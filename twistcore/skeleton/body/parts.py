@@ -103,9 +103,7 @@ class Unexamined:
         return " of ".join(word for word in (self.limb, self.person) if word)
 
     def to_json(self) -> dict[str, str]:
-        """Return a dict of the limb, its side ('Left', 'Right' or ''), its person and the
-        reason.
-        """
+        """Return the limb, its side, its person and the reason as a dict for JSON."""
         entry = {"limb": self.limb, "side": self.side, "why": self.why}
         return entry | ({"person": self.person} if self.person else {})
 

@@ -103,10 +103,10 @@ class Shape:
 
     @cached_property
     def below(self) -> tuple[list[int], list[float], dict[int, int]]:
-        """Return what is below each joint on the longest line.
+        """Return the number of bones, length and start of the longest line below each joint.
 
-        The result has the number of bones and the length for each joint, and the next joint of the
-        line keyed by joint.
+        The numbers and lengths have an entry for each joint. The starts are children, keyed by
+        joint.
         """
         bones = [0] * len(self.names)
         far = [0.0] * len(self.names)
