@@ -28,7 +28,7 @@ from inspector.widgets.labels import as_entry, as_tip
 from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
-from inspector.window.scene_files import MOTION_PATTERNS, SceneFiles
+from inspector.window.scene_files import CLIPS, CLIPS_AND_SCENES, SceneFiles
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.review import ReviewState
 from twistcore.tuning import Profile
@@ -99,7 +99,7 @@ class FileActions(Saving):
 
     def open_dialog(self) -> None:
         """Let the user choose a file and open it."""
-        patterns = tr("Motion and sessions") + f" ({MOTION_PATTERNS} {SESSION_PATTERNS})"
+        patterns = tr("Motion and sessions") + f" ({CLIPS_AND_SCENES} {SESSION_PATTERNS})"
         pattern = f"{patterns};;" + tr("All files") + " (*)"
         ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
 
@@ -309,7 +309,7 @@ class FileActions(Saving):
     def locate_clip(self, session: Path) -> None:
         """Ask where the clip of a session is now, and open the session with this clip."""
         title, reopen = tr("Locate the clip"), partial(self.document.opener.open_session, session)
-        ask_files(self.window, title, CLIP_PATTERNS, lambda p: reopen(p[0]), folder=session.parent)
+        ask_files(self.window, title, CLIPS, lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
         """Open the export dialog.

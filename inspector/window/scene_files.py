@@ -15,7 +15,8 @@ from twistcore.formats.blender import SUFFIXES, find_blender
 from twistcore.formats.reading import CLIP_PATTERNS
 from twistcore.work.progress import Tell
 
-MOTION_PATTERNS = " ".join((CLIP_PATTERNS, *(f"*{suffix}" for suffix in SUFFIXES)))
+CLIPS = CLIP_PATTERNS  # patterns of the names of files
+CLIPS_AND_SCENES = " ".join((CLIPS, *(f"*{suffix}" for suffix in SUFFIXES)))
 Message = Callable[[str, bool], object]
 
 

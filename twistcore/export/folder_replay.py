@@ -171,7 +171,7 @@ class _Clips:
 def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
     """Write a clip corrected by its session into a folder.
 
-    The bytes are the same as those that `apply` writes for these two files. `own` has the SHA-256
+    `apply` writes the same bytes for these two files. `own` has the SHA-256
     of the files that this command wrote into the folder before, keyed by name. Raises TwistError,
     without writing anything, if another file with this name exists, and the errors of
     :func:`twistcore.export.replay.replayed`.
