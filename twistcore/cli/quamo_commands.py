@@ -156,7 +156,7 @@ def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
 
 
 def _wants_place(arguments: argparse.Namespace, joints: NDArray[np.int64], placed: int) -> bool:
-    """True if the position must be tracked: on request, for all joints, or for the root."""
+    """Return True if the position is tracked: on request, for all joints, or for the root."""
     if arguments.root_position is not None:
         return bool(arguments.root_position)
     return not arguments.joints or placed in joints
@@ -168,8 +168,9 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _cut_words(motion: Motion, first: int) -> str:
-    """Return 'cut at frame 120' or 'cuts at frames 120, 300–305' (305 excluded), or '' for no
-    cut.
+    """Return text such as 'cut at frame 120' or 'cuts at frames 120, 300–305', or ''.
+
+    The last frame of a range is exclusive.
     """
     cut = np.zeros(motion.frames, dtype=np.bool_)
     cut[cuts_behind(motion, first)] = True
@@ -186,7 +187,7 @@ def _how(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> s
 
 
 def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
-    """Describe which frames the tracking needs, and how far its result lags behind."""
+    """Describe which frames the tracking needs, and by how much its result lags."""
     if not causal:
         return "tracking both ways needs the whole clip: every frame depends on later ones; no lag"
     if gains is None:
