@@ -1,4 +1,4 @@
-"""The choice whether the foot or hand of a flip, or the next joint, was kept or turned along."""
+"""Buttons to choose whether an error also turned the limb's foot or hand, or the next joint."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _WORDS = {  # keyed by `carried`: the button's text and its tip
 
 
 class EndChoice(QWidget):
-    """Two buttons after a heading, as in 'Foot: kept | turned along'."""
+    """Two buttons after a heading, such as 'Foot: kept | turned along'."""
 
     turned = Signal()  # the person chose the other button
 
@@ -50,7 +50,7 @@ class EndChoice(QWidget):
 
     @property
     def shown(self) -> str:
-        """The text of the checked button: 'kept' or 'turned along'."""
+        """Return the text of the checked button: 'kept' or 'turned along'."""
         return _WORDS[self._carried][0]
 
     def _clicked(self) -> None:
