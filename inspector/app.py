@@ -1,4 +1,4 @@
-"""Set up Qt, open the window, and handle signals from the system until the window closes."""
+"""Set up Qt, open the window, and handle the system's signals until the window is closed."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     if script is None:
         QTimer.singleShot(0, window, lambda: _begin(window, arguments.file))
 
-    stopped = 0  # not the event loop's result: the loop ends with 0 when the last window closes
+    stopped = 0  # not the event loop's result, which is always 0 when the last window closes
 
     def end(number: int, _frame: object) -> None:
         nonlocal stopped
@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
     app.exec()
     code = stopped or (script.code if script is not None else 0)
     if not wait_for_tasks(_PATIENCE_MS):
-        # Qt would wait for a thread that ends late. Everything to keep is on disk already.
+        # Qt would wait for threads that are still running. Everything important is on disk already.
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
@@ -97,7 +97,7 @@ def _begin(window: MainWindow, path: Path | None) -> None:
 
 
 def _show_complaint(window: MainWindow, complaint: str) -> None:
-    """Show a message now, and again after a clip has opened with its own messages."""
+    """Show a message now, and again after a clip has been opened, whose messages replace it."""
     print(legible(complaint), file=sys.stderr)
     window.bar.show_message(complaint, True)
     again = partial(window.bar.add_error, complaint)

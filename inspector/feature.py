@@ -36,7 +36,7 @@ Area = Qt.DockWidgetArea
 
 
 class HostWindow(QMainWindow):
-    """The window, as features use it.
+    """The parts of the window that features may use.
 
     Attributes
     ----------
@@ -78,14 +78,14 @@ class FeatureParts:
     """The parts that a feature builds. Their public attributes become attributes of the window."""
 
     def connect(self, window: HostWindow) -> None:
-        """Build the parts that need the docks, and connect them with other features."""
+        """Create the parts that need the docks, and connect them with other features."""
 
     def take(self, path: Path) -> bool:
-        """Show a file that was dropped on the window. Returns False for another kind of file."""
+        """Open a file that was dropped on the window. Returns False for other kinds of files."""
         return False
 
     def close(self) -> None:
-        """Stop all work, because the window is closing."""
+        """Stop all work. Called when the window is closed."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,8 @@ class Tool:
         Its position from the left. A separator divides positions with different tens digits (19 and
         20, for example).
     spared
-        The step in which the word is hidden as the window gets narrower: first (1), second (2), or
-        last (0), together with the remaining words.
+        When the word is hidden as the window becomes narrower: first (1), second (2), or last (0),
+        together with the remaining words.
     """
 
     word: str
@@ -124,9 +124,9 @@ class ActionRow(Generic[T]):
     in_list
         True if the row also appears in the context menu of the panel's list.
     tool
-        Its button in the toolbar, or None.
+        The button in the toolbar, or None.
     verdict
-        True if the row decides on an interval. A held key then acts only once, and only on an
+        True if the row decides on an interval. Holding its key then acts only once, and only on an
         interval that has been drawn.
     """
 
@@ -143,17 +143,17 @@ class ActionRow(Generic[T]):
     checkable: ClassVar[bool] = False
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the action with the effect of this row."""
+        """Connect the row's action with its effect on `on`."""
 
 
 @dataclass(frozen=True)
 class ActionSpec(ActionRow[T]):
-    """A row that runs a command. In a group, the command runs when the row becomes checked."""
+    """A row that runs a command. In a group, the command runs when the row is checked."""
 
     do: Callable[[T], object] = field(kw_only=True)
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the action with the command of this row."""
+        """Connect the row's action with its command for `on`."""
         if self.group:
             action.toggled.connect(lambda checked: self.do(on) if checked else None)
         else:
@@ -168,7 +168,7 @@ class Switch(ActionRow[T]):
     checkable: ClassVar[bool] = True
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the action with the switch of this row."""
+        """Connect the row's action with the setting of `on` that it switches."""
         action.toggled.connect(lambda checked: self.turn(on, checked))
 
 
@@ -176,7 +176,7 @@ class Switch(ActionRow[T]):
 class MenuRows(Generic[T]):
     """The rows of one menu, with None for a separator.
 
-    `after` is the id of the row that they follow, or '' for the end of the menu.
+    `after` is the id of the row after which they are added, or '' for the end of the menu.
     """
 
     menu: str
@@ -191,9 +191,9 @@ class DockPanel(Generic[T]):
     Attributes
     ----------
     name
-        The name under which its position is remembered.
+        The name under which the dock's position is stored.
     title
-        Its title.
+        The title of the dock.
     area
         The initial area of the dock.
     content
@@ -205,7 +205,7 @@ class DockPanel(Generic[T]):
     tab
         True if the dock is a tab next to the interval table.
     before
-        Name of the panel that it precedes, or '' if it comes last.
+        Name of the panel before which it is placed, or '' for the end.
     """
 
     name: str
@@ -231,7 +231,7 @@ class Tick:
 class Feature(Generic[Built]):
     """A feature of the window.
 
-    `build` is a function that creates its views before any dock exists.
+    `build` is a function that creates the views of the feature, before any dock exists.
     """
 
     name: str

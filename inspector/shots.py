@@ -53,7 +53,7 @@ _FILMED = "LeftForeArm"  # the sample's forearm, with an error in all of these f
 
 
 def main() -> int:
-    """Take the named pictures, or all pictures and the film; return the exit code."""
+    """Take the named pictures, or all pictures and the film, and return the exit code."""
     make_application()
     use_shipped_fonts()
     from inspector.window.export_dialog import ExportDialog
@@ -212,7 +212,7 @@ def main() -> int:
 
 
 def film(window: MainWindow) -> None:
-    """Record the README's film: before and after with the striped skin, at a tenth of the speed."""
+    """Record the README's film: before and after with the striped skin, at a tenth of real time."""
     document = window.document
     with tempfile.TemporaryDirectory() as folder:
         window.resize(*_SIZE)
@@ -271,13 +271,13 @@ def lead(window: MainWindow) -> None:
 
 
 def act(window: MainWindow, *names: str) -> None:
-    """Trigger actions by their ids."""
+    """Trigger the actions with the given ids."""
     for name in names:
         window.actions_by_id[name].trigger()
 
 
 def wait(milliseconds: int) -> None:
-    """Run the event loop for some milliseconds; unlike QTest.qWait, let Python threads run."""
+    """Run the event loop for some milliseconds. Unlike QTest.qWait, let Python threads run."""
     loop = QEventLoop()
     QTimer.singleShot(milliseconds, loop.quit)
     loop.exec()
@@ -290,8 +290,8 @@ def wait_for(ready: Callable[[], object]) -> None:
 
 
 def steady_picture(window: MainWindow) -> QImage:
-    """Return a screenshot of the window once it has stopped changing, even on a busy machine."""
-    window.statusBar().clearMessage()  # the message would disappear at some time
+    """Wait until the window has stopped changing, and return a screenshot of it."""
+    window.statusBar().clearMessage()  # the message would disappear at an unknown time
     seen, still_ms = window.grab().toImage(), 0
     ends = time.monotonic() + _PATIENCE_S
     while still_ms < _SETTLE_MS and time.monotonic() < ends:
@@ -303,7 +303,7 @@ def steady_picture(window: MainWindow) -> QImage:
 
 
 def save(window: MainWindow, name: str) -> None:
-    """Save a screenshot of the steady window."""
+    """Save a screenshot of the window after it has stopped changing."""
     wait(_SETTLE_MS)
     keep(steady_picture(window), name)
 

@@ -1,4 +1,4 @@
-"""The system libraries and the screen that windows need, and the packages with the libraries.
+"""Check for the system libraries and the screen that a window needs, and name their packages.
 
 This module uses only the standard library of any Python 3, because dev.py runs it before installing
 anything.
@@ -36,14 +36,14 @@ X_LIBRARIES = {
 
 
 def has_screen() -> bool:
-    """True if this system has a screen on which windows can be shown."""
+    """Return True if this system has a screen on which windows can be shown."""
     if not sys.platform.startswith("linux"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def is_loadable(soname: str) -> bool:
-    """True if the dynamic linker finds a library."""
+    """Return True if the dynamic linker finds a library."""
     try:
         ctypes.CDLL(soname)
     except OSError:
@@ -63,7 +63,7 @@ def missing_libraries(platform: str = "xcb") -> dict[str, str]:
 
 
 def install_command(packages: Sequence[str]) -> list[str]:
-    """Return the command that installs Debian packages and must be run as root."""
+    """Return the command that installs Debian packages, which must be run as root."""
     return ["apt-get", "install", "-y", "--no-install-recommends", *packages]
 
 

@@ -1,8 +1,8 @@
 """Stop PySide from reading the source of each imported module, which slows down the start.
 
-PySide does this to support `from __feature__ import`, which this program does not use. This takes a
-sixth of the processor time of the program's start. PySide 6.10 has no setting for it; with other
-versions this module may have no effect.
+PySide reads them to support `from __feature__ import`, which this program does not use. That takes
+a sixth of the processor time of the program's start. PySide 6.10 has no setting to prevent it. With
+other versions, this module may have no effect.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 
 def leave_sources_unread() -> None:
-    """Stop PySide from reading sources. Call this before the first import of PySide6."""
+    """Stop PySide from reading source files. Call this before the first import of PySide6."""
     importlib.import_module("shiboken6")  # contains the reader, which PySide6 starts immediately
     reader: Any = sys.modules.get("shibokensupport.feature")
     if hasattr(reader, "_mod_uses_pyside"):

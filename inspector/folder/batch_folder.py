@@ -25,12 +25,12 @@ from twistcore.files.lock import is_held
 from twistcore.files.marks import file_mark
 from twistcore.tuning import Profile
 
-# Options of the batch that the window cannot apply, keyed by parameter.
+# Options of the batch that the window cannot use, keyed by parameter.
 _ELSEWHERE = {"fps": "--fps", "kinds": "--kinds", "chains": "--chain", "rig": "--rig"}
 
 
 class BatchFolder(QObject):
-    """The clips in the manifest of a batch, in any folder, with the decisions recorded there.
+    """The clips in the manifest of a batch, with the progress of their reviews.
 
     `options` describes the batch options that differ from the defaults.
     """
@@ -48,14 +48,14 @@ class BatchFolder(QObject):
 
     @property
     def under_way(self) -> bool:
-        """True while a batch is still writing to the folder."""
+        """Return True while a batch is still writing to the folder."""
         return is_held(self.folder / LOCK)
 
     def clips(self) -> list[QueuedClip]:
         """Return the manifest's clips.
 
-        Clips that have changed since the batch processed them are queued for a new analysis, as are
-        clips that the batch analysed with options the window cannot apply. Raises TwistError.
+        Clips that have changed since the batch processed them are marked for a new analysis, and so
+        are clips that it analysed with options that the window cannot use. Raises TwistError.
         """
         with Manifest.open(self.folder) as manifest:
             glances, self._parameters = manifest.glances(), manifest.parameters()
@@ -162,7 +162,7 @@ def _options_text(given: Mapping[str, Any]) -> str:
 
 
 def _is_same(path: Path, glance: ClipGlance) -> bool:
-    """True if a file is unchanged since the batch processed it."""
+    """Return True if a file is unchanged since the batch processed it."""
     with suppress(OSError):
         if glance.signature:
             return signature_of(path)[0] == glance.signature

@@ -1,4 +1,4 @@
-"""The table of the folder's clips: severity, progress of each review, and overall progress."""
+"""The table of the folder's clips, with severity and progress of the reviews."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ from inspector.widgets.theme import Colours
 from twistcore.review import Decision
 
 _ROWS = 10  # minimum number of visible rows, if there is room
-_COUNT_MS = 60  # the list follows a drag of τ with this delay
-_NEWS_MS = 160  # the list follows the analysis with this delay
+_COUNT_MS = 60  # delay after which the list is updated during a drag of τ
+_NEWS_MS = 160  # delay after which the list is updated during an analysis
 _SEVERITY, _EXPORT = 1, 3  # columns
 _HEADS = (tr("Clip"), tr("Severity"), tr_as("of a clip", "Review"), tr_as("of a clip", "Export"))
 _NAME_WIDTH = 90  # pixels
@@ -94,7 +94,7 @@ class _ClipModel(RowModel[QueuedClip]):
 
 
 def _sorted_by(clip: QueuedClip) -> tuple[Any, ...]:
-    """Return a clip's sort values, one per column; reviews are sorted by the remaining work."""
+    """Return a clip's values for sorting, one per column. Reviews are sorted by remaining work."""
     decided, of = clip.counts
     left = clip.state == ClipState.READY, of - decided, of
     return clip.title.casefold(), clip.severity, left, clip.exported
@@ -237,7 +237,7 @@ class ClipsPanel(QWidget):
         self._refresh()
 
     def sizeHint(self) -> QSize:
-        """Return a size with room for a few rows."""
+        """Return a size with space for a few rows."""
         table = self.table
         rows = _ROWS * table.verticalHeader().defaultSectionSize()
         height = rows + table.horizontalHeader().sizeHint().height() + 2 * table.frameWidth()
@@ -263,9 +263,9 @@ class ClipsPanel(QWidget):
             self._queue.note(data.clip.path, (decided, len(intervals)))
 
     def _sort_by(self, column: int) -> None:
-        """Sort by a column.
+        """Sort by a column after a click on its heading.
 
-        Further clicks on the column sort in reverse, then worst first again.
+        A second click sorts in reverse, and a third one restores the order worst first.
         """
         downwards = column == _SEVERITY
         first, second = (column, downwards), (column, not downwards)
@@ -287,7 +287,7 @@ class ClipsPanel(QWidget):
         return clips
 
     def _take_news(self) -> None:
-        """Refresh immediately, or after a short delay while many clips are being analysed."""
+        """Update the table, with a short delay while many clips are being analysed."""
         if not self._queue.running:
             self._refresh()
         elif not self._news.isActive():
@@ -301,7 +301,7 @@ class ClipsPanel(QWidget):
             self._severities.worst = worst
             self.table.viewport().update()
         done, total = self._queue.progress
-        self.bar.setUpdatesEnabled(False)  # or each value would repaint the window immediately
+        self.bar.setUpdatesEnabled(False)  # if not blocked, each value would repaint the window
         self.bar.setRange(0, max(total, 1))
         self.bar.setValue(done)
         self.bar.setUpdatesEnabled(True)

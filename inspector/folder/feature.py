@@ -29,7 +29,7 @@ class Folder(FeatureParts):
         self.clips.chosen.connect(window.open_path)
 
     def connect(self, window: HostWindow) -> None:
-        """Build the actions that write the table and the report of the listed clips."""
+        """Create the actions that write the table of the listed clips and the report."""
         listed, save = self.clips.listed, window.save_quietly
         self.folder_actions = FolderActions(self.queue, listed, window.bar, save, window)
         listing = window.docks["clips"].toggleViewAction()
@@ -37,7 +37,7 @@ class Folder(FeatureParts):
         self.queue.changed.connect(lambda: listing.setEnabled(self.queue.folder is not None))
 
     def close(self) -> None:
-        """End the processes that analyse clips."""
+        """Stop the processes that analyse clips."""
         self.queue.close()
 
 

@@ -100,7 +100,7 @@ class FolderActions:
         report.start(program, words)
 
     def _give_up(self) -> None:
-        """End the report's process because the program ends.
+        """Stop the report's process because the program ends.
 
         All pages written so far are complete.
         """

@@ -41,8 +41,8 @@ from twistcore.tuning import Profile
 _POLL_MS = 40
 _ENOUGH = 20  # maximum number of analysed clips, in a folder of any size
 _PATIENCE_S = 20.0  # time limit for a clip, plus a second per megabyte
-_BATCH_MS = 3_000  # while a batch is running: check again, in case it ends early
-_SETTLE_MS = 500  # wait until a folder that is being written to is quiet
+_BATCH_MS = 3_000  # interval of checks whether a running batch has ended
+_SETTLE_MS = 500  # wait until no files are being written to the folder
 
 
 @dataclass(eq=False)
@@ -60,7 +60,10 @@ class _Worker:
 
 
 class FolderQueue(QObject):
-    """The clips of a folder, and the processes that survey them. `changed` reports every change."""
+    """The clips of a folder, and the processes that survey them.
+
+    The signal `changed` is emitted after every change.
+    """
 
     changed = Signal()
     finished = Signal()
@@ -77,7 +80,7 @@ class FolderQueue(QObject):
         self.batch: BatchFolder | None = None  # None if `twistcore batch` did not write the folder
         self._from_batch: set[Path] = set()  # clips with the results of the batch
         self._elsewhere: dict[Path, str] = {}  # exports of this run, keyed by clip
-        self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # one core for the window
+        self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # leaves one core to the window
         self._workers: list[_Worker] = []
         self._started = 0.0
         self._poll = QTimer(self, interval=_POLL_MS)
@@ -94,7 +97,7 @@ class FolderQueue(QObject):
 
     @property
     def ordered(self) -> list[QueuedClip]:
-        """Return the surveyed clips, worst first, then the waiting clips, then the failed ones."""
+        """Return the surveyed clips, worst first, followed by waiting and by failed clips."""
 
         def rank(clip: QueuedClip) -> tuple[int, float, str]:
             group = {ClipState.READY: 0, ClipState.FAILED: 2}.get(clip.state, 1)
@@ -104,25 +107,25 @@ class FolderQueue(QObject):
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Number of clips that are surveyed or have failed, and number of all clips."""
+        """Return the number of clips that are surveyed or have failed, and of all clips."""
         over = sum(c.state in (ClipState.READY, ClipState.FAILED) for c in self.clips.values())
         return over, len(self.clips)
 
     @property
     def seconds_left(self) -> float:
-        """Estimated seconds until the last clip is surveyed."""
+        """Return the estimated time until the last clip is surveyed, in seconds."""
         done, total = self.progress
         passed = time.monotonic() - self._started
         return passed / done * (total - done) if done else 0.0
 
     @property
     def running(self) -> bool:
-        """True while a survey is running."""
+        """Return True while a survey is running."""
         return self._poll.isActive()
 
     @property
     def knows_enough(self) -> bool:
-        """True if a tenth of the clips, or 20 of them, are analysed."""
+        """Return True if a tenth of the clips, or 20 of them, have been analysed."""
         done, total = self.progress
         return done >= min(_ENOUGH, math.ceil(total / 10))
 
@@ -142,13 +145,13 @@ class FolderQueue(QObject):
         return next((c.path for c in behind), None)
 
     def listed(self, path: Path) -> Path:
-        """Return the path under which the folder lists a clip, or `path` itself if it does not."""
+        """Return the path by which the folder lists a clip, or `path` if the clip is not listed."""
         own = (p for p in self.clips if p.name == path.name and same_file(p, path))
         return path if path in self.clips else next(own, path)
 
     @property
     def totals(self) -> tuple[int, int, int, int]:
-        """Numbers of decided clips, clips with intervals, decided intervals and all intervals."""
+        """Return the numbers of decided clips, clips with intervals, decided and all intervals."""
         clips = [c for c in self.clips.values() if c.state != ClipState.FAILED]
         due = [c for c in clips if c.done or c.to_do]
         counts = [c.counts for c in clips]
@@ -157,7 +160,7 @@ class FolderQueue(QObject):
 
     @property
     def profile_text(self) -> str:
-        """Description of the τ with which clips are surveyed and opened."""
+        """Return a description of the τ with which clips are surveyed and opened."""
         if self.profile_name:
             return self.profile_name
         if self.batch is not None:
@@ -194,7 +197,7 @@ class FolderQueue(QObject):
         self.rescan()
 
     def rescan(self) -> None:
-        """Add clips that are new in the folder, and mark the missing ones."""
+        """Add clips that are new in the folder, and mark clips that are missing."""
         if self.folder is None:
             return
         if self.batch is not None:
@@ -218,9 +221,7 @@ class FolderQueue(QObject):
         self._continue()
 
     def _take_batch(self, batch: BatchFolder) -> None:
-        """Use the results in the manifest, unless a profile sets τ, and survey the remaining
-        clips.
-        """
+        """Use the results in the manifest unless a profile sets τ, and survey all other clips."""
         try:
             clips = batch.clips()
         except TwistError as error:
@@ -260,7 +261,7 @@ class FolderQueue(QObject):
         self.changed.emit()
 
     def _continue(self) -> None:
-        """Start surveying the clips that are waiting."""
+        """Start to survey the waiting clips."""
         if any(c.state == ClipState.WAITING for c in self.clips.values()):
             self._poll.start()
             self._look()
@@ -318,7 +319,7 @@ class FolderQueue(QObject):
     # -- the processes ------------------------------------------------------------------------
 
     def _look(self) -> None:
-        """Collect results, remove dead workers, and distribute work; fast if nothing is new."""
+        """Collect results, remove dead workers, and distribute work. Called by a timer."""
         changed = bool([w for w in tuple(self._workers) if self._check(w)])
         waiting = [p for p, c in self.clips.items() if c.state == ClipState.WAITING]
         while waiting and len(self._workers) < self._count:
@@ -346,7 +347,7 @@ class FolderQueue(QObject):
             self._end(worker, NOT_BEGUN)
 
     def _check(self, worker: _Worker) -> bool:
-        """True if a worker is free because it has answered, died or been stopped."""
+        """Return True if a worker has answered, died or been stopped, and handle the result."""
         if worker.path is None:
             return False
         try:

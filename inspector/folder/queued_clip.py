@@ -44,7 +44,7 @@ class QueuedClip:
       the session, None if there is neither
     - exported: name of the latest export, or ''
     - label: the clip's name in a batch, or ''
-    - waits: True if unsaved decisions can be restored
+    - waits: True if there are unsaved decisions that can be restored
     - missing: number of frames that the header declares but the file does not contain
     - unexamined: number of arms and legs without a chain
     """
@@ -64,32 +64,33 @@ class QueuedClip:
 
     @property
     def title(self) -> str:
-        """The name in lists: the name in the batch, or the file name (of a BVH without its
-        suffix).
+        """Return the name for lists: the name in the batch, or the file name.
+
+        The name of a BVH file is shown without its suffix.
         """
         is_bvh = self.path.suffix.lower() == ".bvh"
         return self.label or (self.path.stem if is_bvh else self.path.name)
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Number of decided intervals and number of all intervals."""
+        """Return the number of decided intervals and the number of all intervals."""
         return self.decided or (0, self.intervals)
 
     @property
     def done(self) -> bool:
-        """True if the clip has intervals and all of them are decided."""
+        """Return True if the clip has intervals and all of them are decided."""
         return self.decided is not None and self.decided[0] == self.decided[1] > 0
 
     @property
     def clean(self) -> bool:
-        """True if the whole clip was checked and nothing was found."""
+        """Return True if the whole clip was checked and nothing was found."""
         lacks = self.unchecked or self.missing or self.unexamined
         ready = self.state == ClipState.READY and not lacks
         return ready and not self.counts[1] and not self.waits
 
     @property
     def to_do(self) -> bool:
-        """True if the clip has undecided intervals or decisions that can be restored."""
+        """Return True if the clip has undecided intervals or decisions to be restored."""
         undecided = self.state == ClipState.READY and self.counts[0] < self.counts[1]
         return undecided or self.waits
 

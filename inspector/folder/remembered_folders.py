@@ -1,4 +1,4 @@
-"""Records of recent folders: the clip last open in each, and the τ for all its clips."""
+"""Records of recent folders: the clip that was last open in each, and the τ for all its clips."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def _new() -> dict[str, Any]:
 def _merged(
     old: dict[str, Any] | None, new: dict[str, Any], other: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """Return another program's record of a folder with our changes merged in.
+    """Merge our changes to a folder's record into the record that another window has saved.
 
-    The three values that set τ are taken together from one of the records.
+    The three values that set τ are always copied together.
     """
     if other is None:
         return new
@@ -68,7 +68,7 @@ def recent_folders(settings: Settings) -> list[Path]:
 
 
 def remember_folder(settings: Settings, folder: Path, **known: Any) -> None:
-    """Change the given fields of a folder's record, and leave its other fields as they are."""
+    """Change the given fields of a folder's record, and make it the latest one."""
     now = known_of_folder(settings, folder) | known
     name = str(real_path(folder))
     others = {k: v for k, v in FOLDERS.of(settings).items() if k != name}

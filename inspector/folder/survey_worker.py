@@ -1,4 +1,4 @@
-"""A process that surveys clips, so that a faulty clip cannot crash the window."""
+"""Survey clips in a separate process, so that a faulty clip cannot crash the window."""
 
 from __future__ import annotations
 

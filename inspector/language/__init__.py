@@ -1,4 +1,4 @@
-"""The language of the window: English as in the code, or a catalogue in `assets/languages`."""
+"""Translate the window's texts: English as in the code, or a catalogue in `assets/languages`."""
 
 from inspector.language.catalogue import (
     announced,

@@ -1,4 +1,4 @@
-"""Texts in the language that is chosen when the program starts.
+"""Return texts in the language that is chosen when the program starts.
 
 The code contains the English text, as in `tr("Accept {count} intervals", count=7)`. Values are
 inserted by name, so that a translation can put them in a different order. Each language is one PO
@@ -27,7 +27,7 @@ SOURCE = "en"  # the language that the code is written in
 
 CORE = "core"  # the context of twistcore's sentences
 
-_MOST = 4000  # letters of an inserted value, since laying out millions is slow
+_MOST = 4000  # maximum length of an inserted value, since the layout of very long text is slow
 
 _language = SOURCE
 _texts: dict[tuple[str, str], str] = {}
@@ -41,7 +41,7 @@ def codes() -> tuple[str, ...]:
 
 @cache
 def languages() -> dict[str, str]:
-    """Return the available languages as a mapping from code to the language's own name."""
+    """Return the available languages as {code: name of the language in that language}."""
     found = {SOURCE: "English"}
     for code in codes()[1:]:
         found[code] = _read(LANGUAGES / f"{code}.po").metadata["Language-Name"]
@@ -133,6 +133,6 @@ def _legible_values(values: dict[str, object]) -> dict[str, object]:
 
 
 def _read(file: Path) -> polib.POFile:
-    import polib  # takes some time, and English needs no catalogue
+    import polib  # imported only if needed, since English has no catalogue
 
     return polib.pofile(str(file))

@@ -83,7 +83,7 @@ def _translated(language: str, sentence: str) -> tuple[str, int]:
 
 
 def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
-    """Split a sentence at a joint into the first part, the second part and its closing bracket."""
+    """Split a sentence at the separator `joint` into two parts and the second's closing bracket."""
     first, _, rest = sentence.partition(joint)
     bracket = joint == " (" and rest.endswith(")")
     return first + "." * joint.startswith("."), (rest[:-1], ")") if bracket else (rest, "")
@@ -91,7 +91,7 @@ def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
 
 @lru_cache(1)
 def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
-    """Return each template's longest fixed piece, pattern, number of letters and translation."""
+    """Return for each template its longest fixed part, pattern, letter count and translation."""
     entries = sorted(entries_of_core(), key=lambda e: (-_letters(e[0]), e[0]))
     return tuple(
         (_piece(form), re.compile(_pattern(form), re.DOTALL), _letters(form), text)
@@ -100,7 +100,7 @@ def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
 
 
 def _piece(form: str) -> str:
-    """Return the longest fixed piece of a template, for a quick test before the pattern."""
+    """Return the longest fixed part of a template, for a quick test before the pattern is tried."""
     return max(_HOLE.split(form)[::2], key=len).format()
 
 

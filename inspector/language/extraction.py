@@ -22,7 +22,7 @@ from inspector.language.script_texts import texts_of_script
 _ROOT = Path(__file__).resolve().parents[2]
 # Calls with texts, and their arguments in order.
 _CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "text")}
-# Parts of twistcore whose sentences the window shows, not only the commands.
+# Parts of twistcore with sentences that are shown by the window and not only by commands.
 _ROOMS_OF_CORE = (
     *("detection", "review", "tuning", "errors", "quamo/response", "quamo/track_clip"),
     "quamo/spline",
@@ -111,7 +111,7 @@ def texts_in_code() -> Iterator[_Key]:
 
 
 def _forms(tree: ast.AST) -> Iterator[str]:
-    """Yield the templates of all strings that look like words for people, without docstrings."""
+    """Yield the templates of all strings that look like text for users, except docstrings."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             continue

@@ -1,4 +1,4 @@
-"""Find the texts in a web page's scripts and template, which `tr("…")` marks as in the program."""
+"""Find the texts in a web page's scripts and template, which are marked by `tr("…")`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _CALL = re.compile(rf"\b(?:tr\(|tr_as\(\s*({_PIECE}),)\s*{_TEXT}")
 
 
 def texts_of_script(script: str) -> Iterator[tuple[str, str]]:
-    """Yield each text with its meaning, or ''; texts joined by + are one text."""
+    """Yield (text, meaning) of each text, with '' for no meaning. Texts joined by + are one."""
     for call in _CALL.finditer(script):
         text = "".join(json.loads(piece) for piece in re.findall(_PIECE, call[2]))
         yield json.loads(call[1] or '""'), text

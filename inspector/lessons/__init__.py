@@ -1,1 +1,1 @@
-"""Guides for learning the program: the tour, lessons and exercises."""
+"""The parts of the window that teach the program: the tour, lessons and exercises."""

@@ -1,4 +1,4 @@
-"""Exercises for a class: a teacher writes them, students do them, and the program scores them."""
+"""Exercises for a class: a teacher creates them, students solve them, the program scores them."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ from twistcore.synthesis.truth import Truth, read_truth, write_truth
 def hidden(
     source: Clip, seed: int, kind: str
 ) -> tuple[Motion, tuple[InjectedError, ...], tuple[Interval, ...]]:
-    """Return a motion in which errors are hidden, the errors, and the intervals to judge.
+    """Return a motion with hidden errors, the errors, and the intervals to judge.
 
-    `seed` is the seed of the random errors. `kind` is 'judge' if students judge a list of
-    intervals.
+    `seed` is the seed of the random errors. If `kind` is not 'judge', students must find the errors
+    themselves, and there are no intervals to judge.
     """
     motion, chains = source.motion, find_chains(source.motion)
     dirty, errors = hide_errors(motion, chains, seed)
@@ -60,10 +60,10 @@ def to_review(path: Path, listed: Sequence[Interval]) -> Analysed:
 
 
 def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple[Path, Path]:
-    """Write an exercise, its clip next to it, and the key; return the paths of clip and key.
+    """Write an exercise, with its clip and key in the same folder, and return their two paths.
 
-    Raises FormatError if there already is a clip or a key of that name. Only the exercise itself
-    may be overwritten, because the file dialog has already asked.
+    Raises FormatError if the clip or the key already exists. Only the exercise file itself may be
+    overwritten, because the file dialog has asked the user.
     """
     copy, key = exercise_files(exercise)
     clip = read_bvh(source)
@@ -93,7 +93,7 @@ def exercise_files(exercise: Path) -> tuple[Path, Path]:
 
 
 def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]:
-    """Open an exercise of a class on a copy of its clip, which is made in `folder`."""
+    """Open an exercise of a class, with a copy of its clip that is written into `folder`."""
     exercise = read_exercise(path)
     beside = path.with_name(exercise.clip)
     if not is_file(beside):

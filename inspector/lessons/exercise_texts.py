@@ -1,4 +1,4 @@
-"""The page of the exercise, and its score in words."""
+"""Texts of the exercise: its page, and the description of the score."""
 
 from __future__ import annotations
 

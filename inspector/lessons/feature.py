@@ -27,7 +27,7 @@ class Lessons(FeatureParts):
         self.guide = GuideCard(window.part(teaching).teaching.typesetter, window.colours)
 
     def connect(self, window: HostWindow) -> None:
-        """Connect the lessons to the window, which they control."""
+        """Connect the lessons to the parts of the window that they control."""
         docks, taught = window.docks, window.part(teaching)
 
         def show_intervals() -> None:

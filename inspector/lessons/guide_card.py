@@ -61,7 +61,7 @@ class GuideCard(QWidget):
         self._show_task(self._mark)
 
     def prepare(self, formulas: Sequence[str]) -> None:
-        """Typeset formulas before the pages that contain them are shown."""
+        """Start to typeset formulas before the pages that contain them are shown."""
         self._typesetter.start(formulas)
 
     def show_page(self, title: str, body: str, task: str) -> None:
@@ -72,7 +72,7 @@ class GuideCard(QWidget):
         self.set_done(False)
 
     def show_text(self, markdown: str) -> None:
-        """Replace the text under the title."""
+        """Replace the text below the title."""
         self.body.show_markdown(markdown)
 
     def set_task(self, text: str) -> None:
@@ -86,7 +86,7 @@ class GuideCard(QWidget):
         self._show_task("✓" if done else "▸")
 
     def set_result(self, text: str, share: float) -> None:
-        """Show a result in the place of the task. `share` is its quality, 0…1, shown as colour."""
+        """Show a result instead of the task. `share` of right answers, 0…1, sets its colour."""
         self._task, self.done = text, True
         self._role = next(role for least, role in _ROLES if share >= least)
         self._show_task("✓" if share == 1.0 else "✗")
@@ -100,7 +100,7 @@ class GuideCard(QWidget):
     def set_buttons(
         self, buttons: list[QPushButton], controls: list[QWidget], leave: QToolButton
     ) -> None:
-        """Show buttons in a row, controls in a row above, and the `leave` button at the top."""
+        """Show buttons in a row, `controls` in a row above, and the button `leave` at the top."""
         rows = (self._buttons, buttons), (self.controls, controls), (self._leave, [leave])
         for row, wanted in rows:
             while item := row.takeAt(0):
@@ -117,6 +117,6 @@ def leave_button(tip: str) -> QToolButton:
 
 
 def _plain(markdown: str) -> str:
-    """Return text with Markdown emphasis as rich text, with HTML escaped."""
+    """Convert text with Markdown emphasis to rich text, with HTML in it escaped."""
     bold = re.sub(r"\*\*(.*?)\*\*", r"<b>\1</b>", escape(markdown, quote=False))
     return re.sub(r"\*(.*?)\*", r"<i>\1</i>", bold)

@@ -39,7 +39,7 @@ _HAND_IN = tr("An exercise saves nothing by itself. Press Hand in… to write yo
 def make_exercise(
     clip: Path, folder: Path, seed: int, kind: str
 ) -> tuple[Analysed, tuple[InjectedError, ...]]:
-    """Return a copy of a clip with hidden errors, ready for review, and the errors. Thread-safe.
+    """Return a copy of a clip with hidden errors, to be reviewed, and the errors. Thread-safe.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def make_exercise(
     seed
         The seed of the random errors.
     kind
-        The kind of exercise.
+        The kind of exercise: 'judge' to judge a list of intervals.
     """
     source = read_bvh(clip)
     dirty, errors, listed = hidden(source, seed, kind.lower())
@@ -58,19 +58,19 @@ def make_exercise(
 
 
 class Exercise(QObject):
-    """Guides a person through an exercise."""
+    """Guides a person through an exercise: start, review, and score or hand-in."""
 
     ended = Signal()
 
     def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], window: QWidget) -> None:
-        """Set up the exercise. The seed chooses one of the sample clips."""
+        """Set up the exercise. `clips` are sample clips, one of which the seed chooses."""
         super().__init__(window)
         self._program, self._clips = program, clips
         self.running = False
         self._errors: tuple[InjectedError, ...] = ()
         self._task = OneTask(self)
         self._class: ClassExercise | None = None  # the open exercise of a class
-        self._since, self._seed = 0.0, 1  # the start of a class exercise; the seed of another one
+        self._since, self._seed = 0.0, 1  # start time of a class exercise; seed of others
         self._view_before: ViewBefore | None = None  # the view before the exercise
         # The verdicts as last handed in, or at the start.
         self._kept: list[tuple[Interval, Decision]] = []
@@ -111,12 +111,12 @@ class Exercise(QObject):
         self._errors, self._class = (), None
         self._offer(self.score_button)
         self._program.guide.show_page(*exercise_page())
-        self.start.setEnabled(True)  # disabled while a clip is made, which End may interrupt
+        self.start.setEnabled(True)  # disabled while a clip is made; the End button stays enabled
         self.start.setText(tr_as("button", "Start"))
         self.score_button.setEnabled(False)
 
     def _offer(self, last: QPushButton) -> None:
-        """Show the controls, the start button, and the button `last`."""
+        """Show the controls, the start button, and the button `last` after it."""
         controls = [self.kind, self.seed_label, self.seed, self.for_class]
         self._program.guide.set_buttons([self.start, last], controls, self.leave)
 
@@ -150,7 +150,7 @@ class Exercise(QObject):
         self._judged()
 
     def _look_at_skin(self) -> None:
-        """Show the list and the striped skin, which shows the errors, until the exercise ends."""
+        """Show the intervals and the striped skin, on which errors are visible, until the end."""
         if self._view_before is None:
             self._view_before = ViewBefore(self._program)
         self._program.actions["skin"].setChecked(True)
@@ -215,7 +215,10 @@ class Exercise(QObject):
         ask_files(self._window, title, "*.json", lambda paths: self.do_one(paths[0]))
 
     def do_one(self, path: Path) -> None:
-        """Open a class exercise on a copy of its clip; only the teacher has the key."""
+        """Open a class exercise on a copy of its clip, without a score.
+
+        Only the teacher has the key that is needed to score it.
+        """
         self.before_leaving(partial(self._open, path))
 
     def _open(self, path: Path) -> None:
@@ -239,7 +242,7 @@ class Exercise(QObject):
 
     @property
     def not_handed_in(self) -> str:
-        """A sentence if a class exercise has verdicts that are not handed in, or ''."""
+        """Return a sentence if a class exercise has verdicts that are not handed in, or ''."""
         borrowed = self._program.document.borrowed
         if self._class is None or not (borrowed is not None and borrowed.signed):
             return ""
@@ -248,10 +251,9 @@ class Exercise(QObject):
         return tr("{clip} has verdicts that you have not handed in.", clip=self._class.clip)
 
     def before_leaving(self, then: Callable[[], object]) -> None:
-        """Call `then` when a class exercise may be left.
+        """Call `then` when a class exercise may be closed.
 
-        Leaving is safe when the verdicts are handed in, or when the person chooses to leave without
-        handing in.
+        This is when the verdicts are handed in, or when the person has chosen not to hand them in.
         """
         asked = self._class
 
@@ -268,7 +270,7 @@ class Exercise(QObject):
             then()
 
     def ask_hand_in(self, then: Callable[[], object]) -> None:
-        """Ask for a file for handing in the verdicts, and call `then` when the file is written."""
+        """Ask for a path, write the verdicts to it, and then call `then`."""
         name = self._program.settings.reviewer.strip() or tr("answers")
         wanted = Path(f"{name.replace('/', '-')}.json")
 

@@ -27,7 +27,7 @@ class GuidedProgram:
         A function that removes the filter from the list of intervals and returns a function that
         restores it.
     show_intervals, show_teaching
-        Functions that bring the tab to the front.
+        Functions that bring the tab of intervals or of teaching to the front.
     """
 
     document: Document

@@ -20,10 +20,10 @@ _OVER = tr(
 
 
 class Aside:
-    """The person's clip that was open before, and a folder for the borrowed clip.
+    """The user's clip that was open before, and a folder for the borrowed clip.
 
-    A borrowed clip is a clip that a lesson or an exercise has opened. The person's review stays in
-    memory; its unsaved changes are also in its journal on disk.
+    A borrowed clip is a clip that a lesson or an exercise has opened. Meanwhile, the user's review
+    stays in memory; its unsaved changes are also in its journal on disk.
     """
 
     def __init__(self, document: Document) -> None:
@@ -34,12 +34,12 @@ class Aside:
 
     @property
     def open(self) -> bool:
-        """True while a borrowed clip is open or about to close."""
+        """Return True while a borrowed clip is open or about to close."""
         return self._shown
 
     @property
     def own(self) -> Analysed | None:
-        """The person's own clip, open or put aside, or None if there is none."""
+        """Return the user's own clip, whether open or put aside, or None if there is none."""
         if self._kept is not None:
             return self._kept[0]
         return None if self._document.borrowed is not None else self._document.data
@@ -51,10 +51,10 @@ class Aside:
         return self._folder
 
     def show(self, data: Analysed, why: str, *, signed: bool = False) -> None:
-        """Open a borrowed clip. The first one puts the person's own clip aside.
+        """Open a borrowed clip. The user's own clip is put aside first.
 
-        `why` is a sentence with the reason why the clip's review is not saved. `signed` is True if
-        decisions carry the reviewer's name nevertheless.
+        `why` is a sentence that says why the clip's review is not saved. `signed` is True if
+        decisions have the reviewer's name nevertheless.
         """
         document = self._document
         document.leaving.emit()
@@ -70,15 +70,15 @@ class Aside:
     def _to_keep(self) -> Path:
         """Return the folder for exports of a borrowed clip.
 
-        This is the folder of the person's own clip, or the home folder.
+        This is the folder of the user's own clip, or the home folder if there is none.
         """
         own = self._kept[0].clip.path.absolute() if self._kept is not None else None
         return Path.home() if own is None or ASSETS in own.parents else own.parent
 
     def put_back(self) -> None:
-        """Show the person's clip again, exactly as it was.
+        """Show the user's own clip again, exactly as it was.
 
-        If no clip was open, the borrowed clip stays open, but only for viewing.
+        If no clip was open before, the borrowed clip stays open, but only for viewing.
         """
         if self._folder is None:
             return

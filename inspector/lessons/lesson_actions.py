@@ -45,8 +45,8 @@ class LessonActions:
     def __post_init__(self) -> None:
         self.five_trackers: FiveTrackers | None = None
         self._title = ""
-        self._lesson: LessonFile | None = None  # the one that was played last
-        self._list_as_before: Callable[[], None] | None = None  # restores the person's filter
+        self._lesson: LessonFile | None = None  # the lesson that was started last
+        self._list_as_before: Callable[[], None] | None = None  # restores the user's filter
         self.player = LessonPlayer(self.program, self.window)
         self.hidden_errors = Exercise(self.program, EXERCISES, self.window)
         self.page_export = PageExport(self.window, self.program.document.message.emit)
@@ -59,7 +59,7 @@ class LessonActions:
         self.program.guide.linked.connect(self.hidden_errors.go_to)
 
     def _add_menu(self) -> None:
-        """Add a menu of the program's lessons, which is filled when it is first opened."""
+        """Add a menu of the lessons that come with the program. It is filled when first opened."""
         self.lessons_menu = QMenu(tr("Lessons"), self.window)
         below = self.program.actions["open_lesson"]
         for menu in self.window.menuBar().findChildren(QMenu):
@@ -90,7 +90,7 @@ class LessonActions:
 
     @property
     def on(self) -> bool:
-        """True while a lesson or an exercise is running and its page is visible."""
+        """Return True while a lesson or an exercise is running and its page is visible."""
         return (self.player.running or self.hidden_errors.running) and not self.dock.isHidden()
 
     def tour(self) -> None:
@@ -98,12 +98,12 @@ class LessonActions:
         self.play(in_language(TOUR))
 
     def open_lesson(self) -> None:
-        """Ask for a lesson file and play it."""
+        """Ask for a lesson file and start the lesson."""
         pattern = tr("Lessons (*.md)")
         ask_files(self.window, tr("Open lesson"), pattern, lambda paths: self.play(paths[0]))
 
     def play(self, path: Path) -> None:
-        """Play a lesson. If it cannot be read, show the reason and change nothing."""
+        """Start a lesson. If it cannot be read, show the reason and change nothing."""
         try:
             lesson = read_lesson(path)
         except TwistError as error:
@@ -118,7 +118,7 @@ class LessonActions:
         self.player.begin(lesson, self._refuse)
 
     def _offer_next(self) -> None:
-        """Offer the lesson that follows, and the exercise, for a while."""
+        """Offer the next lesson and the exercise in a message that disappears after a while."""
         assert self._lesson is not None
         lessons = [TOUR, *(path for path in sorted(LESSONS.glob("*.md")) if path != TOUR)]
         names = [path.name for path in lessons]
@@ -132,17 +132,17 @@ class LessonActions:
         self.window.bar.offer(text, tuple(answers))
 
     def _refuse(self, error: Exception) -> None:
-        """End the lesson and show why it cannot be played."""
+        """End the lesson and show why it cannot be shown."""
         self.window.statusBar().clearMessage()
         self.player.end()
         self.program.document.message.emit(str(error), True)
 
     def export_page(self) -> None:
-        """Write the running lesson, or a lesson that the person chooses, as a web page."""
+        """Write the running lesson, or a lesson that the user chooses, as a web page."""
         self.page_export.ask(self._lesson if self.player.running else None)
 
     def copy_place(self) -> None:
-        """Copy the current place and view to the clipboard, as settings of a lesson page."""
+        """Copy the current place and view to the clipboard, as settings for a lesson page."""
         place, message = present_place(self.program), self.program.document.message
         if place is None:
             message.emit(tr("Open a clip first."), False)
@@ -168,7 +168,7 @@ class LessonActions:
         self.five_trackers.activateWindow()
 
     def leave_guide(self) -> None:
-        """End the lesson or exercise without asking, and bring the person's clip back."""
+        """End the lesson or exercise without asking, and show the user's own clip again."""
         if self.player.running:
             self.player.end()
         if self.hidden_errors.running:

@@ -1,4 +1,4 @@
-"""The conditions of a lesson page: how each is checked, and how "Show me" fulfils it."""
+"""Check the conditions of a lesson page, and fulfil them for the "Show me" button."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from twistcore.review import Decision, Judged
 _NEARLY = 0.05  # degrees: sliders have steps of a tenth
 _TURNED, _STRAIGHT = np.radians(178.0), np.radians(2.0)  # close enough to a singularity
 _NUDGED = np.radians(0.5)
-_SHOWN = 15.0  # degrees beyond the required angle, so that the result is clear
+_SHOWN = 15.0  # degrees added to the required angle, for a clear result
 _TWIST = np.radians(75.0)
 _TAU, _TRIED = (0.05, 180.0), 60  # degrees: the range of τ, and how many values of it are tried
 
 
 @dataclass(eq=False)
 class Visit:
-    """A visit to a page: its starting point, and the singularities that were nudged.
+    """A visit to a page: the state at its start, and the singularities nudged since.
 
     Attributes
     ----------
@@ -46,20 +46,20 @@ Check = tuple[Callable[[Visit, Condition], bool], Callable[[Visit, Condition], o
 
 
 def all_hold(visit: Visit, conditions: Sequence[Condition]) -> bool:
-    """True if every condition is met.
+    """Return True if every condition is met.
 
-    Each condition is checked even if an earlier one is not met, because some checks remember what
-    they have seen.
+    Each condition is checked even if an earlier one is not met, because some checks store what has
+    been done so far.
     """
     met = [CHECKS[c.name][0](visit, c) for c in conditions]
     return all(met)
 
 
 def do(visit: Visit, conditions: Sequence[Condition]) -> None:
-    """Fulfil the conditions as the person would, so that all of them hold at the end."""
+    """Fulfil all conditions with the same actions that the user would perform."""
     for condition in sorted(conditions, key=lambda c: list(CHECKS).index(c.name)):
         check, act = CHECKS[condition.name]
-        if condition.name == "nudged" or not check(visit, condition):  # once met, it stays met
+        if condition.name == "nudged" or not check(visit, condition):  # once met, it remains met
             act(visit, condition)
 
 
@@ -88,7 +88,7 @@ def _see(visit: Visit, condition: Condition) -> None:
 
 
 def _alter(visit: Visit, **change: Any) -> None:
-    """Edit the frame for the page's chain, with the teaching tab in front."""
+    """Change the what-if of the frame for the page's chain, with the teaching tab in front."""
     document = visit.program.document
     visit.program.show_teaching()
     if visit.chain and document.chain != visit.chain:
@@ -130,7 +130,7 @@ def _twist(visit: Visit, condition: Condition) -> None:
 
 
 def _opposed(visit: Visit, _: Condition) -> bool:
-    """True if the frame had an error before the correction, even if it is corrected now."""
+    """Return True if the frame had an error before the correction, even if it is corrected now."""
     taught = visit.program.taught
     if not taught.what_if.counter or (numbers := taught.numbers) is None:
         return False
@@ -157,7 +157,7 @@ def _go_along(visit: Visit, _: Condition) -> None:
 
 
 def _nudged(visit: Visit, condition: Condition) -> bool:
-    """True when every singularity that the condition names has been nudged."""
+    """Return True if every singularity named in the condition has been nudged."""
     what_if = visit.program.taught.what_if
     if abs(what_if.nudge) >= _NUDGED:
         if what_if.swing is not None and what_if.swing >= _TURNED:
@@ -223,7 +223,7 @@ def _accept(visit: Visit, condition: Condition) -> None:
 def _insert(visit: Visit, condition: Condition) -> None:
     """Insert an interval of the required kind at the page's frame.
 
-    The page's chain is used if it can have such an interval.
+    It is inserted in the page's chain if that can have such an interval, or else in another one.
     """
     document = visit.program.document
     assert document.data is not None
@@ -247,14 +247,14 @@ def _set_tau(visit: Visit, condition: Condition) -> None:
 
 
 def _listed(visit: Visit, condition: Condition) -> bool:
-    """True if as many counter-twists are listed in the page's chain as the condition says."""
+    """Return True if the required number of counter-twists is listed in the page's chain."""
     own = (j.interval for j in visit.program.document.intervals)
     count = sum(i.chain == visit.chain and i.kind == Kind.COUNTER_TWIST for i in own)
     return count == condition.amount
 
 
 def _list(visit: Visit, condition: Condition) -> None:
-    """Set the τ in the middle of the widest range in which the required number is listed."""
+    """Set τ to the middle of the widest range in which the required number is listed."""
     document = visit.program.document
     tau = np.radians(np.geomspace(*_TAU, _TRIED))
     found = (document.detector.intervals(visit.chain, float(t)) for t in tau)
@@ -264,8 +264,8 @@ def _list(visit: Visit, condition: Condition) -> None:
         document.set_tau(float(tau[(low + high - 1) // 2]), visit.chain)
 
 
-# In the order in which "Show me" fulfils them, so that a later one undoes no earlier one. Accepting
-# goes to other frames and chains, which resets a what-if; a nudge is remembered.
+# "Show me" fulfils the conditions in this order, in which no later one undoes an earlier one.
+# Accepting selects other frames and chains, which resets a what-if; a nudge is remembered.
 CHECKS: dict[str, Check] = {
     "accepted": (_accepted, _accept),
     "moved": (_moved, _move),

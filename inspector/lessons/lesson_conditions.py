@@ -30,7 +30,7 @@ FARTHEST = 170.0  # degrees of twist up to which the direction of a child's turn
 
 _COUNTED = ("frames", "intervals")
 
-# Each name with its argument, as in the documentation.
+# Each condition with its argument, as in the documentation.
 CONDITIONS = {
     "moved": "frames",
     "seen": "|".join(LOOKS),
@@ -56,9 +56,9 @@ class Condition:
     name
         A key of CONDITIONS.
     amount
-        A number of degrees, frames or intervals, or a share.
+        The required number of degrees, frames or intervals, or a share.
     words
-        The words that follow the name.
+        The words after the name.
     """
 
     name: str
@@ -69,7 +69,7 @@ class Condition:
 def read_conditions(text: str) -> tuple[Condition, ...]:
     """Read conditions separated by commas. Raises ValueError with the expected text.
 
-    All conditions of a page must hold at the same time, so conflicting conditions are rejected.
+    All conditions of a page must be met at the same time, so conflicting ones are rejected.
     """
     conditions = [_condition(part.strip()) for part in text.split(",")]
     names = {condition.name for condition in conditions}
@@ -93,9 +93,9 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
 
 
 def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
-    """True if the page's own settings already meet all conditions.
+    """Return True if the settings of the page itself meet all conditions.
 
-    In this case the task is already done at the start.
+    Such a task would be done from the start.
     """
     altered = place.what_if
     swing = None if altered.nudge or altered.toward else altered.swing
@@ -112,7 +112,7 @@ def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
 
 
 def tau_holds(condition: Condition, tau: float) -> bool:
-    """True if τ, in radians, meets a condition named 'tau'."""
+    """Return True if τ, in radians, meets a condition named 'tau'."""
     degrees = round(math.degrees(tau), 6)
     return (
         degrees >= condition.amount if AT_LEAST in condition.words else degrees <= condition.amount

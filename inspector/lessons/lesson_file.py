@@ -1,4 +1,4 @@
-"""A lesson in a Markdown file: its pages, and the clip and the place that each page shows."""
+"""Read a lesson from a Markdown file: its pages, and the clip and place that each page shows."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class LessonPage:
     done
         The conditions under which the task is done.
     at
-        The line number of its heading, from 1.
+        The line number of the page's heading, from 1.
     lines
-        The line numbers of its settings, keyed by setting.
+        The line numbers of the page's settings, keyed by setting.
     """
 
     title: str
@@ -59,7 +59,7 @@ class LessonPage:
 
 @dataclass(frozen=True)
 class LessonFile:
-    """A lesson as read from a file."""
+    """A lesson that was read from a file."""
 
     title: str
     path: Path
@@ -91,7 +91,7 @@ def read_lesson(path: Path) -> LessonFile:
 
 
 def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, str]], int]:
-    """Return the settings of the front matter, and the line number of the line after it.
+    """Return the settings in the front matter, and the number of the line after it.
 
     The settings are a dict of key → (line number, value).
     """
@@ -110,7 +110,7 @@ def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, st
 
 
 def _headings(lines: list[str], first: int) -> list[int]:
-    """Return the line numbers of the headings. '#' inside a code fence is not a heading."""
+    """Return the line numbers of the headings, ignoring '#' inside code fences."""
     out, fenced = [], False
     for k in range(first, len(lines)):
         if lines[k].startswith("```"):
@@ -164,7 +164,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
 
 
 def body_and_task(lines: list[str]) -> tuple[str, str]:
-    """Return the text of a page, and its task, the quoted paragraph at the end, as one line."""
+    """Return the text of a page, and its task: the quoted paragraph at the end, as one line."""
     text = "\n".join(lines).strip().split("\n")
     at = len(text)
     while at > 0 and text[at - 1].startswith(">"):
@@ -196,7 +196,7 @@ def _pairs(
 
 
 def _clip(path: Path, line: int, name: str) -> Path:
-    """Return the path of a clip, which must be next to the lesson or come with the program."""
+    """Return the path of a clip, which must be in the lesson's folder or part of the program."""
     if Path(name).name != name or "\\" in name:
         raise _error(path, line, tr("the name of a BVH file without a folder"), name)
     for folder in (path.parent, ASSETS):

@@ -1,4 +1,4 @@
-"""The place in a clip that a lesson page shows, and its block of settings."""
+"""The place in a clip that a lesson page shows, and the settings that describe it in the file."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ class LessonPlace:
 
     - frame: the frame number, from 0
     - chain: the name of a chain or limb, '' for none
-    - camera: the view of the limb, None if the program chooses it
+    - camera: the direction of view, None if the program chooses it
     - show: the symbols whose rows are listed, () for all
     - lit: the symbol to highlight, or ''
     - stage: the stage of P's rotation, as in TaughtFrame.stage
     - tab: the tab in front, one of TABS
     - look: the look of the figure, one of LOOKS
     - skin: True for the striped skin, False for bones
-    - tau: τ of the chain in radians, None for the detector's own
+    - tau: τ of the chain in radians, None for the detector's automatic τ
     - detector: the name of a detector, '' for the default
     """
 
@@ -152,7 +152,7 @@ def _within(text: str, low: float, high: float, expected: str) -> float:
 
 
 def _degrees(low: int, high: int) -> Callable[[str], float]:
-    """Return a function that reads an angle in degrees from `low` to `high`, as radians."""
+    """Return a function that reads an angle from `low` to `high` in degrees and returns radians."""
     expected = tr("an angle in degrees from {low} to {high}", low=low, high=high)
     return lambda text: float(np.radians(_within(text, low, high, expected)))
 
@@ -204,7 +204,7 @@ FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
 
 
 def settings(place: LessonPlace) -> str:
-    """Return the block of settings for a place. The clip is written without its folder."""
+    """Return the settings of a place as text for a lesson file. The clip's folder is left out."""
     lines = [f"clip: {place.clip.name}", f"frame: {place.frame}"]
     if place.chain:
         lines.append(f"chain: {place.chain}")

@@ -1,4 +1,4 @@
-"""Play a lesson: each page sets up the program, and the program checks its task."""
+"""Run a lesson: show its pages, set up the program for each, and check its task."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
 
 
 class LessonPlayer(QObject):
-    """Guides a person through a lesson on copies of its clips. The person's clip is put aside."""
+    """Guides a person through a lesson on copies of its clips. The user's own clip is put aside."""
 
     began = Signal()  # the first page is about to be shown
     ended = Signal()
@@ -56,7 +56,7 @@ class LessonPlayer(QObject):
         self._clips: Clips = {}
         self._visit = Visit(program, 0)
         self._view_before: ViewBefore | None = None  # the view before the lesson
-        self._preparing = False  # the preparation of a page must not be taken for the person's work
+        self._preparing = False  # while a page is being set up, its task must not be checked
         self.pages: Sequence[LessonPage] = ()
         self.at = -1
         self._task = OneTask(self)
@@ -79,7 +79,7 @@ class LessonPlayer(QObject):
 
     @property
     def running(self) -> bool:
-        """True while a lesson is running or about to start."""
+        """Return True while a lesson is running or about to start."""
         return self.at >= 0 or self._task.running
 
     def begin(self, lesson: LessonFile, failed: Callable[[Exception], object]) -> None:
@@ -93,7 +93,7 @@ class LessonPlayer(QObject):
         self._task.run(lambda _: read_clips(lesson, folder), self._ready, failed)
 
     def end(self) -> None:
-        """End the lesson and return to the person's clip."""
+        """End the lesson and show the user's own clip again."""
         self._task.cancel()
         if self.at >= 0:
             self.at = -1
@@ -137,7 +137,7 @@ class LessonPlayer(QObject):
         self._check()
 
     def _show(self) -> None:
-        if self.at < 0:  # the person's own clip is still open
+        if self.at < 0:  # the user's own clip is still open
             return
         do(self._visit, self.pages[self.at].done)
         taught = self._program.taught

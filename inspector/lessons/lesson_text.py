@@ -1,4 +1,4 @@
-"""The text of a page: Markdown, with TeX between $…$ that is typeset like the equations."""
+"""Show the text of a page: Markdown, with TeX between $…$ that is typeset like the equations."""
 
 from __future__ import annotations
 
@@ -80,14 +80,14 @@ class LessonText(QTextBrowser):
     def loadResource(self, kind: int, name: QUrl | str) -> object:
         """Return the image of a formula, which Qt requests after every change of the text.
 
-        All other addresses in a lesson get an empty image, because Qt would look for a file and
-        would block if the file is a pipe.
+        For all other addresses in a lesson, return an empty image, because Qt would try to open a
+        file and would block if this is a pipe.
         """
         address = name.toString() if isinstance(name, QUrl) else name
         return self._pictures.get(address, _nothing())
 
     def _picture(self, tex: str) -> QImage:
-        """Draw a formula with its baseline one font descent above the lower edge of the image."""
+        """Return an image of a formula, with the baseline one font descent above the lower edge."""
         formula = self._typesetter.formula(tex)
         assert formula is not None
         metrics, ratio = self.fontMetrics(), self.devicePixelRatioF()
@@ -108,7 +108,7 @@ class LessonText(QTextBrowser):
         return picture
 
     def _lower_images(self) -> None:
-        """Align the baselines of formulas with the text; by default Qt sets images higher."""
+        """Align the baselines of formulas with the text. By default, Qt places images higher."""
         lowered = QTextCharFormat()
         lowered.setVerticalAlignment(QTextCharFormat.VerticalAlignment.AlignBaseline)
         block = self.document().begin()

@@ -1,4 +1,4 @@
-"""The data of the clips for a lesson's web page, only for frames near those of its pages."""
+"""Collect the data of clips for a lesson's web page, only for frames near those of its pages."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Window:
 
 
 def packed(values: Any, kind: str) -> dict[str, str]:
-    """Return an array as little-endian numbers in base64.
+    """Encode an array as little-endian numbers in base64.
 
     `kind` is the type of the numbers, a key of _KINDS.
     """
@@ -62,7 +62,7 @@ class PageData:
         self._numbers: dict[tuple[int, str, float], int] = {}
 
     def gathered(self) -> dict[str, Any]:
-        """Return the figures, spans, chains and pages, in a form that can be written as JSON."""
+        """Return the figures, spans, chains and pages as JSON data."""
         for clip in self._clips:
             self._figure_of[clip] = len(self._figures)
             self._figures.append(self._figure(clip))
@@ -88,7 +88,7 @@ class PageData:
         return Window(max(page.place.frame - reach, 0), last)
 
     def _joined(self) -> list[tuple[Path, Window]]:
-        """Return spans of frames in which overlapping windows of a clip are joined.
+        """Return (clip, span of frames), where overlapping windows of a clip are joined.
 
         Each span also includes the frame before its first window.
         """
@@ -173,7 +173,7 @@ class PageData:
     def _chain(self, data: Analysed, chain: Chain, span: int, tau: float | None) -> int:
         """Return the index of a chain in a span, and add the chain's signals if it is new.
 
-        `tau` is the page's τ, or None for the detector's own.
+        `tau` is the page's τ, or None for the detector's automatic τ.
         """
         if tau is None:
             tau = data.review.state.tau.get(chain.name, 0.0)
@@ -253,7 +253,7 @@ class PageData:
 
 
 def _ends(chain: Chain | None) -> dict[str, int] | None:
-    """Return the joints P and C of a chain or limb, and E of a limb (−1 for a chain)."""
+    """Return the joints P and C of a chain or limb, and E of a limb, or −1 for a chain."""
     if chain is None:
         return None
     end = chain.end if isinstance(chain, Limb) else -1

@@ -20,7 +20,7 @@ from twistcore.errors import TwistError
 class PageExport(QObject):
     """Exports a lesson as a web page.
 
-    `show` is a function that shows a sentence to the person, with True for an error.
+    `show` is a function that shows a sentence to the user, with True for an error.
     """
 
     def __init__(self, window: QWidget, show: Callable[[str, bool], object]) -> None:
@@ -29,7 +29,7 @@ class PageExport(QObject):
         self._task = OneTask(self)
 
     def ask(self, lesson: LessonFile | None) -> None:
-        """Ask for a path, and for a lesson if none is given."""
+        """Ask for the path of the web page, and for a lesson if none is given."""
         if lesson is not None:
             self._ask_where(lesson)
             return
@@ -57,7 +57,7 @@ class PageExport(QObject):
         )  # fmt: skip
 
     def write(self, lesson: LessonFile, path: Path) -> None:
-        """Write the page in the background, then report the result."""
+        """Write the page in the background, then show the result."""
 
         def written(_: object) -> None:
             size = path.stat().st_size / 1e6

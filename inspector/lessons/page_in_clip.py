@@ -73,7 +73,7 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
 
 
 def _kinds(data: Analysed) -> set[str]:
-    """Return the kinds of intervals that a clip has or that a person can insert, as words."""
+    """Return the names of the kinds of intervals that a clip has or that a user can insert."""
     kinds = {judged.interval.kind for judged in data.review.state.intervals}
     limbs = len(data.chains_and_limbs) - len(data.chains)
     kinds |= {Kind.COUNTER_TWIST} if data.chains else set()

@@ -68,7 +68,7 @@ def markdown_html(text: str, formulas: Formulas) -> Markup:
 
 
 def _goes_to_the_web(address: str) -> bool:
-    """True for a web or mail address. Scripts and local files are not allowed."""
+    """Return True for a web or mail address. Scripts and local files are not allowed."""
     return address.startswith(("https://", "http://", "mailto:"))
 
 

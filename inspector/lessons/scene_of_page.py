@@ -1,4 +1,4 @@
-"""Show the place of a page in the program, and return the place that the program shows."""
+"""Show the place of a lesson page in the program, and return the place that is shown now."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
 
 
 def _set_taus(program: GuidedProgram, place: LessonPlace) -> None:
-    """Set the page's τ for its chain, and the detector's own τ for all others."""
+    """Set the page's τ for its chain, and the detector's automatic τ for all others."""
     document = program.document
     now = document.review.state.tau
     wanted = {name: document.detector.automatic_tau(name) for name in now}
@@ -102,7 +102,7 @@ def present_place(program: GuidedProgram) -> LessonPlace | None:
 def _interval_at(program: GuidedProgram, place: LessonPlace) -> int | None:
     """Return the id of the interval at the page's frame, or None.
 
-    A page that shows the teaching tab selects no interval.
+    The result is also None if the page shows the teaching tab.
     """
     if place.tab == TABS[0]:
         return None
@@ -121,7 +121,7 @@ def _facing(program: GuidedProgram) -> Array | None:
 
 
 def _from_side(best: OrbitCamera, camera: Camera, facing: Array) -> OrbitCamera:
-    """Return the camera `best` with the direction and zoom of the page.
+    """Return the limb's default camera `best` changed to the page's direction and zoom.
 
     `facing` is the direction in which the figure faces.
     """

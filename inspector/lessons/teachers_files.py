@@ -1,4 +1,4 @@
-"""The teacher's part of a class exercise: writing it, and scoring the answers."""
+"""Write class exercises and score the answers, for the teacher."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class TeachersFiles(QObject):
     kind
         A function that returns the kind of exercise to write.
     show
-        A function that shows a sentence to the person, with True for an error.
+        A function that shows a sentence to the user, with True for an error.
     """
 
     def __init__(

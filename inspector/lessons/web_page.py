@@ -1,4 +1,4 @@
-"""A lesson as one web page that needs no network: texts, equations, sliders and the 3D figure.
+"""Write a lesson as a web page that needs no network, with equations, sliders and a 3D figure.
 
 Its template, styles and scripts are in assets/lesson_page. The 3D library three.js comes from the
 package trimesh, which contains it for its own viewer.
@@ -34,7 +34,7 @@ from twistcore.files.encoding import encoded
 from twistcore.formats.bvh import read_bvh
 
 LARGEST = 5_000_000  # maximum bytes of a page
-_SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds around a page's frame; the first that fits is used
+_SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds around a page's frame; the first that fits
 _ELSEWHERE = ("accepted", "tau", "listed")  # conditions that only the program can check
 _FOLDER = ASSETS / "lesson_page"
 _SCRIPTS = (
@@ -51,7 +51,7 @@ def export_page(lesson: LessonFile, path: Path) -> None:
 
 
 def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
-    """Return the page as HTML of at most `largest` bytes, with as many frames as fit."""
+    """Return the page as HTML of at most `largest` bytes, with as many frames as possible."""
     opened = cache(_opened)
     for seconds in _SPANS:
         text = _assembled(lesson, opened, seconds)
@@ -137,7 +137,7 @@ def _read(name: str) -> str:
 
 
 def _json(data: Any) -> str:
-    """Return data as JSON that cannot end the script element that contains it."""
+    """Return data as JSON in which '</script>' is escaped, to put it into a script element."""
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -157,7 +157,7 @@ def _looks(formulas: Formulas) -> dict[str, Any]:
 
 
 def _words() -> dict[str, str]:
-    """Return the texts used by the scripts that differ in the chosen language."""
+    """Return the texts of the scripts with their translations, without untranslated ones."""
     texts = {found for name in _SCRIPTS for found in texts_of_script(_read(name))}
     translated = {text: tr_as(meaning, text) for meaning, text in sorted(texts)}
     return {text: own for text, own in translated.items() if own != text}

@@ -1,4 +1,4 @@
-"""The table of chains and limbs: the number of intervals in each, and its reliability."""
+"""The table of chains and limbs, with the number of intervals and the reliability of each."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ class _ChainModel(RowModel[_Shown]):
 class ChainsPanel(QWidget):
     """The table of chains and limbs. The selected row is the current chain of the document.
 
-    A line above the table names the limbs that could not be examined, next to the button of the
+    A line above the table lists the limbs that could not be examined, next to a button for the
     action `joint_names`.
     """
 
@@ -169,7 +169,7 @@ class ChainsPanel(QWidget):
         self.table.resized.connect(self._show_selected)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = hint(tr("The chains of a clip appear here."))
-        self._showing = False  # True while rows change, when the current row is not a click
+        self._showing = False  # True while rows change: the current row is not a click
         self._fixed: dict[str, _Shown] = {}  # keyed by chain: the values that do not depend on τ
         self._stack = QStackedWidget()
         self.unexamined = QLabel(wordWrap=True)
@@ -246,7 +246,7 @@ class ChainsPanel(QWidget):
         self._select_row()
 
     def _list_people(self) -> None:
-        """Fill the list of people, which is shown only if the clip has several."""
+        """Fill the list of people, which is visible only if the clip has several people."""
         data = self._document.data
         people = data.analysis.people if data else ()
         self.people.clear()
@@ -257,12 +257,12 @@ class ChainsPanel(QWidget):
         self.people.setVisible(bool(people))
 
     def _show_unexamined(self) -> None:
-        """Show a limb that was not examined, and the number of further ones."""
+        """Show the first limb that was not examined, and the number of others."""
         sentences = unexamined_sentences(self._document.data)
         self.unexamined.setText(in_a_line(sentences))
         self.unexamined.setToolTip(as_tip("\n".join(sentences)) if len(sentences) > 1 else "")
         self._notice.setVisible(bool(sentences))
-        data = self._document.data  # other names help only if chains are missing
+        data = self._document.data  # naming joints helps only if chains are missing
         self._names.setVisible(bool(data and not (data.chains and data.analysis.not_examined)))
 
     def _select_row(self) -> None:
@@ -270,7 +270,7 @@ class ChainsPanel(QWidget):
             self.table.setCurrentIndex(self._model.index(row, 0))
 
     def _show_selected(self) -> None:
-        """Scroll to the selected chain, which may be out of sight in a lower table."""
+        """Scroll to the selected chain. Called when the height of the table changes."""
         self.table.scrollTo(self.table.currentIndex())
 
     def _row_selected(self, current: QModelIndex) -> None:

@@ -48,7 +48,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 
-_RARE, _RARER = 0.7, 3.0  # log odds of a side on which the limb is half as often, or hardly ever
+_RARE, _RARER = 0.7, 3.0  # log odds: the limb is half as often on this side, or hardly ever
 _UNBOUND = 16_777_215  # pixels: Qt's maximum
 _ARROWS = 28  # pixels of a number box for its arrows and borders
 _FINE = 10.0  # degrees: smaller angles are shown with a decimal
@@ -104,7 +104,7 @@ class DetailCard(QWidget):
         self.end.turned.connect(self.end_turned)
         self.to_quality = QPushButton(_SMOOTH)
         self.to_quality.clicked.connect(self._ask_quality)
-        self._link = QWidget()  # takes no room while it is hidden
+        self._link = QWidget()  # takes no space while hidden
         hbox(self.to_quality, None, owner=self._link, margins=(0, 0, 0, 0))
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
@@ -130,7 +130,7 @@ class DetailCard(QWidget):
         self.several = Caption()
         self.several.hide()
         head = hbox((self.title, 1), self.end)
-        head.addStrut(self.end.sizeHint().height())  # so that the rows below do not move
+        head.addStrut(self.end.sizeHint().height())  # the rows below do not move
         self._text = vbox((self.why, 1), self._link)
         vbox(self.several, head, self._text, form, buttons, owner=self)
         self.set_low(False)
@@ -153,8 +153,9 @@ class DetailCard(QWidget):
         self._refresh()
 
     def set_low(self, low: bool) -> None:
-        """Switch to the layout for low windows: small gaps, and one line of explanation with a
-        tip.
+        """Switch to the layout for low windows, or back if `low` is False.
+
+        This has smaller gaps and a single line of explanation, with the full text in its tool tip.
         """
         layout = self.layout()
         assert layout is not None
@@ -168,7 +169,7 @@ class DetailCard(QWidget):
         self.to_quality.setMaximumHeight(line)
 
     def show_number(self, number: int) -> None:
-        """Show the number of intervals for which a decision applies, if there are several."""
+        """Show to how many intervals a decision applies, if there are several."""
         for decision, button in self.buttons.items():
             many = f" ({number})" if number > 1 else ""
             button.setText(f"{self._words[decision]}{many}")
@@ -178,7 +179,7 @@ class DetailCard(QWidget):
         self.several.setVisible(number > 1)
 
     def _take_clip(self) -> None:
-        """Show the new clip; the note that was typed for the previous clip is already stored."""
+        """Show the new clip. A note typed for the previous clip has already been stored."""
         self._shown = None
         self._show_note(None)
         self._refresh()
@@ -247,7 +248,7 @@ class DetailCard(QWidget):
             self._show_note(judged)
 
     def _offer_quality(self, kind: Kind | None) -> None:
-        """Show the button that opens the quality tab, but only for faults of the capture."""
+        """Show the button that opens the quality tab if `kind` is a capture fault, or hide it."""
         fault = kind is not None and kind.of_capture
         self._link.setVisible(fault)
         if kind == Kind.NOISE_BURST:
@@ -264,7 +265,7 @@ class DetailCard(QWidget):
             self.quality_asked.emit(self._document.displayed(judged).interval)
 
     def _ended_at(self, jump: Interval) -> Interval | None:
-        """Return the stretch of the same joint that a lone jump begins or ends, or None."""
+        """Return the interval of the same joint that begins or ends with a lone jump, or None."""
         stretches = (j.interval for j in self._document.intervals if j.interval.kind.info.turns)
         return next(
             (
@@ -276,7 +277,7 @@ class DetailCard(QWidget):
         )
 
     def _measures(self, judged: Judged) -> tuple[ProtectedMeasure, ...]:
-        """Measure how the correction affects the limb, given all other corrections."""
+        """Return how the correction affects the limb if all others are applied, too."""
         document = self._document
         assert document.data is not None
         if document.data.blind:
@@ -292,7 +293,7 @@ class DetailCard(QWidget):
         )
 
     def _show_reason(self) -> None:
-        """If no interval is selected, show why the peak near the playhead is not an interval."""
+        """If no interval is selected, show why a peak near the playhead is not an interval."""
         document = self._document
         if document.interval is not None:
             return
@@ -307,12 +308,13 @@ class DetailCard(QWidget):
         self.why.set_plain(text)
 
     def says(self, text: str) -> bool:
-        """True if the card is visible and shows this text."""
+        """Return True if the card is visible and shows this text."""
         return self.why.says(text) and not self.visibleRegion().isEmpty()
 
     def write(self, what: str) -> bool:
-        """Move the keyboard focus to 'start', 'stop', 'delta' or 'note'; False if that is
-        disabled.
+        """Move the keyboard focus to the field 'start', 'stop', 'delta' or 'note'.
+
+        Returns False if the field is disabled.
         """
         box: QWidget = getattr(self, what)
         if not box.isEnabled():
@@ -339,7 +341,7 @@ class DetailCard(QWidget):
             self._document.edit(judged.id, edited, self._burst.drag())
 
     def commit(self) -> None:
-        """Store the note and the reason that are being typed for the interval shown."""
+        """Store the note and the reason that have been typed for the interval shown."""
         shown = (j for j in self._document.intervals if j.id == self._shown)
         judged = next(shown, None)
         note, reason = self.note.text(), stored_reason(self.reason.currentText().strip())
@@ -360,8 +362,8 @@ def explanation(
 ) -> str:
     """Return why an interval is listed: first the error, then the side effects, then the numbers.
 
-    `measures` are the protected measures before and after the correction. `stretch` is the stretch
-    that a lone jump begins or ends.
+    `measures` are the protected measures before and after the correction. `stretch` is the interval
+    that begins or ends with a lone jump.
     """
     interval = judged.interval
     evidence = interval.evidence or {}
@@ -417,7 +419,7 @@ def explanation(
 
 
 def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
-    """Return the sentence with the part of the body that is turned, the angle and the duration."""
+    """Return a sentence with the body part that is turned, the angle and the duration."""
     interval = judged.interval
     degrees = abs(float(np.degrees(interval.shown)))
     if degrees < _LEAST:
@@ -473,13 +475,13 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
 
 
 def _one_turns(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> bool:
-    """True if P turns and C does not turn back, so that the interval has no end."""
+    """Return True if P turns and C does not turn back, so the interval has no clear end."""
     edges = evidence.get("edges", ())
     return judged.interval.open and len(edges) > 1 and not isinstance(chain, Limb | Helper)
 
 
 def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """Yield the jumps of both joints at the edges of a counter-twist, or its change over time."""
+    """Yield sentences on the jumps of both joints at a counter-twist's edges, or on its course."""
     interval = judged.interval
     edges = evidence.get("edges", ())
     begins = interval.start > 0 or len(edges) > 1
@@ -505,7 +507,7 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
 
 
 def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the jumps of a twist bone next to the chain at the edges of its interval."""
+    """Yield sentences on the jumps of a twist bone next to the chain at the interval's edges."""
     jumps = tr("It jumps by {angle}° at the start."), tr("It jumps by {angle}° at the end.")
     for words, key in zip(jumps, ("opens_deg", "closes_deg"), strict=True):
         if evidence.get(key) is not None:
@@ -515,7 +517,7 @@ def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
 def _lone_jump(
     interval: Interval, evidence: Mapping[str, Any], first_frame: int, stretch: Interval | None
 ) -> str:
-    """Return which joint jumps, how fast, and what the user can do about it."""
+    """Return sentences on which joint jumps, how fast, and what the user can do about it."""
     sentences = [
         tr(
             "{joint} turns {turn}° about its own axis in one frame, at frame {frame}.",
@@ -552,7 +554,7 @@ def _lone_jump(
 
 
 def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
-    """Return which joints are noisy, how strong the noise is, and what the user can do about it."""
+    """Return sentences on the noisy joints, the strength of the noise, and what the user can do."""
     noise = tr(
         "There is noise of about {size}° in every frame in {joints}. No body moves like that.",
         joints=", ".join(evidence.get("joints", (interval.joint,))),
@@ -562,7 +564,7 @@ def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
 
 
 def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
-    """Return which limb does not move, and for how long."""
+    """Return a sentence on which limb does not move, and for how long."""
     limb = capitalised(of_core(evidence.get("part", chain.label)))
     if "seconds" not in evidence:
         still = tr("{limb} does not move at all.", limb=limb)
@@ -577,13 +579,13 @@ def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
 
 
 def _doubts(evidence: Mapping[str, Any], measures: Sequence[ProtectedMeasure] = ()) -> str:
-    """Return the doubts about a correction, except any that the `measures` already describe."""
+    """Return the doubts about a correction, except those already described by `measures`."""
     listed = {m.doubt for m in measures if m.worse}
     return ", ".join(of_core(d) for d in evidence.get("doubts", ()) if d not in listed)
 
 
 def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """Yield the jumps about the limb's line, and the side on which the limb is between them."""
+    """Yield sentences on the jumps about the limb's line, and on the limb's side between them."""
     edges = evidence.get("edges", ())
     if not edges:
         return
@@ -603,7 +605,7 @@ def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator
 
 
 def _rare_side(side: float) -> str:
-    """Return how rare the side of the limb in this interval is, or an empty string."""
+    """Return a clause that says how rarely the limb is on this side, or an empty string."""
     if side > _RARER:
         return tr(
             "In these frames, the joint is on a side where it hardly ever is in the rest "
@@ -615,7 +617,7 @@ def _rare_side(side: float) -> str:
 
 
 def _figures(judged: Judged, chain: Chain) -> str:
-    """Return the numbers that support a detection, for the card's tool tip."""
+    """Return the numbers on which a detection is based, for the card's tool tip."""
     if judged.edited:
         return ""
     if isinstance(chain, Limb):
@@ -632,7 +634,7 @@ def _figures(judged: Judged, chain: Chain) -> str:
 
 
 def _flip_figures(judged: Judged, limb: Limb) -> str:
-    """Return the numbers that support a flip, for the card's tool tip."""
+    """Return the numbers on which the detection of a flip is based, for the card's tool tip."""
     interval, evidence = judged.interval, judged.interval.evidence or {}
     lines = []
     if edges := evidence.get("edges", ()):

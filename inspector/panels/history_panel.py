@@ -1,4 +1,4 @@
-"""The history of the review: a list of steps in which a click undoes or redoes to a step."""
+"""The history of the review: a list of steps. A click on a step undoes or redoes up to it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.review import Review
 
 
 class HistoryPanel(QWidget):
-    """The list of steps, in which undone steps are faint."""
+    """The list of steps. Undone steps are greyed out."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -73,6 +73,6 @@ class HistoryPanel(QWidget):
             self._document.redo()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Refresh the list, because the theme and so the colours may have changed."""
+        """Update the list, because the colours may have changed with the theme."""
         self._refresh()
         super().showEvent(event)

@@ -20,7 +20,7 @@ class Column:
     - id: its name in the settings
     - head: its heading
     - name: its text in the menu, or '' for the heading
-    - figures: True if its numbers are aligned to the right
+    - figures: True if it has numbers, which are aligned to the right
     """
 
     id: str
@@ -85,9 +85,9 @@ def shown_by_room(
 ) -> list[str]:
     """Return the ids of the columns that fit into `room` pixels, in their order.
 
-    `widths` has the width of each column, keyed by id. `said` has the ids of the columns with a
-    text in any row. `least` is the smallest width of the first column with which the column 'stop'
-    is still shown.
+    `widths` has the width of each column, keyed by id. `said` has the ids of the columns that have
+    a text in any row. The column 'stop' is shown only if the first column has a width of at least
+    `least`.
     """
     shown = [c.id for c in COLUMNS if c.id in said and c.id != "joints"]
 
@@ -130,7 +130,7 @@ class IntervalColumns(QObject):
         header.customContextMenuRequested.connect(self._ask)
 
     def take(self, samples: Mapping[str, str], said: Iterable[str]) -> None:
-        """Set the samples for the column widths, and the columns that contain any text.
+        """Set the sample texts for the column widths, and the columns that are not empty.
 
         `samples` has the widest text of each column, or '' for its heading. `said` has the ids of
         the columns with a text.
@@ -158,7 +158,7 @@ class IntervalColumns(QObject):
         widths = {column.id: self._width(column) for column in COLUMNS}
         chosen, names = self._settings.columns, widths[_ALWAYS]
         least = names if chosen else min(_LEAST, names)
-        for numbered in (numbers, 0):  # in a very narrow table, the numbers shrink
+        for numbered in (numbers, 0):  # in a very narrow table, the columns of numbers shrink
             if chosen:  # the table scrolls if they do not fit
                 shown = [c.id for c in COLUMNS if c.id in {_ALWAYS, *chosen}]
             else:

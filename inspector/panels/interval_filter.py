@@ -38,7 +38,7 @@ _BOUND = re.compile(r"([<>]=?|[≤≥])\s*(\d*[.,]?\d+)")
 
 
 def short_word(kind: Kind) -> str:
-    """Return the table's word for a kind; an unknown kind keeps the word from the file."""
+    """Return the table's word for a kind. For an unknown kind, this is the word in the file."""
     return announced(kind.info.short, "kind of error")
 
 
@@ -60,7 +60,7 @@ class IntervalFilter:
         return IntervalFilter(chosen, bounds, tuple(_BOUND.sub(" ", typed).casefold().split()))
 
     def admits(self, judged: Judged, chain: str, text_of: Callable[[Judged], str]) -> bool:
-        """True if an interval passes the filter.
+        """Return True if an interval passes the filter.
 
         `chain` is the name of the selected chain. `text_of` is a function that returns the
         searchable text of an interval.
@@ -87,7 +87,7 @@ class FilterLine(QWidget):
     """A row with the list of filters, the list of confidences and the search line."""
 
     changed = Signal()
-    left = Signal()  # Enter or Esc, after which keys control the review again
+    left = Signal()  # Enter or Esc was pressed, so keys control the review again
 
     def __init__(self) -> None:
         super().__init__()
@@ -112,7 +112,7 @@ class FilterLine(QWidget):
         self.current = IntervalFilter()
 
     def list_all(self) -> Callable[[], None]:
-        """Clear the filter; return a function that restores it."""
+        """Clear the filter, and return a function that restores it."""
         before = self.choice.currentIndex(), self.confidence.currentIndex(), self.search.text()
         self._set(0, 0, "")
         return lambda: self._set(*before)
@@ -131,7 +131,7 @@ class FilterLine(QWidget):
 
 
 class _SearchLine(QLineEdit):
-    """The search line. Enter or Esc ends typing, and Esc also clears the text."""
+    """The search line. Enter and Esc end typing, and Esc also clears the text."""
 
     left = Signal()
 

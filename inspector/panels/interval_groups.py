@@ -1,4 +1,4 @@
-"""Groups in the interval table: which exist, and which are unfolded."""
+"""The groups in the interval table, and which of them are expanded."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.review.model import overlapping_ids
 class IntervalGroups:
     """Arranges the intervals of a document in rows.
 
-    - on: True to group errors that belong together, but never in an exercise
+    - on: True to group errors that belong together (there are no groups in an exercise)
     - whole: True if the group of the selected interval is selected as a whole, False for the
       interval alone
     """
@@ -24,13 +24,13 @@ class IntervalGroups:
         self._document = document
         self.on = True
         self.whole = False
-        self._unfolded: set[int] = set()  # ids of the intervals in unfolded groups
+        self._unfolded: set[int] = set()  # ids of the intervals in expanded groups
         self._by_id: dict[int, GroupRow] = {}
         self._grouped_last: tuple[object, list[Interval]] | None = None
         self._found: tuple[ErrorGroup, ...] = ()
 
     def forget(self) -> None:
-        """Fold all groups, because another clip is open."""
+        """Collapse all groups. Called when another clip is opened."""
         self.whole = False
         self._unfolded.clear()
         self._by_id.clear()
@@ -38,7 +38,7 @@ class IntervalGroups:
 
     @property
     def count(self) -> int:
-        """The number of groups."""
+        """Return the number of groups."""
         return len({group.id for group in self._by_id.values()})
 
     def find(self, interval_id: int | None) -> GroupRow | None:
@@ -47,26 +47,26 @@ class IntervalGroups:
 
     @property
     def selected(self) -> GroupRow | None:
-        """The row of the group that is selected as a whole, or None."""
+        """Return the row of the group that is selected as a whole, or None."""
         return self.find(self._document.interval_id) if self.whole else None
 
     @property
     def entered(self) -> GroupRow | None:
-        """The row of the group in which a single interval is selected, or None."""
+        """Return the row of the group in which a single interval is selected, or None."""
         return None if self.whole else self.find(self._document.interval_id)
 
     def unfold(self, group: GroupRow, on: bool = True) -> None:
-        """Unfold a group, or fold it."""
+        """Expand a group, or collapse it."""
         if on:
             self._unfolded.update(group.ids)
         else:
             self._unfolded.difference_update(group.ids)
 
     def rows(self, listed: Sequence[Judged], intervals: Sequence[Judged]) -> list[ListRow]:
-        """Return the rows of all intervals in order, although only some of them are listed.
+        """Return the rows of all intervals in order, including unlisted ones.
 
         The row of a group is followed by the rows of its intervals, which are listed if the group
-        is unfolded. A group consists only of listed intervals that were not made by hand.
+        is expanded. A group consists only of listed intervals that were not made by hand.
         """
         shared, shown = overlapping_ids(intervals), {judged.id for judged in listed}
         self._by_id = {k: group for group in self._grouped(listed) for k in group.ids}

@@ -1,4 +1,4 @@
-"""The rows of the interval table: single intervals, and groups of intervals that unfold."""
+"""The rows of the interval table: single intervals, and expandable groups of intervals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from twistcore.review import Decision, Judged
 from twistcore.review.model import APPLIED, SEEN
 from twistcore.skeleton.helper import Helper
 
-INDENT = 4 * "\N{NO-BREAK SPACE}"  # text before an interval of an unfolded group
+INDENT = 4 * "\N{NO-BREAK SPACE}"  # text before an interval of an expanded group
 NAME = PLACE["stop"]  # the first column that the name of a group spans
 _FOLDED, _UNFOLDED = "▸ ", "▾ "
 _NOTED = 500  # maximum length of a note in its cell
@@ -46,7 +46,7 @@ class GroupRow:
 
     @property
     def id(self) -> int:
-        """The key of the row, which differs from the ids of all intervals."""
+        """Return the key of the row, which differs from the ids of all intervals."""
         return -self.members[0].id
 
     @property
@@ -56,7 +56,7 @@ class GroupRow:
 
     @property
     def undecided(self) -> Judged:
-        """The first undecided interval of the group, or its first one if all are decided."""
+        """Return the first undecided interval of the group, or the first if all are decided."""
         left = (j for j in self.members if j.decision == Decision.UNDECIDED)
         return next(left, self.members[0])
 
@@ -82,7 +82,7 @@ class IntervalRow:
 
     @property
     def ids(self) -> tuple[int, ...]:
-        """The interval's id, in the same form as the ids of a group."""
+        """Return a tuple with the interval's id, like the ids of a group."""
         return (self.judged.id,)
 
 
@@ -106,14 +106,14 @@ class IntervalModel(RowModel[ListRow]):
         return thing.id
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
-        """Return a heading, or the number of an interval, which is the same in every order."""
+        """Return a column's heading, or an interval's number, which sorting does not change."""
         if orientation == Qt.Orientation.Vertical and role == Qt.ItemDataRole.DisplayRole:
             thing = self.things[section]
             return "" if isinstance(thing, GroupRow) else str(thing.id)
         return super().headerData(section, orientation, role)
 
     def describe(self, thing: ListRow) -> TableRow:
-        """Return the texts of a row."""
+        """Return the texts and other data of all cells of a row."""
         if isinstance(thing, GroupRow):
             return self._describe_group(thing)
         judged, shared = thing.judged, thing.shared
@@ -199,10 +199,10 @@ class IntervalModel(RowModel[ListRow]):
 
 
 class SortedRows(QSortFilterProxyModel):
-    """The listed rows, sorted by the model's values or in the model's order.
+    """The listed rows, sorted by a column or in the order of the model.
 
-    The intervals of a group follow the row of the group in every order. Rows with equal values keep
-    the model's order.
+    The intervals of a group always follow the row of the group. Rows with equal values are in the
+    order of the model.
     """
 
     def __init__(self, model: IntervalModel) -> None:
@@ -212,12 +212,12 @@ class SortedRows(QSortFilterProxyModel):
         self.setSourceModel(model)
 
     def filterAcceptsRow(self, row: int, parent: Index) -> bool:
-        """True if the row is listed."""
+        """Return True if the row is listed."""
         del parent
         return self._model.things[row].listed
 
     def lessThan(self, left: Index, right: Index) -> bool:
-        """True if a row precedes another one in ascending order."""
+        """Return True if `left` precedes `right` in ascending order."""
         one, other = (self._model.things[index.row()] for index in (left, right))
         tops = [getattr(thing, "group", None) or thing for thing in (one, other)]
         if tops[0].id == tops[1].id and GroupRow not in (type(one), type(other)):
@@ -229,7 +229,7 @@ class SortedRows(QSortFilterProxyModel):
 
 
 def end_of(judged: Judged) -> str:
-    """Return whether the foot or hand of a flip, or the next joint, is kept or turned, or ''."""
+    """Return text that says whether an error turned the foot, hand or next joint, or ''."""
     if not judged.interval.kind.info.below:
         return ""
     return ENDS[judged.interval.carried]

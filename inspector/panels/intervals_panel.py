@@ -48,8 +48,8 @@ _FOLDING = {"Right": True, "Left": False}
 class IntervalsPanel(QWidget):
     """The interval table with its filter. The current row is the document's selected interval."""
 
-    activated = Signal()  # a double click on a row
-    number_changed = Signal(int)  # of selected intervals, including all of a selected group
+    activated = Signal()  # a row was double-clicked
+    number_changed = Signal(int)  # number of selected intervals, including all of a selected group
 
     def __init__(
         self, document: Document, colours: Colours, settings: Settings | None = None
@@ -59,11 +59,11 @@ class IntervalsPanel(QWidget):
         self._document = document
         self._groups = IntervalGroups(document)
         self._refreshing = self._clicked = False
-        self._stepping: tuple[int, ...] | None = None  # the ids among which next and previous move
+        self._stepping: tuple[int, ...] | None = None  # the ids that "next" and "previous" visit
         self._with_text = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
         self._marks: set[str] = set()
         self._names: dict[str, tuple[str, str]] = {}  # keyed by chain
-        self._measured: dict[int, Judged] = {}  # ids of intervals that fit already
+        self._measured: dict[int, Judged] = {}  # intervals whose texts fit, keyed by id()
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._refresh)
         self._model = IntervalModel(document, colours)
@@ -103,12 +103,12 @@ class IntervalsPanel(QWidget):
         self._refresh()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide the number of intervals in a narrow window."""
+        """Show the number of intervals only if the panel is wide enough."""
         super().resizeEvent(event)
         self.count.setVisible(self.width() >= _WITH_COUNT)
 
     def set_low(self, low: bool) -> None:
-        """Switch to the layout for low windows, with rows close together."""
+        """Switch to the layout for low windows, with lower rows, or back."""
         layout = self.layout()
         assert layout is not None
         layout.setContentsMargins(*((4, 2, 4, 0) if low else (4, 4, 4, 4)))
@@ -125,17 +125,17 @@ class IntervalsPanel(QWidget):
         return self.filters.list_all()
 
     def group_errors(self, on: bool) -> None:
-        """List errors that belong together as a group, or list all intervals singly."""
+        """List errors that belong together as groups, or list all intervals separately."""
         self._groups.on, self._groups.whole = on, False
         self._refresh()
 
     def unfold_with(self, *actions: QAction) -> None:
-        """Let the Right and Left keys of these actions first unfold and fold a selected group."""
+        """Let the Right and Left keys of `actions` expand and collapse a selected group first."""
         for action in actions:
             action.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Unfold or fold a group with a click on its arrow or, if it is visible, with a key."""
+        """Expand or collapse a group after a click on its arrow or, if it is visible, a key."""
         if isinstance(event, QShortcutEvent):
             on, group = _FOLDING.get(event.key().toString()), self._groups.selected
             seen = not self.table.visibleRegion().isEmpty()
@@ -174,12 +174,12 @@ class IntervalsPanel(QWidget):
         self._refresh()
 
     def _fit_columns(self, shared: bool) -> None:
-        """Fit the columns to the texts of new intervals; they never shrink while a clip is open."""
+        """Widen the columns for new intervals. They do not become narrower for the same clip."""
         document = self._document
         if (data := document.data) is None or not document.intervals:
             return
         known = self._measured
-        fresh = [j for j in document.intervals if id(j) not in known]  # fast: τ is dragged
+        fresh = [j for j in document.intervals if id(j) not in known]  # few while τ is dragged
         self._measured = {id(j): j for j in document.intervals}
         if shared:
             self._marks.add(SHARED)
@@ -223,7 +223,7 @@ class IntervalsPanel(QWidget):
         )
 
     def _is_listed(self, judged: Judged) -> bool:
-        """True for the selected interval and for intervals that pass the filter."""
+        """Return True for the selected interval and for intervals that pass the filter."""
         return judged.id == self._document.interval_id or self._passes(judged)
 
     def _passes(self, judged: Judged) -> bool:
@@ -251,14 +251,12 @@ class IntervalsPanel(QWidget):
         return " ".join((*parts, *words))
 
     def order_by(self, order: str) -> None:
-        """Sort by 'time', or list the worst or the chains first. Clicks on headings change this."""
+        """Sort the table by 'time', 'worst' or 'chain'. Clicks on headings change the order."""
         column = PLACE["start"] if order == "time" else -1
         self.table.sortByColumn(column, Qt.SortOrder.AscendingOrder)
 
     def selected_ids(self) -> tuple[int, ...]:
-        """Return the ids of the selected intervals from top to bottom, including selected
-        groups.
-        """
+        """Return the ids of selected intervals and of those in selected groups, top to bottom."""
         things = map(self._thing, self._selected_rows())
         return tuple(dict.fromkeys(k for thing in things for k in thing.ids))
 
@@ -267,16 +265,16 @@ class IntervalsPanel(QWidget):
 
     @property
     def has_several_selected(self) -> bool:
-        """True if several rows are selected."""
+        """Return True if several rows are selected."""
         return len(self._selected_rows()) > 1
 
     def context_menu(self, actions: Sequence[QAction]) -> None:
-        """Offer these actions in the menu of a right click on a row."""
+        """Add actions to the context menu of a row."""
         self.table.addActions(list(actions))
         self.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
 
     def shown_ids(self) -> tuple[int, ...]:
-        """Return the ids of the listed intervals from top to bottom, including folded groups."""
+        """Return the ids of listed intervals from top to bottom, including collapsed groups."""
         return tuple(
             k
             for thing in self._listed_things()
@@ -288,7 +286,7 @@ class IntervalsPanel(QWidget):
     def going_about(self) -> Iterator[tuple[int, ...]]:
         """Yield the ids to visit from top to bottom: one for each group or interval.
 
-        During the iteration, an interval in a group is selected with the whole group. If a single
+        During the iteration, selecting an interval in a group selects the whole group. If a single
         interval of a group is selected, the intervals of that group are visited one by one.
         """
         entered, now = self._groups.entered, self._document.interval_id
@@ -318,10 +316,10 @@ class IntervalsPanel(QWidget):
         if self._document.order == "worst":
             intervals = tuple(sorted(intervals, key=self._document.severity, reverse=True))
         rows = self._groups.rows(listed, intervals)
-        self._refreshing = True  # a row that vanishes must not select another row
+        self._refreshing = True  # removing a row must not select another one
         self._model.show(rows)
         self._span_names()
-        self.table.doItemsLayout()  # now, since a later layout would repaint the panel twice
+        self.table.doItemsLayout()  # do it now, since a later layout would repaint the panel twice
         self._refreshing = False
         self._fit_columns(any(not isinstance(row, GroupRow) and row.shared for row in rows))
         self.count.setText(self._count_text(len(listed)))
@@ -342,7 +340,7 @@ class IntervalsPanel(QWidget):
         self._report_number()
 
     def _span_names(self) -> None:
-        """Let the names of groups span the columns in which a group has no number."""
+        """Let the names of groups span the columns that are empty for groups."""
         self.table.clearSpans()
         if self._groups.count:
             for row, thing in enumerate(self._listed_things()):
@@ -371,14 +369,14 @@ class IntervalsPanel(QWidget):
 
     @property
     def _is_filtered(self) -> bool:
-        """True if the filter or a hidden chain may exclude intervals from the table."""
+        """Return True if the filter or a hidden chain may exclude intervals from the table."""
         return self.filters.current != _EVERYTHING or bool(self._document.hidden)
 
     def _interval_changed(self) -> None:
-        """Select the interval's row.
+        """Select the row of the document's selected interval.
 
-        With a filter, or if a group must unfold, refresh the list, in which the selected row always
-        appears.
+        If there is a filter or if a group must be expanded, first update the list, which always
+        contains the selected interval.
         """
         groups, now = self._groups, self._document.interval_id
         if not self._clicked:
@@ -387,7 +385,7 @@ class IntervalsPanel(QWidget):
         if not self._is_filtered and not unfolds:
             self._select_row()
         elif self._clicked:
-            self._later.start()  # the table must finish the click before rows go
+            self._later.start()  # the table must handle the click before rows are removed
         else:
             self._refresh()
 

@@ -1,4 +1,4 @@
-"""Words for the middle joint and the end of a limb, and for the part of the body next to a bone."""
+"""Words for the middle joint and the end of a limb, and for the body part next to a bone."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _PARTS = {  # keyed by side and segment: the beginning of a sentence
     "Right arm": tr("The right arm"),
     "Right leg": tr("The right leg"),
 }
-_NEXT = {  # keyed by segment: the part of the body that turns back
+_NEXT = {  # keyed by segment: the body part that turns back
     "Shoulder": tr_as("the part that turns back", "upper arm"),
     "Arm": tr_as("the part that turns back", "forearm"),
     "ForeArm": tr_as("the part that turns back", "hand"),
@@ -68,10 +68,10 @@ def end_as_heading(word: str) -> str:
 
 
 def next_part(chain: Chain) -> str:
-    """Return the part of the body next to the chain's bone, such as 'hand' for a forearm."""
+    """Return the body part next to the chain's bone, such as 'hand' for a forearm."""
     return _NEXT.get(chain.segment, _JOINT) if chain.ends else _PIECE
 
 
 def part_of_body(chain: Chain) -> str:
-    """Return the words for the bone of a chain, or for a limb, at the beginning of a sentence."""
+    """Return the name of a chain's body part or of a limb, for the beginning of a sentence."""
     return _PARTS.get(chain.label) or of_core(chain.label)

@@ -1,4 +1,4 @@
-"""The status bar: frame and interval, and the chain's angle, strength and offset in that frame."""
+"""The status bar, with frame and interval, and the chain's angle, strength and offset."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LONGEST_JOINTS = 26  # maximum number of letters; the rest is in the tip
 
 
 class FrameLine(ElidedLine):
-    """Frame, time and the selected interval. A message may replace this line temporarily."""
+    """Label with frame, time and selected interval. A message may replace it temporarily."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -50,7 +50,7 @@ class FrameLine(ElidedLine):
 
 
 class PositionLine(SteadyLabel):
-    """The current chain, and its angle, strength and offset at the playhead."""
+    """Label with the current chain, and its angle, strength and offset at the playhead."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()

@@ -65,8 +65,9 @@ class ReasonPalette(QDialog):
         self.chosen.emit(reason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Select a reason by its digit while the line is empty; move in the list with Up and
-        Down.
+        """Handle digits, which select a reason while the line is empty, and Up and Down.
+
+        Up and Down move in the list.
         """
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             if step := _STEPS.get(Qt.Key(event.key()), 0):

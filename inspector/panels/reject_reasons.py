@@ -1,4 +1,4 @@
-"""Reasons for a rejection. Files contain their English text in every language."""
+"""Reasons for a rejection. Files always contain the English text."""
 
 from __future__ import annotations
 
@@ -21,5 +21,5 @@ def shown_reason(reason: str) -> str:
 
 
 def stored_reason(shown: str) -> str:
-    """Return the text that files contain for a shown or typed reason."""
+    """Return the text to write to files for a displayed or typed reason."""
     return _IN_FILES.get(shown, shown)

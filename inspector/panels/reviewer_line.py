@@ -13,8 +13,8 @@ from inspector.widgets.building import hbox, tool_button
 class ReviewerLine(QFrame):
     """A line for the reviewer's name. Enter saves it, also for earlier decisions without a name.
 
-    The line does not take the focus when it appears: the keys continue to decide about intervals
-    until the user clicks the field.
+    The line does not get the focus when it appears, so keys continue to decide on intervals until
+    the user clicks on the field.
     """
 
     def __init__(self, document: Document, settings: Settings) -> None:
@@ -41,10 +41,10 @@ class ReviewerLine(QFrame):
 
     def _ask(self) -> None:
         if not self._settings.reviewer_asked and self.isHidden():
-            self.show()  # without the focus, since the next key is usually another decision
+            self.show()  # do not set the focus, since the next key is usually another decision
 
     def _look(self) -> None:
-        """Hide the line if the name was entered elsewhere."""
+        """Hide the line if the name has been entered in another place."""
         if self._document.reviewer and not self.isHidden():
             self._done()
 

@@ -1,6 +1,4 @@
-"""The start page: the tour, the sample, opening a clip or a folder, and recent clips and
-folders.
-"""
+"""The start page, with buttons for the tour and the sample, and recent clips and folders."""
 
 from __future__ import annotations
 
@@ -49,8 +47,8 @@ class StartPage(QScrollArea):
     ) -> None:
         """Build the page.
 
-        `view` is the widget that the page covers. `complaint` is the reason why there is no 3D
-        view, or an empty string.
+        `view` is the widget that the page covers. `complaint` is a text that says why there is no
+        3D view, or an empty string.
         """
         super().__init__(view)
         self.setObjectName("start")
@@ -114,7 +112,7 @@ class StartPage(QScrollArea):
         self._open_path(path)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Keep the page as large as the view that it covers."""
+        """Resize the page with the view that it covers."""
         view = self.parentWidget()
         if view is not None and watched is view and event.type() == QEvent.Type.Resize:
             self.setGeometry(view.rect())
@@ -141,7 +139,7 @@ def _button(action: QAction, text: str) -> QPushButton:
 
 
 def _short_path(path: Path) -> str:
-    """Return the name and folder of a file, without the middle of a long path."""
+    """Return the name and folder of a file; the middle of a long path is left out."""
     home, folder = Path.home(), path.parent
     parts = ("~", *folder.relative_to(home).parts) if folder.is_relative_to(home) else folder.parts
     if len(parts) > _PARTS:

@@ -15,7 +15,7 @@ from inspector.session.player import SPEEDS, Player
 from inspector.widgets.building import hbox, tool_button, vbox
 
 _MARGIN = 8  # pixels on the left and on the right
-_LEAST_SLIDER = 200  # pixels; with less the slider gets a row of its own
+_LEAST_SLIDER = 200  # pixels; with less space, the slider is in a separate row
 _PLAY, _PAUSE = tr_as("button", "Play"), tr_as("button", "Pause")
 _SHOWN = {
     Show.BEFORE: tr_as("in the 3D view", "Before"),
@@ -80,8 +80,9 @@ class Transport(QWidget):
         self._player_changed()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """In a narrow window, hide the time, because the curves show it as well. In a very narrow
-        one, give the slider a row of its own.
+        """Adapt the controls to a narrow window.
+
+        First hide the time, which the curves show as well, then move the slider to a separate row.
         """
         super().resizeEvent(event)
         room = self.width() - self._least_width()
@@ -91,11 +92,11 @@ class Transport(QWidget):
         self.time.setVisible(room >= _LEAST_SLIDER + self._time_width)
 
     def minimumSizeHint(self) -> QSize:
-        """Return the size without the time, and with the slider in a row of its own."""
+        """Return the size without the time and with the slider in a separate row."""
         return QSize(self._least_width(), super().minimumSizeHint().height())
 
     def _least_width(self) -> int:
-        """Return the width in pixels that everything needs except the time and the slider."""
+        """Return the width in pixels of all widgets except the time and the slider."""
         fixed = *self._buttons, self.frame, self.speed, self.show_box
         gaps = 2 * _MARGIN + self._row.spacing() * (len(fixed) + 1)
         return gaps + sum(max(p.minimumSizeHint().width(), p.minimumWidth()) for p in fixed)
@@ -111,7 +112,7 @@ class Transport(QWidget):
         self._row.setStretch(gap, int(not in_row))
 
     def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
-        """Return the widgets that show the frame, each with its value for the first frame."""
+        """Return the widgets that show the frame, each with the number it shows for frame 0."""
         return (self.slider, 0), (self.frame, self._document.first_frame)
 
     def _opened(self) -> None:

@@ -1,1 +1,1 @@
-"""Films and pictures of the 3D view, the curves and the equations."""
+"""Record films and pictures of the 3D view, the curves and the equations."""

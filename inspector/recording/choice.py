@@ -1,4 +1,4 @@
-"""The contents of a recording: a film of frames or of a moving slider, or a picture."""
+"""The settings of a recording: a film of frames or of a moving slider, or a picture."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Contents:
 
     @property
     def anything(self) -> bool:
-        """True if any part is recorded."""
+        """Return True if any part is recorded."""
         return self.view or self.curves or self.equations
 
 
@@ -38,7 +38,7 @@ class Paper:
     dpi
         Pixels per inch.
     points
-        Size of the smallest text, to which the line widths are adapted.
+        Size of the smallest text in points. The line widths are scaled with it.
     white
         True for the light theme on white paper, False for the colours of the window.
     """
@@ -61,7 +61,7 @@ class RecordChoice:
     speed
         Speed relative to real time.
     size
-        Width and height in pixels. A height of 0 is the height that the contents need.
+        Width and height in pixels. A height of 0 means the height that the contents need.
     sweep
         Movement of a slider in a film of a single frame, or None.
     """
@@ -78,12 +78,12 @@ class RecordChoice:
 
     @property
     def film(self) -> bool:
-        """True for a film, False for a still picture."""
+        """Return True for a film and False for a still picture."""
         return self.path.suffix.lower() in SUFFIXES
 
     @property
     def fps(self) -> float:
-        """Number of images per second of a film."""
+        """Return the number of images per second of a film."""
         return FPS[self.path.suffix.lower()]
 
 

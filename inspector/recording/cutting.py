@@ -1,4 +1,4 @@
-"""Cut shapes off at a rectangle, because SVG readers such as Qt's ignore clip paths."""
+"""Clip shapes to a rectangle, because SVG readers such as Qt's ignore clip paths."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _CURVE = QPainterPath.ElementType.CurveToElement
 
 
 def upright(path: QPainterPath) -> QRectF | None:
-    """Return the rectangle that a path describes, or None if it is not an upright rectangle."""
+    """Return the rectangle that a path describes, or None unless it is an axis-aligned one."""
     box = path.boundingRect()
     places = [path.elementAt(k) for k in range(path.elementCount())]
     edges = {box.left(), box.right()}, {box.top(), box.bottom()}
@@ -20,7 +20,7 @@ def upright(path: QPainterPath) -> QRectF | None:
 
 
 def is_straight(path: QPainterPath) -> bool:
-    """True if a path has no curves."""
+    """Return True if a path has no curves."""
     return all(path.elementAt(k).type != _CURVE for k in range(path.elementCount()))
 
 

@@ -16,7 +16,7 @@ class Recording(FeatureParts):
         self.recorder = Recorder(window)
 
     def connect(self, window: HostWindow) -> None:
-        """Show the progress of a film in the status bar, and build the action."""
+        """Add the progress of a film to the status bar, and create the action."""
         # The first permanent widget; only the line with the frame precedes it.
         window.statusBar().insertPermanentWidget(1, RecordingBar(self.recorder))
         taught = window.part(teaching)

@@ -12,12 +12,12 @@ from inspector.recording.sheet import Sheet
 from inspector.recording.svg_file import png_of, svg_of
 
 _MM = 25.4  # per inch
-_LONGEST = 32_767  # maximum pixels of a side; Qt paints nothing beyond that
+_LONGEST = 32_767  # maximum width and height in pixels; Qt paints nothing beyond that
 PICTURES = (".png", ".svg", ".pdf")
 
 
 def figure_file(sheet: Sheet, suffix: str, title: str, pixels: QSize, dpi: float) -> bytes:
-    """Return the contents of a picture file of this size. Raises OSError if it is too large."""
+    """Return the contents of a picture file. Raises OSError if the picture is too large."""
     if suffix == ".png":
         return _png(sheet, pixels, dpi)
     wide, high = (_MM * side / dpi for side in (pixels.width(), pixels.height()))

@@ -30,7 +30,7 @@ SUFFIXES = tuple(_CODECS)
 class FilmWriter:
     """Writes one film.
 
-    Give it frames with `offer` while it is not `full`, and end with `finish`.
+    Call `offer` with each frame while the writer is not `full`, and `finish` at the end.
     """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
@@ -45,7 +45,7 @@ class FilmWriter:
             )
         self.path = path
         self._end = destination(path)
-        # Kept open while ffmpeg writes to it, because a part that nobody has open is a leftover.
+        # Kept open while ffmpeg writes to it: unfinished files that nobody has open are deleted.
         self._handle, self._part = take_part(part_name(self._end, path.suffix))
         self._frames: queue.Queue[bytes | None] = queue.Queue(_WAITING)
         self.trouble = ""
@@ -57,12 +57,12 @@ class FilmWriter:
 
     @property
     def full(self) -> bool:
-        """True while enough frames are waiting for ffmpeg."""
+        """Return True while enough frames are waiting for ffmpeg."""
         return self._frames.full()
 
     @property
     def ended(self) -> bool:
-        """True if the thread has ended."""
+        """Return True if the thread has ended."""
         return not self._thread.is_alive()
 
     def offer(self, rgb: bytes) -> None:
@@ -74,7 +74,7 @@ class FilmWriter:
         self._frames.put(None)
 
     def keep(self) -> None:
-        """Give the finished film its final name. Raises OSError if anything failed."""
+        """Rename the finished film to its final name. Raises OSError if writing has failed."""
         self._thread.join()
         if self.trouble:
             self._drop()

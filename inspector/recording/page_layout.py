@@ -17,7 +17,7 @@ def boxes(
 ) -> dict[str, QRectF]:
     """Return the rectangles of 'view', 'curves' and 'equations'.
 
-    `wanted` is the natural size of the equations, which are never made larger and keep their
+    `wanted` is the natural size of the equations, which are never enlarged and keep their
     proportions. `curves` is the height of the curves below a figure, or 0 for the default share of
     the page.
     """
@@ -47,7 +47,7 @@ def boxes(
 
 
 def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
-    """Return the height that figure and equations need, side by side or one above the other."""
+    """Return the height that figure and equations need side by side or, if narrow, stacked."""
     wide = width >= WIDE
     view = _VIEW_SHAPE[wide] * width if contents.view else 0.0
     if not contents.equations:
@@ -58,5 +58,5 @@ def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
 
 
 def _fitted(wanted: QSizeF, wide: float, high: float) -> QSizeF:
-    """Return the largest size that fits, is at most `wanted`, and keeps the proportions."""
+    """Return the largest size up to `wanted` that fits and has the same proportions."""
     return wanted * min(1.0, wide / wanted.width(), high / wanted.height())

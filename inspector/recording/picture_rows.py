@@ -26,10 +26,9 @@ _UNITS = {"mm": "mm", "pixels": tr("pixels")}
 
 @dataclass(frozen=True)
 class _Preset:
-    """A suggested size.
+    """A suggested size, with a resolution and a type size.
 
-    Width and height are in `unit`. A height of 0 is the height that the contents need. The preset
-    also sets the resolution and the type size.
+    Width and height are in `unit`. A height of 0 means the height that the contents need.
     """
 
     width: int
@@ -50,7 +49,7 @@ _OWN = tr("Another size")
 
 
 class PictureRows(QObject):
-    """Adds its rows to a form. `size` and `paper` return the user's choices."""
+    """The rows, which are added to a form. `size` and `paper` return the user's choices."""
 
     changed = Signal()
 
@@ -93,7 +92,7 @@ class PictureRows(QObject):
         self.unit.currentIndexChanged.connect(self._other_unit)
 
     def show(self, shown: bool) -> None:
-        """Show the rows that apply to the choice, or hide all rows."""
+        """Show the rows that apply to the choices so far, or hide all rows."""
         self._shown = shown
         preset = self.preset.currentData()
         own = self.preset.currentText() == _OWN
@@ -105,7 +104,7 @@ class PictureRows(QObject):
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in pixels. A height of 0 is the height that the contents need."""
+        """Return width and height in pixels. A height of 0 means what the contents need."""
         sides = self.width.value(), self.height.value()
         if self._unit == "pixels":
             return sides
@@ -114,7 +113,7 @@ class PictureRows(QObject):
 
     @property
     def paper(self) -> Paper:
-        """Resolution, type size and paper."""
+        """Return resolution, type size and colour of the paper."""
         return Paper(float(self.dpi.currentData()), self.points.value(), self.white.isChecked())
 
     def words(self) -> str:
@@ -145,7 +144,7 @@ class PictureRows(QObject):
         return tr("{mm} mm wide ({wide} pixels)", mm=mm[0], wide=wide)
 
     def _propose(self) -> None:
-        """Fill in the values of the selected suggestion."""
+        """Fill in the values of the selected preset."""
         preset = self.preset.currentData()
         self.unit.setCurrentIndex(self.unit.findData(preset.unit))
         self.dpi.setCurrentIndex(self.dpi.findData(preset.dpi))

@@ -56,7 +56,7 @@ class RecordActions:
             dialog.open()
 
     def record(self, choice: RecordChoice) -> None:
-        """Make a film in the background, or a picture immediately."""
+        """Make a film in the background, or save a picture immediately."""
         if is_there(choice.path) and not choice.replace:
             message = tr(
                 "{path} exists already. Choose another name, or tick 'Replace the existing file'.",
@@ -90,7 +90,7 @@ class RecordActions:
             stage.strike()
 
     def _typeset_first(self, choice: RecordChoice) -> None:
-        """Typeset the equations before recording, in case the teaching tab was never visible."""
+        """Typeset the equations first, in case the teaching tab has never been visible."""
         self.bar.show_message(tr("The equations are being typeset …"), False)
         ready = self.typesetter.ready
         ready.connect(lambda: self.record(choice), Qt.ConnectionType.SingleShotConnection)

@@ -1,4 +1,4 @@
-"""The Record dialog, which asks for film or picture, contents, speed and size."""
+"""The Record dialog, in which the user chooses film or picture, contents, speed and size."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ class RecordDialog(WriteDialog):
     def _ranges(
         self, seen: tuple[float, float], *, taught: bool
     ) -> list[tuple[str, tuple[int, int] | None]]:
-        """Return the ranges of frames available for a film; None is a moving slider."""
+        """Return the ranges of frames to choose from for a film. None is for a moving slider."""
         document = self._document
         assert document.data is not None
         frames = document.frames
@@ -141,7 +141,7 @@ class RecordDialog(WriteDialog):
         self._describe()
 
     def _describe(self) -> None:
-        """Show the rows that apply to the choice, and describe the resulting film or picture."""
+        """Show the rows that apply to the choices, and describe the resulting film or picture."""
         choice = self.choice()
         film, sweep = choice.film, choice.sweep is not None
         for row, shown in (

@@ -30,7 +30,7 @@ class Recorder(QObject):
     """Makes one film at a time, and draws one frame per turn of the event loop."""
 
     progress = Signal(int, int)  # number of finished frames, and of all frames
-    finished = Signal(object)  # the file
+    finished = Signal(object)  # the path of the film
     failed = Signal(str)
 
     def __init__(self, parent: QObject | None = None) -> None:
@@ -44,11 +44,11 @@ class Recorder(QObject):
 
     @property
     def running(self) -> bool:
-        """True while a film is being made."""
+        """Return True while a film is being made."""
         return self._writer is not None
 
     def start(self, stage: Stage, choice: RecordChoice) -> None:
-        """Make a film of the stage, and close the stage at the end."""
+        """Start a film of the stage. The stage is closed at the end."""
         assert stage.document.data is not None
         self._stage = stage
         fps = stage.document.data.motion.fps
@@ -93,7 +93,7 @@ class Recorder(QObject):
             self._timer.setInterval(_POLL_MS)
 
     def _wait(self, writer: FilmWriter) -> None:
-        """Wait until ffmpeg has finished, then give the film its final name."""
+        """Check whether ffmpeg has finished, and then rename the film to its final name."""
         if writer.trouble and self._at < len(self._shots):
             self._at = len(self._shots)
             writer.finish()
@@ -117,7 +117,7 @@ class Recorder(QObject):
 
 
 class RecordingBar(QWidget):
-    """The progress of a film with a Cancel button, hidden when no film is being made."""
+    """The progress of a film with a Cancel button. Hidden while no film is being made."""
 
     def __init__(self, recorder: Recorder) -> None:
         super().__init__()

@@ -1,6 +1,6 @@
 """Draw the pictures for a report: `python -m inspector.recording.report_pictures FOLDER`.
 
-The pictures show the bodies of the 3D view. No window, event loop or display is needed.
+The pictures show the same bodies as the 3D view. No window, event loop or display is needed.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class OffscreenRenderer:
         self._window.AddRenderer(self._renderer)
 
     def pictures(self, figure: Figure) -> Iterator[tuple[int, int, vtkWindowToImageFilter]]:
-        """Yield (number of the pair, 0 for before or 1 for after, image) for a figure."""
+        """Yield (index of the pair, 0 for before or 1 for after, image) for a figure."""
         motion = figure.motion
         rotations, positions = forward_kinematics(motion)
         chains = tuple(c for c in figure.chains if not isinstance(c, Limb))
@@ -125,7 +125,7 @@ def _find_chain(figure: Figure, pair: BeforeAfter) -> Chain:
 
 
 def main(folder: Path) -> None:
-    """Draw the pictures described by the files in a folder, into the same folder."""
+    """Draw the pictures that are described by files in a folder, and write them there."""
     size, figures = read_job(folder)
     renderer = OffscreenRenderer(size)
     for number, figure in enumerate(figures):

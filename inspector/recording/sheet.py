@@ -88,7 +88,7 @@ class Sheet(QPaintDevice):
 
     @property
     def items(self) -> Sequence[Item]:
-        """Everything painted so far, from back to front."""
+        """Return everything painted so far, from back to front."""
         return self._engine.items
 
     def paintEngine(self) -> QPaintEngine:
@@ -120,7 +120,7 @@ class Sheet(QPaintDevice):
     def paint(self, painter: QPainter) -> None:
         """Paint the contents with the painter of another device.
 
-        At one unit per pixel, edges are as sharp as in a window. At other scales they are smoothed.
+        Edges are as sharp as in a window at one unit per pixel, and smoothed at other scales.
         """
         hint = QPainter.RenderHint
         exact = math.isclose(painter.worldTransform().m11(), 1.0, rel_tol=1e-6)
@@ -180,7 +180,7 @@ class _Keeper(QPaintEngine):
         return QPaintEngine.Type.User
 
     def updateState(self, state: QPaintEngineState) -> None:
-        """Note the pen, brush, clip and transformation for the shapes that follow."""
+        """Store the pen, brush, clip and transformation for the next shapes."""
         dirty, changed = QPaintEngine.DirtyFlag, state.state()
         self._places = QTransform(state.transform())
         self._pen, self._brush = QPen(state.pen()), state.brush()
@@ -273,7 +273,7 @@ class _Keeper(QPaintEngine):
             self._draw_lines(path, pen, clip)
 
     def _draw_lines(self, path: QPainterPath, pen: QPen, clip: QPainterPath | None) -> None:
-        """Store lines, cut off at a rectangular clip because some readers ignore clips."""
+        """Store lines, cut at a rectangular clip, because some readers ignore clips."""
         box = upright(clip) if clip is not None else None
         if box is not None and is_straight(path):
             path, clip = cut_lines(path, box), None
@@ -283,8 +283,7 @@ class _Keeper(QPaintEngine):
     def _forget_below(self, rect: QRectF) -> None:
         """Remove the last shapes if a rectangle covers them, because their edges would be visible.
 
-        This happens with the background of a plot, which both Qt and the plot fill, in different
-        colours.
+        An example is the background of a plot, which Qt and the plot fill in different colours.
         """
         solid = self._brush.style() == Qt.BrushStyle.SolidPattern
         if not solid or self._faded(self._brush.color()).alpha() < 255:
@@ -326,9 +325,7 @@ class _Keeper(QPaintEngine):
             self._clip = self._clip.intersected(there)
 
     def _clip_of(self, box: QRectF) -> QPainterPath | None:
-        """Return the clip for a shape in this box, or None if the box is entirely inside the
-        clip.
-        """
+        """Return the clip for a shape in this box, or None if the box is inside the clip."""
         clip = self._clip
         window = self.systemClip()  # clip of the painted widget, in whole units
         near = QRectF(window.boundingRect()).adjusted(-1.0, -1.0, 1.0, 1.0)
@@ -340,13 +337,13 @@ class _Keeper(QPaintEngine):
 
 
 def _contains(clip: QPainterPath, box: QRectF) -> bool:
-    """True if a box is inside a clip; unlike in Qt's own test, edges may coincide."""
+    """Return True if a box is inside a clip. Unlike in Qt's test, their edges may coincide."""
     edges = upright(clip)
     return edges.contains(box) if edges is not None else clip.contains(box)
 
 
 def _complete_font(font: QFont) -> QFont:
-    """Return the font with all its attributes set, so that no device can change them."""
+    """Return the font with all attributes set, so that they do not depend on the device."""
     whole = QFont(font)
     whole.setFamilies(font.families())
     whole.setStyleHint(font.styleHint())
@@ -357,7 +354,7 @@ def _complete_font(font: QFont) -> QFont:
 
 
 def _stripes(path: QPainterPath, ink: QColor) -> tuple[QPainterPath, QPen]:
-    """Return diagonal lines across a shape, as a substitute for any of Qt's fill patterns."""
+    """Return diagonal lines across a shape, which are drawn instead of Qt's fill patterns."""
     box, lines = path.boundingRect(), QPainterPath()
     count = math.ceil((box.width() + box.height()) / _HATCH)
     first = math.floor((box.left() + box.top()) / _HATCH) * _HATCH

@@ -42,14 +42,14 @@ class Shown:
 
 
 class Stage(QWidget):
-    """Copies of the views with a copy of the document, which the window does not show.
+    """Off-screen copies of the views, with a copy of the document.
 
-    The layout uses units that may differ from the picture's pixels, so that type and lines have the
+    The layout uses units that may differ from the picture's pixels, so that text and lines have the
     same size on paper at any resolution.
     """
 
     def __init__(self, shown: Shown, choice: RecordChoice) -> None:
-        """Copy the views as they are now."""
+        """Copy the views in their current state."""
         super().__init__()
         self._choice, self._film = choice, choice.film
         paper = choice.paper if not self._film else Paper()
@@ -75,7 +75,7 @@ class Stage(QWidget):
     # -- making -------------------------------------------------------------------------------
 
     def _mirrored(self, taught: TaughtFrame) -> TaughtFrame:
-        """Return a copy of a taught frame, active if a sweep or the equations need it."""
+        """Return a copy of a taught frame, which is active if a sweep or the equations need it."""
         mirrored = TaughtFrame(self.document, self)
         needed = self._choice.sweep is not None or self._choice.contents.equations
         mirrored.active = taught.active or needed
@@ -84,7 +84,7 @@ class Stage(QWidget):
         return mirrored
 
     def _dress(self) -> None:
-        """Use the stage's theme for plain widgets, because the program may use another theme."""
+        """Apply the stage's theme to plain widgets, because the program may use another theme."""
         theme, palette, role = self.theme, self.palette(), QPalette.ColorRole
         for of, colour in (
             (role.Window, theme.surface),
@@ -109,7 +109,7 @@ class Stage(QWidget):
         if contents.curves:
             self.timeline = Timeline(self.document, self._colours)
             self.timeline.setParent(self)
-            self._colours.use(self.theme)  # again: a new parent resets the colours
+            self._colours.use(self.theme)  # again, since setting a parent resets the colours
             self.timeline.plots_button.hide()
             if not self._film:
                 self.timeline.become_figure()
@@ -119,7 +119,7 @@ class Stage(QWidget):
             self._set_up(self.equations)
 
     def _set_up(self, equations: Equations) -> None:
-        """Make the equations as large as their rows need, without buttons and links."""
+        """Resize the equations to the size of their rows, and remove buttons and links."""
         self._ink(equations)
         equations.refresh()
         equations.show_only(self.taught.rows or None)
@@ -135,7 +135,7 @@ class Stage(QWidget):
         equations.resize(self._wanted.toSize())
 
     def _ink(self, equations: Equations) -> None:
-        """Use the stage's text colours, because the style sheet of the program may set others."""
+        """Apply the stage's text colours, because the program's style sheet may set others."""
         for part in equations.findChildren(QWidget):
             ink = self.theme.soft if part.objectName() == "soft" else self.theme.text
             if isinstance(part, QLabel) and part.styleSheet():
@@ -166,14 +166,14 @@ class Stage(QWidget):
 
     @property
     def size_in_pixels(self) -> QSize:
-        """Size of the picture in pixels."""
+        """Return the size of the picture in pixels."""
         if self._film:
             return self.size()
         wide, high = self._choice.size
         return QSize(wide, high or round(self.height() * wide / self.width()))
 
     def show_shot(self, shot: Shot) -> None:
-        """Draw a frame, with the slider at its value for that image."""
+        """Show the frame of a shot, with the moving slider at its value for that image."""
         self.document.go_to(shot.frame)
         if self._choice.sweep is not None and shot.value is not None:
             self._choice.sweep.show(self.taught, shot.value)
@@ -204,7 +204,7 @@ class Stage(QWidget):
         return image
 
     def sheet(self) -> Sheet:
-        """Return the stage as lines and text, with only the 3D figure as an image."""
+        """Return the stage as lines and text. Only the 3D figure is an image."""
         sheet = Sheet(self.width(), self.height(), self.logicalDpiX())
         painter = QPainter(sheet)
         self._paint(painter)
@@ -234,7 +234,7 @@ class Stage(QWidget):
             painter.translate(-box.topLeft())
 
     def strike(self) -> None:
-        """Close the stage."""
+        """Close the stage and its views."""
         if self.viewport is not None:
             self.viewport.close()
         self.close()

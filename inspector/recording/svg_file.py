@@ -1,4 +1,4 @@
-"""Write a sheet as an SVG that all readers draw alike: only paths, in one coordinate system.
+"""Write a sheet as an SVG that looks the same in all readers: only paths, in one coordinate system.
 
 Text is stored as outlines, so that no reader needs the fonts; `aria-label` contains the text.
 """
@@ -71,7 +71,7 @@ def _element(item: Item, clips: dict[str, str]) -> str:
 
 
 def _text(text: str) -> str:
-    """Return a text for XML, without the control characters that XML does not allow."""
+    """Return a text escaped for XML, without control characters, which XML does not allow."""
     return escape(_NOT_IN_XML.sub("", text), quote=True)
 
 
@@ -95,7 +95,7 @@ def _paint(what: str, colour: QColor) -> str:
 
 
 def _path(path: QPainterPath) -> str:
-    """Return a path in the notation of SVG: moves, lines and cubic curves."""
+    """Return a path in SVG notation: moves, lines and cubic curves."""
     out: list[str] = []
     for k in range(path.elementCount()):
         element = path.elementAt(k)

@@ -39,7 +39,7 @@ SWEPT = {
 class Sweep:
     """The movement of `slider`, a key of SWEPT, from `first` to `last` in `seconds`.
 
-    A movement there and back takes this time in each direction.
+    If the slider also moves back, it takes this time in each direction.
     """
 
     slider: str

@@ -12,7 +12,7 @@ from inspector.widgets.signed_numbers import SignedBox
 
 
 class SweepRows(QObject):
-    """Adds its rows to a form. `sweep` returns the user's choice."""
+    """The rows, which are added to a form. `sweep` returns the user's choice."""
 
     changed = Signal()
 
@@ -49,7 +49,7 @@ class SweepRows(QObject):
 
     @property
     def sweep(self) -> Sweep:
-        """The chosen slider, its range and its duration."""
+        """Return the chosen slider, with the range and the duration of its movement."""
         return Sweep(
             self.slider.currentData(),
             self.first.value(),
@@ -59,7 +59,7 @@ class SweepRows(QObject):
         )
 
     def _propose(self) -> None:
-        """Suggest the range of the slider, without its negative part."""
+        """Fill in the range of the selected slider, without its negative part."""
         swept = SWEPT[self.slider.currentData()]
         for box in (self.first, self.last):
             box.setDecimals(swept.decimals)

@@ -1,4 +1,4 @@
-"""Pictures of the 3D view at print resolution, with lines as thick as on the screen."""
+"""Take pictures of the 3D view at print resolution, with lines scaled to the same thickness."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def view_picture(viewport: Viewport, size: QSize) -> QImage:
 
 @contextmanager
 def _larger(window: vtkRenderWindow, times: float, size: QSize) -> Iterator[None]:
-    """Enlarge the window and its line widths until the picture has been read."""
+    """Enlarge the window and its line widths within the context."""
     old, samples = window.GetSize(), window.GetMultiSamples()
     looks = [a.GetProperty() for a in _actors(window)]
     widths = {look: look.GetLineWidth() for look in looks}

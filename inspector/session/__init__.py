@@ -1,1 +1,1 @@
-"""The open document, and functions to read, save, export and play it."""
+"""The open document, and classes and functions to read, save, export and play it."""

@@ -1,4 +1,4 @@
-"""Open a clip or a session in the background. The old clip stays open until it is read."""
+"""Open a clip or a session in the background. The previous clip stays open until it is read."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ClipOpener(QObject):
 
     @property
     def busy(self) -> bool:
-        """True while a clip is being read."""
+        """Return True while a clip is being read."""
         return self._task.running
 
     def open(self, path: Path, profile: Profile | None = None) -> None:
@@ -55,8 +55,9 @@ class ClipOpener(QObject):
         self._start(what, lambda tell: analyse_session(path, clip, tell), self.analysed.emit)
 
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
-        """Call `then` when the detector `method` has analysed the clip, and start this if
-        necessary.
+        """Call `then` when the clip has been analysed by the detector `method`.
+
+        The analysis is started if necessary.
         """
         if clip.kept(method) is not None:
             then()

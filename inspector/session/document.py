@@ -1,4 +1,4 @@
-"""The document that all views observe: clip, review, playhead and selection."""
+"""The document that all views observe: the clip, its review, the playhead and the selection."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ BLIND = tr("In an exercise the detector is off and τ is fixed: you are the dete
 class Document(OpenClip):
     """The state of the program. Each change is made by a method, which emits a signal."""
 
-    opened = Signal()  # another clip or none, so that everything is new
+    opened = Signal()  # the clip was opened or closed, so everything must be updated
     leaving = Signal()  # the clip is about to be replaced, so store text that is being typed
     intervals_changed = Signal()  # the review's state: intervals, decisions or τ
     method_changed = Signal()  # another detector, and so other curves
@@ -70,7 +70,7 @@ class Document(OpenClip):
         self.reviewer = ""
         # Decisions made in this run without a reviewer's name, as (id, time).
         self._unsigned: set[tuple[int, str]] = set()
-        self._drag = secrets.randbits(52)  # unlike any number in an earlier journal
+        self._drag = secrets.randbits(52)  # different from all numbers in earlier journals
         self.interval_changed.connect(self._preview_selected)
 
     # -- opening clips -----------------------------------------------------------------------------
@@ -80,8 +80,8 @@ class Document(OpenClip):
     ) -> None:
         """Show an analysed clip.
 
-        `aside` is the review of this clip, if it was put aside earlier. `borrowed` holds the facts
-        about a clip that a lesson or an exercise has opened, and is None for the person's own clip.
+        `aside` is a review of this clip that was put aside earlier. `borrowed` describes a clip
+        that a lesson or an exercise has opened; it is None for the user's own clip.
         """
         self.opener.cancel()
         self.leaving.emit()
@@ -107,7 +107,7 @@ class Document(OpenClip):
 
     @property
     def folder(self) -> Path:
-        """The folder for files made from the clip."""
+        """Return the default folder for files made from the clip."""
         if self.borrowed is not None:
             return self.borrowed.write_to
         return self.data.clip.path.parent if self.data is not None else Path()
@@ -115,9 +115,9 @@ class Document(OpenClip):
     def proposed(self, ending: str, *, own: bool = False) -> Path:
         """Return a path to propose for a file made from the clip.
 
-        For a borrowed clip, no file exists at that path. `ending` is the end of the file name. If
-        `own` is True, the clip's format is added to the name where a clip of another format would
-        get the same name.
+        `ending` is the end of the file name. For a borrowed clip, the path is one at which no file
+        exists yet. If `own` is True, the clip's format is added to the name if a clip of another
+        format would get the same name.
         """
         clip = self.data.clip.path if self.data is not None else Path("clip")
         stem = own_name(clip) if own else clip.stem
@@ -134,7 +134,7 @@ class Document(OpenClip):
         self._corrected.take(self._previewed())
 
     def snapshot(self, parent: QObject | None = None) -> Document:
-        """Return a copy with the same clip, review and selection that writes nothing to disk."""
+        """Return a copy with the same clip, review and selection, which never writes files."""
         other = Document(parent)
         if self.data is not None:
             other._hold(self.data, Review(self.review.state))
@@ -175,7 +175,7 @@ class Document(OpenClip):
             self.message.emit(self.borrowed.why, False)
         elif self.keeper.may_change():
             return True
-        self.intervals_changed.emit()  # views must discard what a person typed or dragged
+        self.intervals_changed.emit()  # views must discard unfinished typing and dragging
         return False
 
     def undo(self) -> None:
@@ -203,7 +203,7 @@ class Document(OpenClip):
     def decide(
         self, decision: Decision, ids: Sequence[int] = (), order: Sequence[int] = ()
     ) -> None:
-        """Decide on the given or selected intervals, then select the next undecided one.
+        """Decide on intervals, by default on the selected one, and select the next undecided one.
 
         Intervals that already have this decision are not changed. `order` has the interval ids in
         the order of the list. If it is empty, intervals are sorted by chain and start.
@@ -240,7 +240,7 @@ class Document(OpenClip):
 
     @staticmethod
     def now() -> str:
-        """Return the current time as ISO 8601."""
+        """Return the current time in ISO 8601."""
         return datetime.now(UTC).isoformat(timespec="seconds")
 
     def automatic_ids(
@@ -248,8 +248,8 @@ class Document(OpenClip):
     ) -> tuple[int, ...]:
         """Return the ids of undecided intervals with a displayed confidence of at least `at_least`.
 
-        Without `at_least`, the undecided intervals are returned that the detector is confident
-        enough to correct automatically. Edited intervals have no confidence and are left out.
+        Without `at_least`, return the undecided intervals of which the detector is confident enough
+        to correct them automatically. Edited intervals have no confidence and are left out.
         """
         edited = {judged.id for judged in self.intervals if judged.edited}
         if at_least is None:
@@ -273,7 +273,7 @@ class Document(OpenClip):
         return not ids or self._decide(ids, Decision.ACCEPTED, in_bulk=True)
 
     def begin_drag(self) -> int:
-        """Return a new number for the commands of one drag, which are undone together."""
+        """Return a new number for a drag. All commands with this number are undone together."""
         self._drag += 1
         return self._drag
 
@@ -292,9 +292,9 @@ class Document(OpenClip):
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
         """Add and select an interval made by hand, either `interval` or one proposed at a frame.
 
-        At a selected lone jump, the stretch that the jump may begin or end is proposed. If an
-        interval of the same kind already has the same frames, that interval is selected and none is
-        added, because the offsets of both would add up.
+        If a lone jump is selected at the frame, the frames of which this jump may be the beginning
+        or the end are proposed. If an interval of the same kind already has the same frames, it is
+        selected and no interval is added, because both offsets would add up.
         """
         if self.data is None or not self.chain:
             return
@@ -319,7 +319,7 @@ class Document(OpenClip):
             self.select_interval(number)
 
     def _proposed(self, frame: int) -> Interval | None:
-        """Return the stretch proposed at the selected lone jump, if the frame is in it."""
+        """Return the interval proposed at the selected lone jump, or None if `frame` is outside."""
         selected = self.interval
         if self.data is None or selected is None or selected.interval.kind != Kind.LONE_JUMP:
             return None
@@ -341,15 +341,15 @@ class Document(OpenClip):
         elif self._follows_review():
             try:
                 found = tuple(i for n, t in tau.items() for i in self.detector.intervals(n, t))
-            except TwistError as error:  # raised by another author's detector
+            except TwistError as error:  # a detector by another author may raise anything
                 self.message.emit(of_core(error), True)
             else:
                 self.do(Redetect(dict(tau), found, drag=drag))
 
     def change_chains(self, rig: Rig, what: str, message: str = "") -> None:
-        """Analyse another set of chains, then use it as one step of the history, named `what`.
+        """Analyse another set of chains, then switch to it in a single step that can be undone.
 
-        `message` is the sentence to show at the end.
+        `what` is the name of the step in the history. `message` is a sentence to show at the end.
         """
 
         def change(command: ChangeChains) -> None:
@@ -360,17 +360,17 @@ class Document(OpenClip):
             self.rigs.change(self.review.state, rig, what, change)
 
     def use_profile(self, profile: Profile) -> None:
-        """Detect with the τ and, if it names one, the detector of a profile, as one step."""
+        """Detect with the τ of a profile and, if it has one, with its detector, as one step."""
         if self.data is None or not self._may_change() or not self._may_detect():
             return
         clip, method = self.data.analysis, profile.method
         own = profile.of(clip.chains_and_limbs)
         now = self.review.state.tau
 
-        def detect() -> None:  # chains that the profile lacks get the detector's own τ
+        def detect() -> None:  # chains without a τ in the profile get the detector's automatic τ
             kept = {
                 limb.name: now[limb.name] for limb in clip.limbs
-            }  # limbs have their own detector
+            }  # limbs have a separate detector
             found = clip.detect(method, tau_radians=kept | own)
             self.do(Redetect(dict(found.tau), found.intervals, method=method))
 
@@ -380,14 +380,14 @@ class Document(OpenClip):
             self.opener.ask(clip, method, detect)
 
     def use_method(self, method: str) -> None:
-        """Switch to another detector with its own τ, and keep the person's decisions."""
+        """Switch to another detector and its automatic τ, without changing the decisions."""
         if self.data is not None and method != self.review.state.method:
             self.use_profile(Profile({}, method))
 
     def _may_detect(self) -> bool:
-        """True unless the clip is an exercise. In an exercise, show the reason.
+        """Return True if detection is allowed. If the clip is an exercise, show why it is not.
 
-        Detection would find the hidden errors of an exercise.
+        Detection would find the hidden errors of the exercise.
         """
         if self.data is not None and self.data.blind:
             self.message.emit(BLIND, False)
@@ -411,12 +411,12 @@ class Document(OpenClip):
         self.intervals_changed.emit()
 
     def _preview_selected(self) -> None:
-        """Show the correction of the selected interval instead of an alternative to it."""
+        """Preview the correction of the selected interval instead of an alternative to it."""
         if self.data is not None and self.corrected.take(self._previewed()):
             self.intervals_changed.emit()
 
     def _take_chains(self) -> Sequence[SignalInstance]:
-        """Use the chains of the review, and return the signals to emit."""
+        """Switch to the chains of the review, and return the signals to emit."""
         state, data = self.review.state, self.data
         if data is None or data.analysis.rig == state.rig:
             return ()
@@ -431,10 +431,9 @@ class Document(OpenClip):
         return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
-        """True if the detector in use is the review's. If not, start to load the review's detector.
+        """Return True if the detector in use is the review's. If not, load the review's detector.
 
-        The two detectors can differ because an undo may have restored a review with another
-        detector.
+        The detectors differ if an undo has restored a review with another detector.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

@@ -43,7 +43,7 @@ class ExportChoice:
 
 @dataclass(frozen=True, eq=False)
 class Export:
-    """An export, with the review at the time when the export began.
+    """An export in progress, with the review as it was when the export began.
 
     Attributes
     ----------
@@ -54,9 +54,9 @@ class Export:
     ours
         The SHA-256 of files that this program wrote, including the files of this export.
     own
-        The files that only the review may write.
+        The files that only the review itself may write, such as the session.
     by
-        The person's name.
+        The reviewer's name.
     analysis
         The analysis of the clip, for the report.
     """
@@ -74,7 +74,7 @@ class Export:
 
 
 def prepare_export(document: Document, choice: ExportChoice) -> Export:
-    """Accept the automatic corrections, if chosen, and freeze the review for an export.
+    """Accept the automatic corrections, if chosen, and copy the review for an export.
 
     Raises TwistError if the export would overwrite the source or a file that this program did not
     write.
@@ -112,9 +112,9 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
 
 
 def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
-    """Return the existing files that an export would replace.
+    """Return the existing files that an export would replace, each with True or False.
 
-    The value of each file is True if this program wrote it. `ours` has the SHA-256 of files that
+    True means that this program wrote the file. `ours` has the SHA-256 of files that
     this program wrote in this run. Files of earlier runs are recognised by the report.
     """
     known = _written_marks(choice, ours)
@@ -124,7 +124,7 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
 
 
 def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
-    """Return the large files that :func:`replaced` would read, for hashing in a thread."""
+    """Return the large files that :func:`replaced` would hash, to hash them earlier in a thread."""
     known = _written_marks(choice, ours)
     return tuple(path for path in files_of(choice) if path in known and takes_long(path))
 
@@ -158,7 +158,7 @@ def check_targets(
 
     `ours` has the SHA-256 of files that this program wrote, to compare with the files on disk.
     `own` are the files that only the review may write. An existing session or report is replaced
-    only if this program wrote it, even if the person agrees to replace the exported clip.
+    only if this program wrote it, even if the user has agreed to replace the exported clip.
     """
     path, replay = choice.path, replay_path(choice.path)
     if real_path(path) == real_path(clip.path) or same_file(path, clip.path):
@@ -189,7 +189,7 @@ def check_targets(
 
 
 def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
-    """True if there is no regular file, or if it is unchanged since this program wrote it.
+    """Return True unless there is a file that has changed since this program wrote it.
 
     `known` has the SHA-256 of each version that this program wrote, keyed by path.
     """
@@ -199,7 +199,7 @@ def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
 
 
 def write(export: Export, tell: Tell = nobody) -> str:
-    """Correct, track and write everything that was chosen, and describe the changes.
+    """Correct the clip, track joints and write the files as chosen; return what has changed.
 
     `tell` is called with the progress of the tracking. Raises OSError if writing fails, and
     TwistError if another program has written one of the files in the meantime.

@@ -18,7 +18,7 @@ class Exporter(QObject):
     """Writes exports and shows their progress and result. The review can continue meanwhile."""
 
     ended = Signal()
-    written = Signal(object, str)  # the Export on disk, and the sentence shown about it
+    written = Signal(object, str)  # a finished Export, and the sentence to show about it
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -28,7 +28,7 @@ class Exporter(QObject):
 
     @property
     def running(self) -> bool:
-        """True while an export is being written."""
+        """Return True while an export is being written."""
         return self._export is not None
 
     def start(self, choice: ExportChoice) -> None:

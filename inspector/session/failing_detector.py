@@ -40,7 +40,7 @@ def not_usable(analysis: ClipAnalysis, method: str) -> str:
 
 
 def another_used(analysis: ClipAnalysis, method: str) -> str:
-    """Return the message about the detector that searched the clip instead of the review's."""
+    """Return the message about the detector that was used instead of the review's detector."""
     if why := analysis.failure(method):
         return tr(
             "The default detector was used for {clip}, with its automatic τ: {why}.",

@@ -36,7 +36,7 @@ from twistcore.review.session import session_bytes
 
 @dataclass(frozen=True, eq=False)
 class PutAside:
-    """A review that was put aside while another clip is open."""
+    """A review that was put aside while another clip is open, to be continued later."""
 
     kept: KeptReview
     journal: Path | None
@@ -47,7 +47,7 @@ class PutAside:
 class Keeper(QObject):
     """The session file, journal and lock of the open clip.
 
-    The journal of an earlier run stays until the person continues or discards it.
+    The journal of an earlier run is kept until the user continues or discards it.
     """
 
     locked = Signal()  # another window holds the review
@@ -55,12 +55,12 @@ class Keeper(QObject):
     def __init__(self, message: SignalInstance, parent: QObject) -> None:
         """Set up a keeper without a clip.
 
-        The signal `message` shows a sentence, with True for an error.
+        `message` is a signal that shows a sentence, with True for an error.
         """
         super().__init__(parent)
         self.message = message
         self.read_only = False
-        # Journals of earlier runs about which the person has not decided, the latest first.
+        # Journals of earlier runs that the user has neither continued nor discarded, latest first.
         self.leftovers: list[Leftover] = []
         self.notes: list[str] = []  # problems with opening the clip
         self.away: Path | None = None  # the refuge, if the clip's folder is read-only
@@ -91,7 +91,7 @@ class Keeper(QObject):
 
     @property
     def session_file(self) -> Path | None:
-        """The path of the session file, or None if there is no file yet."""
+        """Return the path of the session file, or None if there is no file yet."""
         return self._kept.session_file if self._kept is not None else None
 
     def put_aside(self) -> PutAside | None:
@@ -158,9 +158,9 @@ class Keeper(QObject):
             self.forget(leftover)
 
     def forget(self, leftover: Leftover) -> None:
-        """Delete a journal that the person has decided about or that contains nothing new.
+        """Delete a journal that the user has answered about or that contains nothing new.
 
-        A journal with unreadable lines is only renamed.
+        A journal with unreadable lines is renamed instead.
         """
         if leftover.recovered.damaged:
             self.keep(leftover, ".damaged")
@@ -262,7 +262,7 @@ class Keeper(QObject):
 
     @property
     def files(self) -> frozenset[Path]:
-        """The files that only the review may write: session, journal and lock."""
+        """Return the files that only the review may write: session, journal and lock."""
         if self._kept is None:
             return frozenset()
         ends = ("", JOURNAL_SUFFIX, f"{JOURNAL_SUFFIX}.lock")
@@ -272,7 +272,7 @@ class Keeper(QObject):
     # -- places and lock ----------------------------------------------------------------------
 
     def may_change(self) -> bool:
-        """True if this window may change the review. If not, emit `locked`."""
+        """Return True if this window may change the review. If not, emit `locked`."""
         kept, lock = self._kept, self.lock
         if kept and lock and not self.read_only and not lock.is_ours():
             self.journal.flush()
@@ -284,7 +284,7 @@ class Keeper(QObject):
         return not self.read_only
 
     def take_over(self) -> str:
-        """Take the lock from its holder.
+        """Take the lock over from the window that holds it.
 
         Returns '', or a sentence with the reason for a failure.
         """
@@ -316,7 +316,7 @@ class Keeper(QObject):
         try:
             place, (self.lock, taken), trouble = at_first(kept.places, take)
         except OSError:
-            return True  # no folder is writable, for other windows neither
+            return True  # no folder is writable, so other windows cannot write, either
         self.away = place.parent if trouble else None
         return taken
 

@@ -1,4 +1,4 @@
-"""Find the journals of earlier runs, and the decisions in them that the open review lacks."""
+"""Find the journals of earlier runs, and the decisions in them that are not in the open review."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Leftover:
 
     @property
     def path(self) -> Path:
-        """The path of the journal."""
+        """Return the path of the journal."""
         return self.recovered.path
 
 
@@ -72,10 +72,9 @@ def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
 
 
 def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
-    """Return the clips with unsaved decisions.
+    """Return (clip, latest journal, number of unsaved decisions) of clips with unsaved decisions.
 
-    Each item has the clip, its latest journal, and the number of unsaved decisions. This replays
-    whole journals, which may take seconds, so call it in a thread.
+    Call this in a thread, since replaying the journals may take seconds.
     """
     found = []
     for clip in clips:
@@ -86,8 +85,7 @@ def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
 
 
 def decisions_in(journal: Path) -> int:
-    """Return the number of intervals for which a journal's decisions or edits differ from its
-    session.
+    """Return for how many intervals the decisions or edits in a journal differ from the session.
 
     Returns 0 if the journal cannot be read or has no steps.
     """
@@ -101,11 +99,10 @@ def decisions_in(journal: Path) -> int:
 
 
 def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:
-    """Read a journal as a Leftover, with a sentence to show, or '' without problems.
+    """Return the Leftover of a journal, or None if it cannot be used, and a sentence to show.
 
-    The result is None in place of a journal that cannot be used; a damaged one is renamed. A
-    journal that was written before the program detected limb flips gets the flips of the clip,
-    undecided.
+    The sentence is '' if there is no problem. A damaged journal is renamed. To a journal written
+    before the program detected limb flips, the flips of the clip are added as undecided.
     """
     try:
         recovered = recover(path, clip)
@@ -138,7 +135,7 @@ def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Lefto
 
 
 def _has_chains(state: ReviewState, clip: Clip) -> bool:
-    """True if the clip has exactly the chains of the review, apart from limbs."""
+    """Return True if the clip has exactly the chains of the review, not counting limbs."""
     try:
         every = state.rig.chains(clip.motion)
     except TwistError:
@@ -148,7 +145,7 @@ def _has_chains(state: ReviewState, clip: Clip) -> bool:
 
 
 def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
-    """True if the journal may contain anything that a review of the clip lacks."""
+    """Return True if the journal may contain anything that is not in `state`."""
     left = leftover.recovered.review.state
     if leftover.same_clip:
         return leftover.recovered.damaged > 0 or not same_review(clip, left, state)
@@ -156,14 +153,14 @@ def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
 
 
 def same_review(clip: Clip, one: ReviewState, other: ReviewState) -> bool:
-    """True if two reviews of a clip would be saved as the same file."""
+    """Return True if two reviews of a clip would be saved as the same file."""
     return _content(clip, one) == _content(clip, other)
 
 
 def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
-    """Return the number of a journal's decisions that a review lacks, and the journal's total.
+    """Return how many decisions of a journal are missing in a review, and the journal's total.
 
-    A difference in settings is one decision.
+    A difference in settings counts as one decision.
     """
     left = leftover.recovered.review.state
     kept = [judged for judged in left.intervals if judged.kept]
@@ -176,10 +173,9 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
 
 
 def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
-    """True if the journal's changes to the frames left out of tuning are missing here.
+    """Return True if `state` lacks the journal's changes to the frames left out of tuning.
 
-    `began` and `left` are the states of the review when the journal began and when it ended.
-    `state` is the review in which spans may be missing.
+    `began` and `left` are the states of the review at the beginning and the end of the journal.
     """
     was, wanted, here = (s.left_out for s in (began, left, state))
     again = missing_from(was, wanted)  # included in tuning again
@@ -188,7 +184,7 @@ def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewStat
 
 
 def _work(judged: Judged) -> tuple[object, ...]:
-    """Return the person's decision about an interval, and its frames if the person set them."""
+    """Return the decision about an interval, and its frames if a person set them."""
     interval = judged.interval
     same = interval.offset.strides == (0,) or not np.ptp(interval.offset)
     offset = interval.offset[:1] if same else interval.offset

@@ -45,7 +45,7 @@ class Borrowed:
     signed
         True if decisions carry the reviewer's name nevertheless, as in a class exercise.
     over
-        True if the lesson has ended and the clip is open only for viewing.
+        True if the lesson has ended, so that the clip is open only for viewing.
     """
 
     write_to: Path
@@ -98,20 +98,19 @@ class OpenClip(QObject):
 
     @property
     def detector(self) -> Analysis:
-        """The analysis of the open clip by the current detector, including limb flips."""
+        """Return the analysis of the open clip by the current detector, including limb flips."""
         assert self.data is not None
         return self.data.analysis.detector(self.method)
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """All intervals of the open clip, sorted by chain and start; empty without a clip."""
+        """Return all intervals of the open clip, sorted by chain and start; () without a clip."""
         return self.review.state.intervals if self.data else ()
 
     def displayed(self, judged: Judged) -> Judged:
         """Return an interval as displayed, with the learned confidence if that is switched on.
 
-        An edited interval has no confidence, because the detector's confidence belongs to other
-        numbers.
+        An edited interval has no confidence, because the detector computed it for other values.
         """
         sure = None if judged.edited else self.sureness(judged.interval)
         if sure == judged.interval.confidence:
@@ -125,7 +124,7 @@ class OpenClip(QObject):
         return self.learned(own) if self.learned is not None and counter_twist else own
 
     def severity(self, judged: Judged) -> float:
-        """Return the severity of an interval in degrees: its part of the clip's severity."""
+        """Return the contribution of an interval to the clip's severity, in degrees."""
         interval = judged.interval
         if interval not in self._severities:
             assert self.data is not None
@@ -135,7 +134,7 @@ class OpenClip(QObject):
         return self._severities[interval]
 
     def use_learned(self, learned: LearnedConfidence | None) -> None:
-        """Show learned confidences, or the detector's own confidences if `learned` is None."""
+        """Show learned confidences, or those of the detector if `learned` is None."""
         if learned != self.learned:
             self.learned = learned
             self.confidence_changed.emit()
@@ -170,7 +169,7 @@ class OpenClip(QObject):
         return self.data.limb(self.chain) if self.data else None
 
     def offset(self, chain: str) -> Array:
-        """Return the sum of the offsets of a chain's intervals without the rejected ones.
+        """Return the sum of the offsets of a chain's intervals, except rejected ones.
 
         The result is in radians, (frames,).
         """
@@ -178,16 +177,18 @@ class OpenClip(QObject):
 
     @property
     def corrected(self) -> Corrected:
-        """The clip corrected by every interval that is not rejected.
+        """Return the clip with every interval corrected that is not rejected.
 
-        Undecided intervals are included, so that a person sees the effect of accepting them.
+        Undecided intervals are included, to show the effect of accepting them.
         """
         assert self._corrected is not None
         return self._corrected
 
     def _previewed(self) -> tuple[Interval, ...]:
-        """Return the intervals whose corrections are shown: all that are not rejected, but of
-        alternative corrections of the same frames only the accepted, selected or surest one.
+        """Return the intervals whose corrections are previewed: all that are not rejected.
+
+        Of alternative corrections of the same frames, only the accepted, selected or most confident
+        one is returned.
         """
         assert self.data is not None
         state, chains = self.review.state, self.data.chains_and_limbs
@@ -201,10 +202,10 @@ class OpenClip(QObject):
 
     @property
     def suggested_chains(self) -> frozenset[str]:
-        """The chains that are corrected at the current frame without a person's decision.
+        """Return the chains that are corrected at the current frame without a person's decision.
 
-        The selected interval is left out, because its correction is previewed, and so are intervals
-        made by hand.
+        The selected interval does not count, because its correction is previewed, and neither do
+        intervals made by hand.
         """
         here = [
             judged
@@ -225,7 +226,7 @@ class OpenClip(QObject):
     def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
         """Return the global rotations (joints, 4) and positions (joints, 3) of a frame.
 
-        If `after` is True, the pose is taken from the corrected clip.
+        If `after` is True, return the pose in the corrected clip.
         """
         assert self.data is not None
         if after:
@@ -334,7 +335,7 @@ class OpenClip(QObject):
             self.numbering_changed.emit()
 
     def set_hidden(self, chain: str, hidden: bool) -> None:
-        """Hide a chain's intervals in the table and the overview, or show them again."""
+        """Hide a chain's intervals in the table and the overview, or show them."""
         self.hidden = self.hidden | {chain} if hidden else self.hidden - {chain}
         self.hidden_changed.emit()
 
@@ -351,12 +352,12 @@ class OpenClip(QObject):
 
     @property
     def listed_chains(self) -> tuple[Chain, ...]:
-        """The chains and limbs whose intervals are listed, of one person or of all people."""
+        """Return the chains and limbs whose intervals are listed: those of one or of all people."""
         chains, others = self.data.chains_and_limbs if self.data else (), self._others()
         return tuple(chain for chain in chains if chain.name not in others)
 
     def _others(self) -> frozenset[str]:
-        """Return the chains of all people except the one whose intervals are listed."""
+        """Return the chains of all people whose intervals are not listed."""
         chains = self.data.chains_and_limbs if self.data and self.person else ()
         return frozenset(c.name for c in chains if c.person != self.person)
 

@@ -1,4 +1,4 @@
-"""Read and analyse a clip, and prepare all data that do not change during a review."""
+"""Read and analyse a clip, and compute all data that do not change during a review."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from twistcore.work.progress import Tell, nobody, part
 
 @dataclass(frozen=True)
 class Stamp:
-    """A file's time, size and file number, which quickly show whether the file has changed."""
+    """A file's time, size and inode, to check quickly whether the file has changed."""
 
     modified: int  # nanoseconds
     size: int
@@ -57,14 +57,14 @@ class Analysed:
     Attributes
     ----------
     session, session_sha256
-        The file that the review was read from, and its SHA-256.
+        The session file from which the review was read, and its SHA-256.
     earlier
         A review of another version of this clip.
     added
-        The number of intervals with kinds that did not exist when the session was saved, None if
-        all kinds existed.
+        The number of intervals of kinds that did not exist when the session was saved. None if all
+        kinds existed.
     stamp
-        The stamp of the clip's file before it was read, None for a clip in memory.
+        The stamp of the clip's file before the clip was read, None for a clip in memory.
     blind
         True in an exercise, where the detector is switched off.
     """
@@ -92,7 +92,7 @@ class Analysed:
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """All chains and limbs of the clip."""
+        """Return all chains and limbs of the clip."""
         return self.analysis.chains_and_limbs
 
     def limb(self, name: str) -> LimbFlips | None:
@@ -106,9 +106,9 @@ class Analysed:
         return proposed_interval(chain, self.signals[chain], frame, self.motion.fps)
 
     def proposed_at(self, jump: Interval, others: Iterable[Interval]) -> Interval:
-        """Return the stretch that a lone jump may begin or end.
+        """Return an interval of which a lone jump may be the beginning or the end.
 
-        `others` are all other intervals.
+        `others` are all other intervals of the clip.
         """
         return proposed_stretch(self.motion, jump, others)
 
@@ -119,9 +119,9 @@ class Analysed:
         return interval_over(chain, self.signals[chain], start, stop)
 
     def angle(self, chain: str) -> Array:
-        """Return the angle that an offset corrects, in radians, (frames,).
+        """Return the angle that is corrected by offsets, in radians, (frames,).
 
-        The angle is θp for a chain, and φ for a limb.
+        The angle is θp for a chain and φ for a limb.
         """
         limb = self.limb(chain)
         return self.signals[chain].theta_p if limb is None else limb.swivel.angle
@@ -162,9 +162,8 @@ _READ, _DETECTED = 0.1, 0.9
 def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
     """Read and analyse a clip with its latest session. Raises TwistError. Thread-safe.
 
-    Without a session, the chains come from the rig. `profile` is the τ to use if the clip has no
-    session. A session has its own τ and chains. `tell` is a function that is called with the
-    progress.
+    The session determines τ and the chains. Without a session, τ is read from `profile`, and the
+    chains from the rig. `tell` is a function that is called with the progress.
     """
     sessions = kept_sessions(path)
     if not sessions:
@@ -203,7 +202,7 @@ def _read(
 
 
 def _rig_of(session: Session | None, motion: Motion) -> tuple[Rig, str]:
-    """Return the rig of the session or of the skeleton, and a sentence if its file is damaged."""
+    """Return the rig of the session, or else of the skeleton, and a sentence if it is damaged."""
     if session is not None:
         with suppress(TwistError):
             session.state.rig.chains(motion)
@@ -228,9 +227,9 @@ def analyse_clip(
 
 
 def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tuple[Analysed, str]:
-    """Search a clip with the τ and detector of a profile.
+    """Detect errors in a clip with the τ and the detector of a profile.
 
-    The second result is the name of the profile's detector if the detector could not be used.
+    The second result is the name of the profile's detector if it could not be used.
     """
     profile = profile or Profile({})
     wanted = method = profile.method or DEFAULT_METHOD
@@ -247,7 +246,7 @@ def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tupl
         analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
-    # Compute here what views need first: this takes some time and must not block the window.
+    # Compute here, in a thread, what views need first, since this would block the window.
     _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability, analysis.notes
     return Analysed(clip, analysis, Review.of(found)), "" if method == wanted else wanted
 
@@ -255,10 +254,10 @@ def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tupl
 def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
     """Read a session and its clip. Raises TwistError.
 
-    Without `clip_path`, the clip is looked for at its old path and next to the session. A clip that
-    has changed gets a new review, with the session's review as `earlier`. The session of an export
-    is never overwritten; its review continues in the clip's own session. `tell` is called with the
-    progress.
+    Without `clip_path`, the clip is searched for at its old path and next to the session. If the
+    clip has changed, the result has a new review, and the session's review as `earlier`. The
+    session of an export is never overwritten; its review is saved in the clip's session. `tell` is
+    called with the progress.
     """
     session, sha256 = read_session_file(path)
     if clip_path is None:
@@ -292,7 +291,7 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     if why := not_usable(found.analysis, method):
         found = replace(found, notes=(*found.notes, why))
     if path.name.endswith(REPLAY_SUFFIX):
-        review.mark_unsaved()  # the review continues in the clip's own session
+        review.mark_unsaved()  # the review is saved in the clip's session
         return replace(found, review=review)
     return replace(found, review=review, session=path, session_sha256=sha256)
 
@@ -311,12 +310,12 @@ def of_later_kinds(state: ReviewState) -> str:
 
 
 def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review with undecided intervals added for every kind that it lacks.
+    """Return the review with undecided intervals of all kinds that the review did not know.
 
-    Adds limbs with their τ, flips and lone jumps if the review has no limbs, and faults of the
-    capture and carried rolls if it has none of that kind. Errors of single joints that nobody has
-    decided on get the offset that they lack in reviews of earlier versions. Returns the same object
-    if there is nothing to add.
+    If the review has no limbs, limbs with their τ, flips and lone jumps are added. Capture faults
+    and carried rolls are added if the review has none of that kind. Undecided errors of single
+    joints get an offset, which reviews of earlier versions do not have. If there is nothing to add,
+    the same object is returned.
     """
     return _with_offsets(_with_faults(_with_limbs(state, analysis), analysis), analysis)
 
@@ -350,7 +349,7 @@ def _with_offsets(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 
 
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review with faults of the capture for each kind of fault that it lacks."""
+    """Return the review with the capture faults of every kind of which it has none."""
     known = {judged.interval.kind for judged in state.intervals}
     there, method = set(state.tau), analysis.usable(state.method)
     new = [
@@ -401,7 +400,7 @@ def opening_notes(
 ) -> Iterator[tuple[str, bool]]:
     """Yield sentences about a newly opened clip, each with True for a problem.
 
-    `away` is the folder of the clip's review, if that is not the clip's own folder. `notes` are the
+    `away` is the folder of the clip's review if it differs from the clip's folder. `notes` are the
     problems with the review.
     """
     if data.session is not None:
@@ -423,7 +422,7 @@ def opening_notes(
             folder=away,
         )
         notices.append(message)
-    found_out = () if data.blind else data.analysis.notes  # a constant offset is a hidden error
+    found_out = () if data.blind else data.analysis.notes  # notes may reveal an error
     warned = (*map(str, data.clip.warnings), *map(str, found_out))
     warned = (*warned, *chain_notes(data.chains_and_limbs))
     notices += [f"{name}: {of_core(w)}" for w in warned]
@@ -440,7 +439,7 @@ def opening_notes(
         message = " ".join(notices[:3])
         if len(notices) > 3:
             message += " " + tr("{n} more notes are in the Chains panel.", n=len(notices) - 3)
-        if data.clip.missing_frames:  # frames are missing: show until closed
+        if data.clip.missing_frames:  # frames are missing: show the sentence until it is closed
             lasting.insert(0, message)
         else:
             yield message, False
@@ -460,8 +459,8 @@ def stamp_of(path: Path) -> Stamp | None:
 def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
     """Return a sentence if the clip has changed on disk since it was read, or ''.
 
-    `then` and `now` are the stamps of the file when it was read and now. The bytes are compared
-    only if the stamps differ.
+    `then` is the stamp of the file when it was read, and `now` its current stamp. The bytes are
+    compared only if the stamps differ.
     """
     if now == then:
         return ""

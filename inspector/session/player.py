@@ -13,7 +13,7 @@ _EDGE_S = 0.25  # seconds on either side of an edge
 
 
 class Player(QObject):
-    """Moves the document's playhead with the clock, and repeats at the end of the clip."""
+    """Moves the document's playhead in real time, and starts again at the end of the clip."""
 
     changed = Signal()  # playing state or speed
 
@@ -32,7 +32,7 @@ class Player(QObject):
 
     @property
     def playing(self) -> bool:
-        """True while the clip is playing."""
+        """Return True while the clip is playing."""
         return self._timer.isActive()
 
     def toggle(self) -> None:
@@ -45,16 +45,16 @@ class Player(QObject):
             self.changed.emit()
 
     def pause(self) -> None:
-        """Stop playing and leave the playhead where it is."""
+        """Stop playing without moving the playhead."""
         if self.playing:
             self._timer.stop()
             self._once = None
             self.changed.emit()
 
     def play_edge(self, *, other: bool = False) -> bool:
-        """Play once across the interval's edge that is nearest to the playhead, and stop on it.
+        """Play once across the selected interval's edge nearest to the playhead, and stop there.
 
-        If `other` is True, play the other edge. Returns False if no interval is selected.
+        If `other` is True, play across the other edge. Returns False if no interval is selected.
         """
         document = self._document
         if (judged := document.interval) is None or document.data is None:
@@ -73,7 +73,7 @@ class Player(QObject):
         return True
 
     def set_loop(self, on: bool) -> None:
-        """Loop over the selected interval and half a second on either side, or end the loop."""
+        """Loop over the selected interval with half a second on either side, or end the loop."""
         self.looping = on
         self._begin()
 
@@ -106,7 +106,7 @@ class Player(QObject):
         if (data := self._document.data) is None:
             self.pause()
             return
-        if self._document.frame != self._shown:  # a person has moved the playhead
+        if self._document.frame != self._shown:  # the user has moved the playhead
             self._once = None
             self._begin()
         passed = self._clock.elapsed() / 1000.0 * self.speed * data.motion.fps

@@ -1,4 +1,4 @@
-"""Ask about the open clip: about earlier reviews, its lock, its journal and its file."""
+"""Ask the user about earlier reviews of the open clip, its lock, its journal and its file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from twistcore.review.left_out import joined_spans
 
 
 class Recovery(QObject):
-    """Asks questions and acts on the answers. Unanswered questions return at the next start."""
+    """Asks questions and acts on the answers. The next start repeats unanswered questions."""
 
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is obsolete
@@ -46,9 +46,9 @@ class Recovery(QObject):
         self._keeper, self._do, self._use, self._when_ready = keeper, do, use, when_ready
         self._data: Analysed | None = None  # the open clip
         self._stamp: Stamp | None = None  # stamp of the clip's file, as last shown to the person
-        self._changed = ""  # a sentence about a change of the file
+        self._changed = ""  # a sentence about a change of the clip's file
         self._asks_about_disk = False
-        self._look = OneTask(self)  # hashes a large clip that has changed
+        self._look = OneTask(self)  # hashes a large clip after a change
         keeper.journal.failing.connect(self._ask_about_disk)
         keeper.journal.caught_up.connect(self._disk_has_room)
         keeper.locked.connect(self._ask_about_lock)
@@ -76,7 +76,7 @@ class Recovery(QObject):
         self.withdrawn.emit()
 
     def look_around(self) -> None:
-        """Check the lock and the clip's file, because the window has been activated."""
+        """Check the lock and the clip's file. Called when the window is activated."""
         if self._data is not None:
             if not self._keeper.read_only:
                 self._keeper.may_change()
@@ -94,7 +94,7 @@ class Recovery(QObject):
     def check_clip(self) -> str:
         """Return a sentence if the clip has changed on disk, or ''.
 
-        If the clip has changed, the person is asked once whether to open it again.
+        If the clip has changed, the user is asked once whether to open it again.
         """
         data = self._data
         if data is None or data.stamp is None:
@@ -156,7 +156,7 @@ class Recovery(QObject):
 
     @property
     def _touched(self) -> bool:
-        """True if the open review has been changed or restored."""
+        """Return True if the open review has been changed or restored since it was opened."""
         review = self._keeper.review
         return bool(review.position) or not review.saved
 
@@ -167,8 +167,8 @@ class Recovery(QObject):
     def restore(self, leftover: Leftover) -> None:
         """Continue the review in a journal of an earlier run.
 
-        If the journal's review is of another version of the clip, or if the open review has already
-        been changed, the journal's decisions are added to the open review.
+        If the journal is for another version of the clip, or if the open review has already been
+        changed, the journal's decisions are added to the open review instead.
         """
         if leftover not in self._keeper.leftovers:
             return
@@ -229,7 +229,7 @@ class Recovery(QObject):
     def _take_over(self) -> None:
         if trouble := self._keeper.take_over():
             self._keeper.message.emit(trouble, True)
-        else:  # reads what the other window has saved, and offers what it has not saved
+        else:  # opens what the other window has saved, and offers to restore the rest
             self.open_again.emit(self._source())
 
     def _source(self) -> Path:
@@ -252,5 +252,5 @@ class Recovery(QObject):
 
 
 def _fitting(earlier: Sequence[Judged], frames: int) -> tuple[Judged, ...]:
-    """Return the intervals of another version that end within this clip."""
+    """Return the intervals of a review of another version that end within this clip."""
     return tuple(judged for judged in earlier if judged.interval.stop <= frames)

@@ -1,4 +1,4 @@
-"""Write every step of the open review to a journal on disk, and retry if that fails."""
+"""Write every step of the open review to a journal on disk, and retry if writing fails."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _RETRY_MS = 5000  # time until a failed write is repeated
 class KeptReview:
     """A review with its clip and its session file.
 
-    `known` is the SHA-256 of session files when this program last read or wrote them.
+    `known` has the SHA-256 of session files when this program last read or wrote them.
     """
 
     clip: Clip
@@ -37,17 +37,17 @@ class KeptReview:
 
     @property
     def places(self) -> tuple[Path, ...]:
-        """The session paths next to which journal and lock can be, the preferred one first.
+        """Return the session paths next to which journal and lock may be, the preferred one first.
 
-        These paths are the session itself and the session path in the refuge (a folder of the
-        user).
+        These are the path of the session and the corresponding path in the refuge, a folder of the
+        user for clips in read-only folders.
         """
         wanted = self.session_file or session_path(self.clip.path)
         return tuple(dict.fromkeys((wanted, refuge_path(self.clip.path))))
 
     @property
     def all_places(self) -> tuple[Path, ...]:
-        """The paths of `places`, and the default session path next to the clip."""
+        """Return the paths of `places` and the default session path next to the clip."""
         return tuple(dict.fromkeys((*self.places, session_path(self.clip.path))))
 
 
@@ -58,20 +58,20 @@ class ReviewJournal(QObject):
     drag is recorded as one entry, with its final values.
     """
 
-    failing = Signal(str)  # steps are not on disk; emitted for every further step
-    caught_up = Signal()  # all steps are on disk again, or were given up
+    failing = Signal(str)  # steps could not be written; emitted again for every further step
+    caught_up = Signal()  # all steps are on disk again, or were discarded
 
     def __init__(
         self, message: SignalInstance, may_write: Callable[[], bool], parent: QObject
     ) -> None:
         super().__init__(parent)
-        self.steps = 0  # steps of the review that no session file has
+        self.steps = 0  # number of steps that are not in the session file
         self._message, self._may_write = message, may_write
         self._kept: KeptReview | None = None
         self._journal: Journal | None = None
         self._pending: Command | None = None
         self._first = 0  # position in the review's history where the journal begins
-        self._detached = False  # the journal no longer follows the review's history
+        self._detached = False  # the journal no longer corresponds to the review's history
         self._behind = False  # some steps are not on disk
         self._idle = QTimer(self, singleShot=True, interval=_IDLE_MS)
         self._idle.timeout.connect(self.flush)
@@ -80,12 +80,12 @@ class ReviewJournal(QObject):
 
     @property
     def path(self) -> Path | None:
-        """The path of the journal, or None before the first command."""
+        """Return the path of the journal, or None before the first command."""
         return self._journal.path if self._journal is not None else None
 
     @property
     def on_disk(self) -> bool:
-        """True if every step of the review is in the journal."""
+        """Return True if every step of the review is in the journal."""
         return self._pending is None and not self._behind
 
     # -- one review after the other -----------------------------------------------------------
@@ -95,7 +95,7 @@ class ReviewJournal(QObject):
         self._kept = kept
 
     def go_on(self, path: Path | None, steps: int) -> None:
-        """Continue a review that was put aside, in its old journal if that is complete.
+        """Continue a review that was put aside, in its previous journal if that is complete.
 
         `steps` is the number of steps of the review when it was put aside.
         """
@@ -122,7 +122,7 @@ class ReviewJournal(QObject):
         self._first, self._detached = 0, False
 
     def close(self) -> None:
-        """Close the file, so that the next window that opens this review offers it."""
+        """Close the file without deleting it. The next window that opens the clip will offer it."""
         if self._journal is not None:
             self._journal.close()
             self._journal = None
@@ -171,7 +171,8 @@ class ReviewJournal(QObject):
     def record_step(self, entry: Mapping[str, Any]) -> None:
         """Write an undo or a redo to disk.
 
-        If an undo goes back to before the journal began, the whole state is written.
+        If an undo restores a state before the first step of the journal, the whole state is
+        written.
         """
         self.flush()
         if (kept := self._kept) is None:
@@ -188,7 +189,7 @@ class ReviewJournal(QObject):
             self._append(command_to_json(pending))
 
     def retry(self) -> bool:
-        """Repeat the writing of missing steps. Returns True when all steps are on disk."""
+        """Try again to write missing steps. Returns True if all steps are on disk."""
         if self._behind and self._kept is not None:
             journal = self._journal
             if journal is not None and journal.is_there():
@@ -199,7 +200,7 @@ class ReviewJournal(QObject):
         return not self._behind
 
     def where(self) -> str:
-        """Return words for the end of a sentence about the location of the unsaved steps."""
+        """Return the end of a sentence that says where the unsaved steps are."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
             return tr("in the journal {name}", name=journal.path.name)
@@ -238,7 +239,7 @@ class ReviewJournal(QObject):
             self._write(lambda: begun.append(entry))
 
     def _begin_before_last(self) -> Journal | None:
-        """Begin a journal with the review before its last command. Returns None on failure."""
+        """Begin a journal with the state before the last command. Returns None on failure."""
         review = self._open.review
         if self._begin(review.state_before_last, back=1):
             self._first, self._detached = review.position - 1, False

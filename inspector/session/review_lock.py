@@ -2,8 +2,8 @@
 
 An operating-system lock on the file shows whether its holder is still running, so that neither a
 reused process id nor an empty file after a crash locks the review forever. The text of the file, in
-the format of a QLockFile (process id, program, computer), is shown to the person. If the text names
-another computer, whose locks may be invisible here, the person is asked.
+the format of a QLockFile (process id, program, computer), is shown to the user. If it names another
+computer, whose operating-system locks may be invisible on this one, the user is asked.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from inspector.language import tr
 from twistcore.files.lock import lock
 from twistcore.files.ordinary import check_ordinary
 
-_NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link would lead to another person's file
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link might lead to another user's file
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Holder:
 
     @property
     def here(self) -> bool:
-        """True if the holder runs on this computer."""
+        """Return True if the holder runs on this computer."""
         return self.computer in ("", socket.gethostname())
 
     def __str__(self) -> str:
@@ -52,7 +52,7 @@ class Holder:
 
 
 class ReviewLock:
-    """A lock file that :meth:`take` takes."""
+    """A lock file, which :meth:`take` locks."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -75,7 +75,7 @@ class ReviewLock:
                 if held or (found is not None and not found.here):
                     self.holder = found or Holder(0, "", "", _written(handle))
                     return False
-                if not writable:  # left by another user's program that has ended
+                if not writable:  # the file of another user's program that has ended
                     self.path.unlink()
                     continue
                 _write(handle)
@@ -86,7 +86,7 @@ class ReviewLock:
                     os.close(handle)
 
     def is_free(self) -> bool:
-        """True if nobody holds the lock any more."""
+        """Return True if nobody holds the lock any more."""
         with suppress(OSError):
             if self.take():
                 self.release()
@@ -94,7 +94,7 @@ class ReviewLock:
         return False
 
     def take_over(self) -> bool:
-        """Take the lock from its holder.
+        """Take the lock over from its holder.
 
         Raises OSError if that fails, as on Windows while that program is running.
         """
@@ -102,9 +102,9 @@ class ReviewLock:
         return self.take()
 
     def is_ours(self) -> bool:
-        """True if this window still holds the lock. A deleted file is created again.
+        """Return True if this window still holds the lock. A deleted lock file is created again.
 
-        The result is False when another window has taken the lock over; `holder` is then set.
+        If another window has taken the lock over, return False and set `holder`.
         """
         if self._handle is not None and _same(self.path, self._handle):
             return True
@@ -161,7 +161,7 @@ def _written(handle: int) -> datetime:
 
 
 def _write(handle: int) -> None:
-    with suppress(OSError):  # on a full disk, this program holds the lock nevertheless
+    with suppress(OSError):  # if the disk is full, this program still holds the lock
         os.lseek(handle, 0, os.SEEK_SET)
         os.ftruncate(handle, 0)
         os.write(handle, f"{os.getpid()}\nTwist Inspector\n{socket.gethostname()}\n".encode())

@@ -1,6 +1,6 @@
-"""Rig profiles, which store the chains that a person chose for a skeleton.
+"""Read and write rig profiles, which store the chains that the user chose for a skeleton.
 
-Each skeleton has its own file, which is read when a clip is opened.
+There is a file for each skeleton, which is read when a clip is opened.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig, skeleton_mark, write
 
 
 def rig_path(skeleton: Skeleton) -> Path:
-    """Return the path of a skeleton's rig profile, next to the settings."""
+    """Return the path of a skeleton's rig profile, in the folder of the settings."""
     return settings_path().parent / "rigs" / f"{skeleton_mark(skeleton)[:24]}.toml"
 
 
@@ -43,7 +43,7 @@ def kept_rig(motion: Motion) -> tuple[Rig, str]:
 
 
 def keep_rig(rig: Rig, skeleton: Skeleton, source: str) -> None:
-    """Write the rig profile of a skeleton, or delete it if the person changed nothing.
+    """Write the rig profile of a skeleton, or delete it if the rig has no changes.
 
     Raises OSError.
     """

@@ -17,9 +17,7 @@ _KEPT = 4  # maximum number, since each may take hundreds of megabytes
 
 
 class Rigs:
-    """The analyses of the open clip for different rigs (sets of chains); only the latest are
-    kept.
-    """
+    """The latest analyses of the open clip with different rigs (sets of chains)."""
 
     def __init__(self, opener: ClipOpener) -> None:
         self._opener = opener
@@ -27,12 +25,12 @@ class Rigs:
         self.present: ClipAnalysis | None = None
 
     def begin(self, data: Analysed) -> None:
-        """Start with another clip, and drop all analyses of the previous one."""
+        """Start with another clip, and discard all analyses of the previous one."""
         self.present = data.analysis
         self._known = {data.analysis.rig: data.analysis}
 
     def take(self, rig: Rig) -> ClipAnalysis:
-        """Make the finished analysis of a rig the current one, and return it."""
+        """Make the existing analysis of a rig the current one, and return it."""
         self.present = self._known.pop(rig)
         self._known[rig] = self.present
         for oldest in list(self._known)[:-_KEPT]:
@@ -44,7 +42,7 @@ class Rigs:
         return self._known.get(rig)
 
     def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:
-        """Call `then` when the clip is analysed with the chains of the review's state."""
+        """Call `then` when the clip has been analysed with the chains of `state`."""
         present = self.present
         assert present is not None
         known, method = self._known.get(state.rig), present.usable(state.method)
@@ -60,7 +58,7 @@ class Rigs:
     def change(
         self, state: ReviewState, rig: Rig, what: str, do: Callable[[ChangeChains], object]
     ) -> None:
-        """Analyse other chains, then call `do` with the command that switches to them.
+        """Analyse the clip with other chains, then call `do` with the command to switch to them.
 
         `what` is the name of this step in the history.
         """
@@ -74,7 +72,7 @@ class Rigs:
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)
 
     def _made(self, present: ClipAnalysis, rig: Rig, method: str, tell: Tell) -> ClipAnalysis:
-        """Analyse a rig in a thread, while the review and the clip do not change."""
+        """Analyse the clip with a rig. Runs in a thread, while clip and review do not change."""
         known = self._known.get(rig)
         if known is None:
             known = present.with_rig(rig)

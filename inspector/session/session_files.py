@@ -1,6 +1,6 @@
 """The names and folders of a clip's session, journals and lock.
 
-If the clip's folder is read-only, these files are in the refuge, a folder of the user.
+If the clip's folder is read-only, these files are stored in the refuge, a folder of the user.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from twistcore.formats.reading import own_name, same_format
 _Made = TypeVar("_Made")
 
 SESSION_SUFFIX = ".twist.json"
-SESSION_PATTERNS = f"*{SESSION_SUFFIX}* *{REPLAY_SUFFIX}"  # for a file dialog
+SESSION_PATTERNS = f"*{SESSION_SUFFIX}* *{REPLAY_SUFFIX}"  # filter of a file dialog
 JOURNAL_SUFFIX = ".journal"
 # Several crashes may leave several journals. `.unanswered` is from an older version.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
 _SESSION = re.compile(r".*(\.json|\.twist\.json\.earlier(-[0-9]+)?)", re.DOTALL)
-_LONGEST_NAME = 180  # maximum bytes of the clip's name in a file name of the refuge
+_LONGEST_NAME = 180  # maximum length in bytes of the clip's name in the refuge
 _GRAIN_NS = 2_000_000_000  # the coarsest time resolution of a file system
 _POINTER_SUFFIX = ".elsewhere.json"
 
@@ -44,17 +44,17 @@ def session_path(clip: Path) -> Path:
 
 
 def replay_path(export: Path) -> Path:
-    """Return the path of the session with which an export can be repeated."""
+    """Return the path of the session that is saved with an export, to repeat the export."""
     return export.with_name(own_name(export) + REPLAY_SUFFIX)
 
 
 def is_session(path: Path) -> bool:
-    """True if the file name belongs to a session, including `.twist.json.earlier`."""
+    """Return True if the file name is that of a session, including `.twist.json.earlier`."""
     return _SESSION.fullmatch(path.name) is not None
 
 
 def refuge_path(clip: Path) -> Path:
-    """Return the path at which the session is saved if the clip's folder is read-only."""
+    """Return the path in the refuge for the session of a clip in a read-only folder."""
     mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
     name = own_name(clip)
     if len(os.fsencode(name)) > _LONGEST_NAME:  # the names of its journal and lock must fit as well
@@ -89,8 +89,8 @@ def kept_sessions(clip: Path) -> list[Path]:
     """Return the existing sessions of a clip, the latest first.
 
     The sessions may be next to the clip, in the refuge, or where "Save as" last saved one. Sessions
-    of a clip in another format are ignored. A session whose name has no format, as in earlier
-    versions, is used only if there is no other.
+    of a clip in another format are ignored. Earlier versions did not write the format into the
+    session's name; such a session is used only if there is no other.
     """
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
@@ -109,7 +109,7 @@ def kept_sessions(clip: Path) -> list[Path]:
 
 
 def remember_place(clip: Path, session: Path) -> None:
-    """Remember where a clip's session was saved, unless that is one of the default paths."""
+    """Store where a clip's session was saved, unless it is one of the default paths."""
     refuge = refuge_path(clip)
     if session not in (session_path(clip), refuge):
         with suppress(OSError):
@@ -175,10 +175,10 @@ def set_aside(path: Path, why: str) -> str:
 
 
 def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
-    """Write a session. If another review is at its path, rename it and return a sentence.
+    """Write a session. If the file has another review, rename that file and return a sentence.
 
-    `known` is the SHA-256 of session files when this program last read or wrote them; this function
-    updates it. Raises OSError, in which case nothing is changed.
+    `known` has the SHA-256 of session files when this program last read or wrote them, and is
+    updated. If OSError is raised, nothing is changed.
     """
     message = ""
     if is_there(path):

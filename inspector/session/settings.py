@@ -47,19 +47,18 @@ class Settings:
     - zoom_to_interval: True if N, A and R zoom the plots to the interval
     - order: the order in which N, A and R visit intervals, 'worst', 'chain' or 'time'
     - reviewer_asked: True if the program has already asked for the reviewer's name
-    - turn_ms: the time in which the camera turns to another limb, in milliseconds, 0 for
-      immediately
+    - turn_ms: the duration of the camera's turn to another limb in milliseconds, 0 for none
     - autosave: True if sessions are saved automatically
-    - columns: the columns of the list of intervals, empty for as many as fit
+    - columns: the columns of the list of intervals; if empty, as many as fit
     - interval_sort: the column to sort by, with '-' in front for descending order, '' for none
     - group_errors: True to list errors that belong together as a group
     - skin: True to draw limbs with the striped skin instead of wedges
     - side_by_side: True to draw the poses before and after side by side
-    - looks_by_kind: the values of 'skin' and 'side_by_side' that are on, keyed by kind of error;
-      the kinds that are missing have the last choice
+    - looks_by_kind: which of 'skin' and 'side_by_side' are on, keyed by kind of error; for missing
+      kinds, the last choice is used
     - language: 'system' or a language code such as 'de'; an unknown code means 'system'
     - of_features: the value of each FeatureSetting, keyed by its name
-    - of_others: entries that this version does not know, kept for a newer version
+    - of_others: entries that this version does not know, preserved for newer versions
     """
 
     theme: str = "system"
@@ -106,7 +105,7 @@ class Settings:
             setattr(self, name, value)
 
 
-Merge = Callable[[Any, Any, Any], Any]  # an entry before, in our file and in theirs: which to keep
+Merge = Callable[[Any, Any, Any], Any]  # chooses from (before, ours, theirs)
 _of_features: dict[str, FeatureSetting[Any]] = {}
 
 
@@ -116,9 +115,9 @@ class FeatureSetting(Generic[T]):
 
     - name: its name in settings files
     - default: its initial value
-    - check: the check of a value that was read from a file
-    - merge: chooses between two entries of an object if two programs have changed it; by default,
-      the entry of this program is kept
+    - check: the function that checks a value from a file
+    - merge: the function that chooses between two entries of an object if two windows have changed
+      it; by default, the entry of this window is kept
     """
 
     name: str
@@ -174,7 +173,7 @@ def checks_by_name() -> Mapping[str, Check]:
 
 
 def settings_path() -> Path:
-    """Return the path of the settings; the variable TWIST_INSPECTOR_SETTINGS overrides it."""
+    """Return the path of the settings file. The variable TWIST_INSPECTOR_SETTINGS overrides it."""
     if moved := os.environ.get("TWIST_INSPECTOR_SETTINGS"):
         return Path(moved)
     find = partial(platformdirs.user_config_path, "twist-inspector", appauthor=False)
@@ -258,11 +257,10 @@ def save_settings(path: Path, settings: Settings) -> str:
 
 
 def save_changes(path: Path, settings: Settings, before: Settings) -> str:
-    """Write only the changes since `before` into the current file.
+    """Write only the changes since `before` into the file, which another window may have changed.
 
-    Returns '', or a sentence with the reason for a failure. Another window may have changed the
-    file. Values that were not changed here keep the file's value, and so do single entries of lists
-    and objects.
+    Values in the file that this window did not change are kept, and so are single entries of lists
+    and objects. Returns '', or a sentence with the reason for a failure.
     """
     there, damaged = before, tuple[str, ...]()
     if path.is_file() and not _trouble(path):
@@ -279,7 +277,7 @@ def _with_values(settings: Settings, values: Mapping[str, Any]) -> Settings:
 
 
 def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
-    """Return the settings `theirs` with the changes from `before` to `ours`."""
+    """Return the settings `theirs` with the changes that lead from `before` to `ours` applied."""
     changed: dict[str, Any] = {}
     for name, check in checks_by_name().items():
         old, new, other = (s.value(name) for s in (before, ours, theirs))

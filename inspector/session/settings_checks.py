@@ -1,7 +1,7 @@
-"""Checks of values read from a settings file.
+"""Check values read from a settings file.
 
-A check takes any JSON value and returns the part that is valid, or raises ValueError. Lists and
-objects keep their valid entries.
+A check is a function that takes any JSON value and returns the part that is valid, or raises
+ValueError. The valid part of a list or object has only its valid entries.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def _of(
     good: Callable[[Any], bool] = lambda _: True,
     keep: Callable[[Any], Any] = lambda value: value,
 ) -> Check:
-    """Return a check that accepts a value if its type is listed and `good` returns True.
+    """Return a check that accepts a value if its type is listed and `good` returns True for it.
 
     `keep` is a function that converts an accepted value.
     """
@@ -82,7 +82,7 @@ def file_path_or_none(value: Any) -> str:
 
 
 def sealed_bytes(longest: int) -> Check:
-    """Return a check that accepts hexadecimal digits with a matching checksum, and removes it."""
+    """Return a check that accepts hexadecimal digits with a valid checksum, and removes this."""
 
     def unsealed(value: str) -> str:
         digits, _, _ = value.partition(_SEAL)
@@ -95,12 +95,12 @@ def sealed_bytes(longest: int) -> Check:
 
 
 def sealed(digits: str) -> str:
-    """Return hexadecimal digits with a checksum appended, because Qt crashes on damaged bytes."""
+    """Return hexadecimal digits with a checksum, because Qt crashes when it reads damaged data."""
     return f"{digits}{_SEAL}{zlib.crc32(digits.encode()):08x}" if digits else ""
 
 
 def both(first: Check, second: Check) -> Check:
-    """Return a check that accepts a list of two, with a check for each."""
+    """Return a check that accepts a list of two values, each with its check."""
     return _of(
         list,
         tuple,
@@ -128,9 +128,7 @@ def last_by(key: Check, entry: Check, most: int) -> Check:
 
 
 def record(**checks: Check) -> Check:
-    """Return a check that accepts an object if all these entries are valid, and drops other
-    entries.
-    """
+    """Return a check that accepts an object if all given entries are valid, and drops others."""
     return _of(
         dict,
         good=lambda some: checks.keys() <= some.keys(),

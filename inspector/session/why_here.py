@@ -15,7 +15,7 @@ from twistcore.analysis.why_not import (
     why_not,
 )
 
-NEAR = 3  # frames; a peak this close to the playhead is meant
+NEAR = 3  # frames; a peak this close to the playhead is explained
 
 
 def reviewed(document: Document) -> Detection | None:
@@ -55,10 +55,10 @@ def reason_here(document: Document, frame: int) -> Reason | None:
 
 
 def reason_near(document: Document, frame: int) -> Reason | None:
-    """Return the reason at this frame, or at a nearby peak.
+    """Return the reason at this frame, or else at a nearby peak.
 
-    The reason at the frame itself is returned if it is in an interval or above τ there. Returns
-    None if there is also no peak nearby.
+    The reason at the frame itself is returned if the frame is in an interval or the strength is
+    above τ. Returns None if there is no peak nearby, either.
     """
     if (reason := reason_here(document, frame)) is None:
         return None

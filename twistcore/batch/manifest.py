@@ -321,9 +321,7 @@ class Manifest:
                 yield
                 self._connection.execute("COMMIT")
             except BaseException:
-                if (
-                    self._connection.in_transaction
-                ):  # SQLite may have ended it already, as for a full disk
+                if self._connection.in_transaction:  # a full disk may have ended it already
                     self._connection.execute("ROLLBACK")
                 raise
 

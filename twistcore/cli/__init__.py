@@ -1,4 +1,4 @@
-"""The `twistcore` command, with its arguments and one module for each family of commands."""
+"""The `twistcore` command: its arguments, and a module for each group of subcommands."""
 
 from twistcore.cli.command_line import main
 

@@ -30,7 +30,7 @@ _MIB = 1 << 20
 
 
 def batch_command(arguments: argparse.Namespace) -> int:
-    """Process clips, write the result files and check the rules; return the exit code."""
+    """Process clips, write the result files, check the rules, and return the exit code."""
     rules = _rules(arguments)
     parameters = _parameters(arguments)
     words = [*arguments.paths, *(f"@{name}" for name in arguments.lists)]
@@ -79,7 +79,7 @@ def batch_command(arguments: argparse.Namespace) -> int:
 
 
 def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
-    """Print the intervals that no run could correct; return True if there are any."""
+    """Print the intervals that no run could correct. Return True if there are any."""
     any_left = False
     with Manifest.open(folder) as manifest:
         for source, name, sentences in manifest.uncorrected():
@@ -118,7 +118,7 @@ def _exports(count: int) -> str:
 def _written(
     arguments: argparse.Namespace, folder: Path, sources: Collection[str], rules: Sequence[Any]
 ) -> bool:
-    """Write the result files and the report, and list broken rules; return True if any is
+    """Write the result files and the report, and print broken rules. Return True if any is
     broken.
     """
     broken: list[Any] = []
@@ -140,7 +140,7 @@ def _written(
 
 
 def _reported(arguments: argparse.Namespace, folder: Path, broken: Sequence[Any]) -> bool:
-    """Write the report on the whole folder; return True if there were problems."""
+    """Write the report on the whole folder. Return True if there were problems."""
     write = import_module("twistcore.report.folder_report").write_folder_report
     workers = arguments.workers or os.cpu_count() or 1
     report = write(folder, folder / "report", workers=workers, broken=broken, counter=counter)
@@ -178,7 +178,10 @@ def _rules(arguments: argparse.Namespace) -> list[Any]:
 
 
 def _parameters(arguments: argparse.Namespace) -> Parameters:
-    """Return the parameters, including the contents of files that other machines may lack."""
+    """Return the processing parameters.
+
+    They include the contents of files such as the profile, which other machines may not have.
+    """
     profile, rig = None, None
     if arguments.detector and arguments.scheduler:
         raise TwistError(
@@ -231,7 +234,7 @@ def _limits(arguments: argparse.Namespace) -> Limits:
 
 @contextmanager
 def _carrying_out(arguments: argparse.Namespace) -> Iterator[CarryOut]:
-    """Yield the function that carries out tasks in processes of this machine or on a cluster."""
+    """Yield the function that runs tasks in processes on this machine or on a cluster."""
     if not (arguments.scheduler or arguments.local_cluster):
         yield partial(_in_processes, workers=arguments.workers or os.cpu_count() or 1)
         return

@@ -1,4 +1,4 @@
-"""Progress of a batch, with rate and time left, as a bar on a terminal or as lines of text."""
+"""Show the progress of a batch, with rate and time left, as a bar on a terminal or as lines."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from twistcore.batch.inputs import Source
 from twistcore.batch.run_plan import Plan
 from twistcore.cli.output import is_quiet, progress
 
-_EVERY_S = 10.0  # between lines, besides those at each twentieth of the clips
+_EVERY_S = 10.0  # seconds between lines, in addition to a line after each 5 % of the clips
 
 
 class Progress:
-    """Progress through a plan's clips. The time left is estimated from the bytes of the clips."""
+    """Progress through the clips of a plan. The time left is estimated from their bytes."""
 
     def __init__(self, plan: Plan) -> None:
         self.total, self.done, self.failed = len(plan.todo), 0, 0
@@ -31,7 +31,7 @@ class Progress:
             self.bar = tqdm(total=self.total, unit="clip", file=sys.stderr)
 
     def tell(self, source: Source, fine: bool) -> None:
-        """Count a finished clip."""
+        """Count a finished clip and update the display. `fine` is False if the clip failed."""
         self.done += 1
         self.failed += not fine
         self.bytes_done += max(source.size, 1)

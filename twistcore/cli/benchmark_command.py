@@ -73,9 +73,9 @@ def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettin
 
 
 def _protocols(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of the protocols without repetitions, with 'P0-all' as 'P0'.
+    """Return the names of the protocols without repetitions, with 'P0' instead of 'P0-all'.
 
-    Raises TwistError.
+    Raises TwistError if there is no such protocol.
     """
     plain = ["P0" if name == "P0-all" else name for name in _split(names)]
     return tuple(dict.fromkeys(parse_protocol(name).name for name in plain))
@@ -88,7 +88,10 @@ def _named(arguments: argparse.Namespace) -> list[str]:
 
 
 def _methods(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the methods in the table's order; 'all', 'detectors' and 'baselines' name groups."""
+    """Return the methods in the order of the table.
+
+    `names` may contain 'all', 'detectors' and 'baselines' for groups of methods.
+    """
     known = all_methods()
     groups = {"all": known, "detectors": DETECTORS.ready(), "baselines": (HINGE, *BASELINES)}
     chosen: set[str] = set()

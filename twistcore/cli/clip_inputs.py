@@ -28,7 +28,7 @@ _NOTES = 5  # printed for one clip; `info` lists all
 
 
 def clip_name(path: Path) -> str:
-    """Return the name of a clip as it was given by the user."""
+    """Return the name of a clip for messages, as the user gave it."""
     return "-" if path == STANDARD_INPUT else str(path)
 
 
@@ -66,9 +66,9 @@ def tell_clip(name: object, clip: Clip) -> None:
 def look_at(
     clips: Sequence[Path], work: Callable[[Path], Found]
 ) -> tuple[list[Found], list[tuple[str, str]]]:
-    """Apply `work` to every clip; return the results, and the names and errors of failed clips.
+    """Return the results of `work` for every clip, and the names and errors of failed clips.
 
-    If there is only one clip, its error is raised. Raises TwistError if standard input is named
+    If there is only one clip, its error is raised. Raises TwistError if standard input is given
     twice.
     """
     if clips.count(STANDARD_INPUT) > 1:
@@ -92,7 +92,7 @@ def failed_to_json(failed: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
 
 
 def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
-    """Analyse a clip, with the chains that --rig, --person and --chain choose."""
+    """Analyse a clip with the chains chosen by --rig, --person and --chain."""
     rig = with_own_words(chosen_rig(arguments), clip.motion, chosen_words(arguments))
     try:
         rig.chains(clip.motion)
@@ -103,7 +103,7 @@ def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
 
 
 def reference_notes(arguments: argparse.Namespace, analysis: ClipAnalysis) -> tuple[Note, ...]:
-    """Return the notes from comparing a clip with the take given with --reference, if any."""
+    """Return the notes from comparing a clip with the take given by --reference, if any."""
     path = arguments.reference
     return analysis.compared_with(_reference(path), path.name) if path else ()
 
@@ -114,23 +114,23 @@ def _reference(path: Path) -> Motion:
 
 
 def chosen_rig(arguments: argparse.Namespace) -> Rig:
-    """Return the rig given with --rig, or a rig with the chains found in the clip."""
+    """Return the rig given by --rig, or a rig with the chains found in the clip."""
     return read_rig(arguments.rig) if arguments.rig else AS_FOUND
 
 
 def chosen_words(arguments: argparse.Namespace) -> dict[str, Any] | None:
-    """Return the contents of the file given with --joint-names, or None if there is none."""
+    """Return the contents of the file given by --joint-names, or None if there is none."""
     return read_words(arguments.joint_names) if arguments.joint_names else None
 
 
 def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
-    """Detect intervals in a clip as the options say; --profile has priority over --tau."""
+    """Detect intervals in a clip with the chosen options. --profile has priority over --tau."""
     with step(f"  {clip.path}: analysed and searched"):
         return searched(arguments, analysed(arguments, clip))
 
 
 def searched(arguments: argparse.Namespace, analysis: ClipAnalysis) -> Detection:
-    """Detect intervals in an analysed clip as the options say."""
+    """Detect intervals in an analysed clip with the chosen options."""
     method = arguments.method
     kinds = ALL_KINDS if arguments.kinds is None else arguments.kinds
     if not arguments.profile:

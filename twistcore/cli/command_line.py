@@ -1,4 +1,4 @@
-"""The `twistcore` command. Exit codes: 0 for done, 1 for partly done, 2 for refused."""
+"""Run the `twistcore` command. Exit codes: 0 for done, 1 for partly done, 2 for refused."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from twistcore.files.atomic import is_standard_output
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command and return its exit code. Errors are printed in one line without traceback.
+    """Run a command and return its exit code. Errors are printed in one line without traceback.
 
-    `argv` are the arguments. By default, they are the arguments of this process, which then ends
-    with the command.
+    `argv` are the arguments. By default, they are the arguments of this process, which is then
+    assumed to end after the command.
     """
     if argv is not None:
         return _main(argv)
-    gc.disable()  # while modules load, hardly anything is garbage; `deferred` enables it
+    gc.disable()  # there is hardly any garbage while modules load; `deferred` enables it
     try:
         return _main(sys.argv[1:])
     finally:
-        gc.freeze()  # at its end the interpreter need not search memory that is freed anyway
+        gc.freeze()  # the ending interpreter need not search memory that is freed anyway
 
 
 def _main(argv: Sequence[str]) -> int:
@@ -44,7 +44,7 @@ def _main(argv: Sequence[str]) -> int:
     try:
         with _ended_by_signals(), speaking(voice), step(arguments.command), _detector(arguments):
             code = _run(arguments)
-        sys.stdout.flush()  # a closed pipe is noticed here, not at the interpreter's end
+        sys.stdout.flush()  # report a closed pipe here, not when the interpreter ends
     except TwistError as error:
         problem(" ".join(str(error).splitlines()))
         return 2
@@ -62,7 +62,7 @@ def _main(argv: Sequence[str]) -> int:
 
 @contextlib.contextmanager
 def _detector(arguments: argparse.Namespace) -> Iterator[None]:
-    """Register the detector given with --detector, also for processes that the command starts."""
+    """Register the detector given by --detector, also for processes that the command starts."""
     place = getattr(arguments, "detector", None)
     if place is None:
         yield
@@ -107,7 +107,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    """Run the command; if it writes to standard output, messages go to standard error."""
+    """Run the command. If it writes a file to standard output, print messages on standard error."""
     if not any(is_standard_output(v) for v in vars(arguments).values() if isinstance(v, Path)):
         return int(arguments.run(arguments))
     if getattr(arguments, "json", None) is True:

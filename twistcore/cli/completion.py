@@ -1,6 +1,6 @@
-"""`twistcore completion`: a script that completes commands, options and files in a shell.
+"""`twistcore completion`: print a shell script that completes commands, options and files.
 
-shtab creates the script from the parser, so no program runs when Tab is pressed.
+shtab creates the script from the parser, so the shell need not start Python when Tab is pressed.
 """
 
 from __future__ import annotations

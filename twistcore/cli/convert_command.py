@@ -1,4 +1,4 @@
-"""`twistcore convert`: write an FBX, glTF or Blender scene as a BVH, with the help of Blender."""
+"""`twistcore convert`: convert an FBX, glTF or Blender scene to a BVH with Blender."""
 
 from __future__ import annotations
 

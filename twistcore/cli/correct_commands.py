@@ -129,15 +129,13 @@ def _refuse_decided(path: Path) -> None:
 
 
 def _is_of_a_person(judged: Judged) -> bool:
-    """True if a person decided on an interval, changed it or wrote a note."""
+    """Return True if a person decided on an interval, changed it or wrote a note."""
     made = judged.by_hand or judged.edited or bool(judged.note or judged.reason)
     return made or judged.verdict not in (APPLIED, Decision.UNDECIDED.value)
 
 
 def apply_command(arguments: argparse.Namespace) -> int:
-    """Apply a session or all sessions of a folder, and write the same bytes as the window's
-    export.
-    """
+    """Apply a session or all sessions of a folder, with the same result as the window's export."""
     if arguments.session.is_dir() or arguments.clip.is_dir():
         return apply_folder(arguments)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])

@@ -52,13 +52,13 @@ from twistcore.work.frozen import dataclass
 
 Document = dict[str, Any]
 
-_NAME = 20  # least width of the column of chains
-_LABEL = 16  # least width of the column of labels
-_LISTED = 4  # joints of a part of the body that are listed by name
+_NAME = 20  # minimum width of the column of chains
+_LABEL = 16  # minimum width of the column of labels
+_LISTED = 4  # maximum number of joints of a body part that are listed by name
 
 
 def info_command(arguments: argparse.Namespace) -> int:
-    """Print the full contents of one clip, or one row for each of several clips."""
+    """Print all information about one clip, or one row for each of several clips."""
     found, failed = look_at(arguments.clips, partial(_info_of, arguments))
     several = len(arguments.clips) > 1
     documents = [one.document for one in found]
@@ -81,16 +81,16 @@ def _together(
 
 @dataclass(frozen=True)
 class _Info:
-    """The contents of a clip, as `info` prints them.
+    """The information about a clip that `info` prints.
 
     Attributes
     ----------
     partly
-        Limbs in which only flips that also turned the end can be corrected.
+        Limbs in which a flip can be corrected only if it also turned the limb's end.
     notes
         Sentences for the text output.
     not_examined
-        Sentence about a clip in which nothing can be examined.
+        A sentence that says why nothing in the clip can be examined, or an empty tuple.
     """
 
     document: Document
@@ -135,7 +135,7 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
         document["names"] = names_to_json(analysis.body, analysis.rig.names)
     every = [x for x in analysis.limbs if not uncorrectable_joints(motion, x, carried=True)]
     partly = {x.name for x in every if uncorrectable_joints(motion, x)}
-    limbs = set(map(str, analysis.unexamined))  # printed in lines of their own
+    limbs = set(map(str, analysis.unexamined))  # printed in separate lines
     own = {str(note) for note in analysis.notes if note.kind == NOT_EXAMINED} | limbs
     notes = [warning for warning in document["warnings"] if warning not in own]
     return _Info(document, partly, notes, not_examined(clip_name(path), analysis))
@@ -203,7 +203,7 @@ def _say_rows(documents: Sequence[Document]) -> None:
 
 
 def _chain_to_json(clip: Clip, chain: Chain) -> Document:
-    """Return a chain or limb as JSON data. The last joint of a limb is its end."""
+    """Return a chain or limb as JSON data. The last joint is the grandchild, or a limb's end."""
     names, limb = clip.motion.skeleton.names, isinstance(chain, Limb)
     entry = {
         "limb" if limb else "chain": chain.name,
@@ -242,7 +242,8 @@ def _detect_in(
     """Print the intervals of a clip, or return them in a document.
 
     Returns the number of intervals for `--fail-over`, the number of all intervals, 1 if nothing was
-    examined (0 if something was), and the document. Capture faults are counted only with `--kinds`.
+    examined and 0 if something was, and the document. Capture faults are counted only if `--kinds`
+    includes them.
     """
     clip = open_clip(path, fps=arguments.fps)
     name, document = clip_name(path), Document()
@@ -383,9 +384,7 @@ def _peaks_to_json(found: Detection) -> list[Document]:
 
 
 def _in_words(evidence: Mapping[str, Any]) -> list[str]:
-    """Return evidence as text: one line for numbers and words, and one for each item of its
-    lists.
-    """
+    """Return lines of text for evidence: one for all numbers and words, and one per list item."""
     parts, below = [], []
     for key, value in evidence.items():
         words = key.removesuffix("_deg").replace("_", " ")

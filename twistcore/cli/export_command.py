@@ -1,4 +1,4 @@
-"""`twistcore export`: write accepted corrections as a script for the scene of the clip."""
+"""`twistcore export`: write accepted corrections as a script for Blender, Maya or MotionBuilder."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def export_command(arguments: argparse.Namespace) -> int:
 
 
 def _tell_place(arguments: argparse.Namespace, place: bool) -> int:
-    """Print a note and return 1 if the position was tracked, which the keys do not contain."""
+    """Print a note and return 1 if the position was tracked, since the script sets no positions."""
     if place:
         note(f"{arguments.output}: only rotations are keyed, not the figure's tracked position")
     return int(place)

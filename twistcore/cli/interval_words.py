@@ -1,4 +1,4 @@
-"""Sentences with counts of intervals: by kind, corrected, left, or not examined."""
+"""Describe in words how many intervals were found, corrected or left, and what was not examined."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from twistcore.skeleton.notes import NOT_EXAMINED, Note
 
 
 def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
-    """Report channels that turn by over 180° in a frame, in sentences or as a count."""
+    """Return sentences about channels that turn by more than 180° in one frame, or their count."""
     sentences = [f"{output}: note: {jump}" for jump in jumps[:10]]
     if len(jumps) > 10:
         sentences.append(f"{output}: note: {len(jumps) - 10} more such jumps")
@@ -32,16 +32,16 @@ def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
 def note_sentences(
     clip: object, analysis: ClipAnalysis | Detection, more: Iterable[Note] = ()
 ) -> list[str]:
-    """Return the notes about an analysis and further notes, each after the clip's name.
+    """Return the notes about an analysis and the notes in `more`, each after the clip's name.
 
-    A clip that could not be examined is a problem, not a note: see :func:`not_examined`.
+    A clip that could not be examined is a problem and not a note; see :func:`not_examined`.
     """
     notes = (*analysis.notes, *more)
     return [f"{clip}: note: {note}" for note in notes if note.kind != NOT_EXAMINED]
 
 
 def not_examined(clip: object, found: ClipAnalysis | Detection) -> tuple[str, ...]:
-    """Return a sentence if nothing in a clip could be examined, or else an empty tuple."""
+    """Return a tuple with a sentence if nothing in a clip could be examined, or an empty tuple."""
     return (f"{clip}: could not be examined: {why}",) if (why := found.not_examined) else ()
 
 
@@ -67,10 +67,10 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
 
 
 def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
-    """Return text such as '5 of 7 intervals corrected (5 limb flips)', counting twist errors.
+    """Return text such as '5 of 7 intervals corrected (5 limb flips)'.
 
-    `applied` are the corrected intervals, which are always counted. `verb` is 'corrected' or
-    'applied'.
+    Only twist errors in `every` are counted, but all corrected intervals `applied`. `verb` is
+    'corrected' or 'applied'.
     """
     every = tuple(every)
     repairable = sum(i.repairable for i in every) + sum(not i.repairable for i in applied)
@@ -87,7 +87,7 @@ def shown_only(intervals: Iterable[Interval], mark: str = "") -> str:
 
 
 def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
-    """Return the kinds sorted by frequency, the most common first."""
+    """Return the kinds in their usual order, with the generally most common one first."""
     return sorted(kinds, key=lambda kind: (kind.info.place, kind))
 
 

@@ -9,14 +9,14 @@ from twistcore.cli.output import say, terminal_text
 from twistcore.skeleton.body import Body
 from twistcore.skeleton.joint_names import JointName
 
-_WIDTH = 24  # columns for a joint's name, or more
+_WIDTH = 24  # minimum width of the column of joint names
 _UNKNOWN = "unknown"
 
 
 def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
-    """Return each joint with its side, possible bones, recognised bone and the reason for it.
+    """Return for each joint its side, the possible bones, the recognised bone and the reason.
 
-    `own` are the joints that a person has named.
+    `own` are the joints that the user has named in a file.
     """
     by_shape = {joint for line in body.lines if line.by_shape for joint in line.joints}
     return [

@@ -1,6 +1,6 @@
 """Print results, notes and problems, and check that no output replaces an input.
 
-Loads neither numpy nor scipy. All printed text goes through :func:`terminal_text`.
+This module imports neither numpy nor scipy. All printed text is escaped by :func:`terminal_text`.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ _BOLD, _YELLOW, _RED = "1", "33", "31"
 
 @dataclass(frozen=True)
 class Voice:
-    """The amount of output: `quiet` prints only results and errors, `verbose` adds timed steps.
+    """How much is printed: `quiet` only results and errors, `verbose` also the time of each step.
 
-    `document` is True if a JSON document replaces the remarks on standard output.
+    `document` is True if a JSON document is printed instead of remarks on standard output.
     """
 
     quiet: bool = False
@@ -36,7 +36,7 @@ class Voice:
 
 
 _USUAL = Voice()
-_voices = [_USUAL]  # the last one applies; not per thread, as other threads report progress
+_voices = [_USUAL]  # the last one is used; not per thread, since other threads report progress
 
 
 @contextlib.contextmanager
@@ -50,7 +50,7 @@ def speaking(voice: Voice) -> Iterator[None]:
 
 
 def is_quiet() -> bool:
-    """True if only results and errors should be printed."""
+    """Return True if only results and errors should be printed."""
     return _voices[-1].quiet
 
 
@@ -74,7 +74,7 @@ def say_all(text: str) -> None:
 
 
 def remark(text: str) -> None:
-    """Print on standard output the work that the command has done."""
+    """Print on standard output what the command has done, unless --quiet is given."""
     if not (is_quiet() or _voices[-1].document):
         _line(text, sys.stdout)
 
@@ -98,7 +98,7 @@ def problem(text: object) -> None:
 
 @contextlib.contextmanager
 def step(text: str) -> Iterator[None]:
-    """Print on standard error how long the context took, if --verbose is given."""
+    """Print on standard error how long the context took if --verbose is given."""
     begin = time.perf_counter()
     yield
     if _voices[-1].verbose:
@@ -123,7 +123,7 @@ def _line(text: object, stream: IO[str], colour: str = "") -> None:
 
 
 def _colours(stream: IO[str]) -> bool:
-    """True for a terminal with colours, unless colours are switched off (no-color.org)."""
+    """Return True for a terminal with colours, unless NO_COLOR disables them (no-color.org)."""
     if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
         return False
     knows = os.name == "posix" or bool(os.environ.get("WT_SESSION") or os.environ.get("TERM"))

@@ -1,6 +1,6 @@
-"""The parser of the `twistcore` command, which does not load numpy.
+"""Create the parser of the `twistcore` command without importing numpy.
 
-Commands, options and exit codes are fixed, since other programs rely on them.
+Commands, options and exit codes must stay compatible, since other programs rely on them.
 """
 
 from __future__ import annotations
@@ -50,14 +50,15 @@ from twistcore.cli.arguments.quamo_arguments import add_quamo
 from twistcore.cli.convert_command import add_convert
 from twistcore.files.version import __version__
 
-SHELLS = ("bash", "zsh", "fish", "tcsh")  # for which `completion` writes
-PROGRAMS = ("blender", "maya", "motionbuilder")  # for which `export --script` writes
+SHELLS = ("bash", "zsh", "fish", "tcsh")  # choices of `completion`
+PROGRAMS = ("blender", "maya", "motionbuilder")  # choices of `export --script`
 
 
 def make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of all commands.
 
-    `words` are the words of a command line. Other commands get no arguments, which saves time.
+    If `words` of a command line are given, only the command in them gets its arguments, which saves
+    time.
     """
     parser = Parser(prog="twistcore")
     _set_texts(parser, PROGRAM)
@@ -89,7 +90,7 @@ def _set_texts(parser: argparse.ArgumentParser, texts: CommandHelp) -> None:
 def commands_of(
     parser: argparse.ArgumentParser, words: str = ""
 ) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Yield the name, such as 'detect' or 'quamo refine', and the parser of each command."""
+    """Yield the name (such as 'detect' or 'quamo refine') and the parser of each command."""
     groups = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
     if not groups:
         yield words, parser
@@ -396,7 +397,7 @@ def _benchmark(benchmark: Parser) -> None:
 
 
 def _with_protocols(inject: argparse.ArgumentParser) -> None:
-    """Add the list of protocols to the help of `inject`."""
+    """Add the list of protocols to the help of `inject`, when the help is printed."""
     from twistcore.synthesis import PROTOCOLS  # numpy
 
     texts = "; ".join(f"{name}: {p.text}" for name, p in PROTOCOLS.items()).replace("%", "%%")

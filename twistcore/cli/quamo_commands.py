@@ -208,7 +208,7 @@ def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
 
 
 def _wants_place(arguments: argparse.Namespace, joints: NDArray[np.int64], placed: int) -> bool:
-    """True if the position must be tracked: on request, for all joints, or for the root."""
+    """Return True if the position is tracked: on request, for all joints, or for the root."""
     if arguments.root_position is not None:
         return bool(arguments.root_position)
     return not arguments.joints or placed in joints

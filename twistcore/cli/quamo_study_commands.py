@@ -91,8 +91,9 @@ def quamo_evaluate_command(arguments: argparse.Namespace) -> int:
 
 
 def quamo_ablation_command(arguments: argparse.Namespace) -> int:
-    """Print the tables of training steps, representations and integrators, and return the exit
-    code.
+    """Print the tables of training steps, representations and integrators.
+
+    Returns the exit code.
     """
     from twistcore.study.quamo.report import ablation_report
 

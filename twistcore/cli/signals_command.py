@@ -1,4 +1,4 @@
-"""`twistcore signals`: print the curves in which errors are detected, as CSV or JSON."""
+"""`twistcore signals`: print the signals in which errors are detected, as CSV or JSON."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _COLUMNS = (
     "theta_p_deg", "theta_c_deg", "dtheta_p_deg", "dtheta_c_deg", "m_deg", "swing_reliability",
     "azimuth_reliability",
 )  # fmt: skip
-_STRENGTH = "strength_deg"  # strength of the detector that --method or --detector names
+_STRENGTH = "strength_deg"  # strength computed by the detector of --method or --detector
 _DECIMALS = 6
 
 
@@ -46,7 +46,7 @@ class _Signals(NamedTuple):
 
 
 def signals_command(arguments: argparse.Namespace) -> int:
-    """Write the signals of clips, one row for each chain and frame; return the exit code."""
+    """Write the signals of clips, one row for each chain and frame, and return the exit code."""
     if not (arguments.csv or arguments.json):
         raise TwistError("signals requires --csv FILE or --json")
     if arguments.csv:

@@ -1,7 +1,7 @@
 """`twistcore inject | evaluate`: inject known errors into clips, and measure corrections.
 
-The command `benchmark` does both for a folder. It has its own module because its libraries load
-slowly.
+The command `benchmark` does both for a folder. It is in a separate module because its libraries
+load slowly.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from twistcore.synthesis import (
 
 
 def inject_command(arguments: argparse.Namespace) -> int:
-    """Inject errors into a clip and write the truth; return the exit code."""
+    """Inject errors into a clip, write the truth file, and return the exit code."""
     protocol = parse_protocol(arguments.protocol)
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output, arguments.truth], [arguments.clip])
@@ -96,7 +96,7 @@ def inject_command(arguments: argparse.Namespace) -> int:
 
 
 def evaluate_command(arguments: argparse.Namespace) -> int:
-    """Print the error measures of refined clips and return the exit code."""
+    """Print how well refined clips match the truth, and return the exit code."""
     counts = {len(arguments.truth), len(arguments.clean), len(arguments.refined)}
     if len(counts) != 1:
         raise TwistError("--truth, --clean and --refined: expected the same number of files")

@@ -41,7 +41,7 @@ ByChain = Mapping[str, TauCurve]  # keyed by chain name
 
 
 def tune_command(arguments: argparse.Namespace) -> int:
-    """Write a profile with τ for each joint, from a clip or a folder; return the exit code."""
+    """Write a profile with τ for each joint, from a clip or a folder, and return the exit code."""
     return _by_verdicts(arguments) if arguments.verdicts else _by_injection(arguments)
 
 
@@ -72,7 +72,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         _curves, methods=methods, seeds=seeds, rig=rig, sessions=sessions.of, words=words
     )
     found: dict[Path, Mapping[str, ByChain]] = {}
-    # Clips whose chains are not known.
+    # Clips without known chains.
     mute = {one.clip for one in sessions.damaged} - sessions.of.keys()
     paths = [path for path in paths if path not in mute]
     for path, result in each(work, paths, arguments.workers):
@@ -145,7 +145,10 @@ def _tuned_to_json(
 
 
 def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
-    """Return the sessions of the clips and the damaged ones. Raises TwistError if there is none."""
+    """Return the sessions next to the clips `paths`, and the damaged ones.
+
+    Raises TwistError if there are no sessions.
+    """
     folder = source if source.is_dir() else source.parent
     there = sessions_in(folder)
     own = FolderSessions(
@@ -179,14 +182,12 @@ def _together(clips: Iterable[ByChain]) -> ByChain:
 
 
 def _minutes(curves: ByChain) -> float:
-    """Return the examined minutes of a clip, in the chain with the most."""
+    """Return the examined minutes of a clip: the maximum over its chains."""
     return max(curve.minutes for curve in curves.values())
 
 
 def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
-    """Yield one line per chain of a single clip, with the confidence band of its FSR in
-    brackets.
-    """
+    """Yield one line per chain of a single clip, with the FSR's confidence band in brackets."""
     width = max([20, *(len(terminal_text(name)) for name in curves)])
     yield _Line(
         f"{'chain':<{width}} {'τ':>9} {'noise':>9} {'FSR':>20} {'false alarms/min':>17}", True
@@ -203,9 +204,9 @@ def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
 def _of_both(
     together: Mapping[str, ByChain], minutes: float, wanted: tuple[float, float]
 ) -> Iterator[_Line]:
-    """Yield lines for each chain and for all chains, with the suggested and with the automatic τ.
+    """Yield lines that compare the suggested with the automatic τ, by chain and for all chains.
 
-    `minutes` is the total duration of all clips, since their chains may differ.
+    `minutes` is the total duration of all clips, which the curves of single chains may not cover.
     """
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))
@@ -241,7 +242,7 @@ def _refuse_rig(arguments: argparse.Namespace) -> None:
 
 
 def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
-    """Return the price of a false alarm, and the size of the smallest errors to find in radians."""
+    """Return the price of a false alarm, and the smallest error to find in radians."""
     price, smallest = arguments.alarm_price, arguments.smallest
     return (
         ALARM_PRICE if price is None else price,
@@ -250,7 +251,7 @@ def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
 
 
 def _by_verdicts(arguments: argparse.Namespace) -> int:
-    """Tune τ from the sessions in a folder of clips, with each session's chains."""
+    """Tune τ from the sessions in a folder of clips, with the chains of each session."""
     folder: Path = arguments.source
     if not folder.is_dir():
         raise TwistError(f"{folder}: expected a folder of clips with their sessions")

@@ -1,1 +1,1 @@
-"""Reports: a page for a single clip, or pages for a whole folder."""
+"""Write reports as web pages, for a single clip or for a whole batch folder."""

@@ -1,4 +1,4 @@
-"""Measure the changes that a correction made, and check that nothing else changed."""
+"""Measure what a correction changed, and check that nothing else changed."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _ROWS = 4096  # frames compared at a time
 
 @dataclass(frozen=True)
 class JointChange:
-    """The change of a joint's own rotation: number of frames, largest angle and RMS, in degrees.
+    """The change of a joint's local rotation: number of frames, largest angle and RMS, in degrees.
 
     The RMS is over the frames in which the rotation changed.
     """
@@ -47,7 +47,7 @@ class JointChange:
 
 @dataclass(frozen=True)
 class FidelityCheck:
-    """A comparison of a written file, read back, with its source.
+    """A comparison of a written file, after reading it back, with its source.
 
     Attributes
     ----------
@@ -83,9 +83,9 @@ class MeasureSum:
     better, worse
         Number of corrections that improved or worsened it.
     most
-        The largest increase, 0 if there is none.
+        The largest increase by a correction, 0 if there is none.
     rows
-        The corrections that made it worse, sorted by chain and frames.
+        The corrections that worsened it, sorted by chain and frames.
     """
 
     name: str
@@ -99,7 +99,7 @@ class MeasureSum:
 
 @dataclass(frozen=True)
 class WorseRow:
-    """A correction that made a measure worse: chain, frames [start, stop), joint and values."""
+    """A correction of a chain in frames [start, stop) that made a joint's measure worse."""
 
     chain: str
     start: int
@@ -115,10 +115,10 @@ def protected_sums(
     applied: Sequence[Interval],
     finds: Sequence[Interval],
 ) -> tuple[MeasureSum, ...]:
-    """Return how the corrections changed the limbs and their neighbours, summed for each measure.
+    """Return, for each protected measure, how the corrections changed limbs and their neighbours.
 
-    `applied` are the corrections, each measured with the others also applied. `finds` are all
-    intervals of the clip.
+    `applied` are the corrected intervals; each one is measured with all others corrected, too.
+    `finds` are all intervals of the clip.
     """
     hinges = Hinges(motion, finds)
     every: dict[str, list[tuple[Interval, ProtectedMeasure]]] = {name: [] for name in NAMES}
@@ -129,7 +129,7 @@ def protected_sums(
 
 
 def _sum_of(name: str, found: Sequence[tuple[Interval, ProtectedMeasure]]) -> MeasureSum:
-    least = 1e-6  # in any unit: smaller changes are rounding errors
+    least = 1e-6  # smaller changes are rounding errors, in any unit
     return MeasureSum(
         name,
         UNITS[name],

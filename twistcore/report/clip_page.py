@@ -1,4 +1,4 @@
-"""The page of a clip: its worst intervals with pictures, its curves, decisions and changes."""
+"""Write the page of a clip, with pictures of its worst intervals, curves, decisions and changes."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def clip_page(
 ) -> str:
     """Return the page of a clip as HTML.
 
-    `document` comes from :func:`document.report_to_json`. `drawn` are the pictures; without them,
-    the page mentions none.
+    `document` is the result of :func:`document.report_to_json`. `drawn` are the pictures; without
+    them, the page does not mention pictures.
     """
     analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)
@@ -85,7 +85,7 @@ def clip_page(
 
 
 def figure_of_worst(report: Report) -> Figure | None:
-    """Return the figure to draw for a page's pictures, or None if there is nothing to show."""
+    """Return the figure to draw for the pictures of a page, or None if there is no interval."""
     worst = _worst(report)
     if not worst:
         return None
@@ -117,7 +117,7 @@ def _worst(report: Report) -> list[Judged]:
 
 
 def _applied_and(report: Report, *also: Interval) -> list[Interval]:
-    """Return the applied intervals and the given ones."""
+    """Return the applied intervals together with those in `also`."""
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 
@@ -172,7 +172,7 @@ def _as_address(picture: bytes) -> str:
 def _decisions(
     document: Mapping[str, Any], report: Report
 ) -> list[tuple[Mapping[str, Any], dict[str, Any]]]:
-    """Return every interval of the document, with data that only the page shows."""
+    """Return the entries of all intervals, with additional data for the page."""
     out = []
     for row, one in zip(document["intervals"], report.state.intervals, strict=True):
         largest, rms = largest_and_rms(one.interval.offset)

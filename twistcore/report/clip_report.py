@@ -24,8 +24,8 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
 
     The files are NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender.
     The JSON lists the SHA-256 of the other three and of the files in `report.files`. While they are
-    being written, it also lists the SHA-256 of the files they replace, so that after a crash the
-    next run still recognises the files as its own. Raises TwistError like :func:`check_report`, and
+    being written, it also lists the SHA-256 of the files that they replace, so that the next run
+    recognises either version after a crash. Raises TwistError like :func:`check_report`, and
     OSError.
     """
     name = report.name or own_name(report.clip.path)
@@ -51,8 +51,8 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
 def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
     """Raise TwistError if a report would replace a file of another program or of another clip.
 
-    `clip` is the report's clip if `name` is the report's own name. A clip with the same name but
-    other bytes is a new version of the reported clip.
+    `clip` is the reported clip. If it is None, the report of another clip may be replaced. A clip
+    with the same name but other bytes counts as a new version of the reported clip.
     """
     *others, listing = report_files(folder, name)
     marks = report_marks(listing)
@@ -81,19 +81,17 @@ def _other_clip(listing: Path, clip: Clip) -> str:
 
 
 def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
-    """True if the existing report is about other bytes with this clip's name.
+    """Return True if the existing report is about a file with this clip's name but other bytes.
 
-    The other bytes may be an earlier version of the clip or a clip from another folder, which
-    cannot be distinguished.
+    That file may be an earlier version of the clip or a clip from another folder, which cannot be
+    distinguished.
     """
     mark = _listed(report_files(folder, name)[-1]).get("sha256")
     return mark is not None and mark != clip.sha256
 
 
 def report_files(folder: Path, name: str) -> tuple[Path, ...]:
-    """Return the paths of a report's HTML, CSV and markers files, and of the JSON that lists
-    them.
-    """
+    """Return the paths of a report's HTML, CSV, markers and JSON files, in this order."""
     endings = ("report.html", "intervals.csv", "markers.py", "report.json")
     return tuple(folder / f"{name}.{ending}" for ending in endings)
 
@@ -101,7 +99,7 @@ def report_files(folder: Path, name: str) -> tuple[Path, ...]:
 def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
     """Return the SHA-256 values in a report's JSON, keyed by file name.
 
-    During a replacement, a file has two values. Names and values are not checked. The result is
+    A file that is being replaced has two values. Names and values are not checked. The result is
     empty if the file is missing or is not a report. Raises TwistError if it cannot be read.
     """
     document = _listed(listing)

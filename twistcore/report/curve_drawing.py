@@ -1,8 +1,8 @@
-"""The curves of a chain or limb as small SVG paths, so that a page with many of them stays small.
+"""Draw the curves of a chain or limb as short SVG paths, which keeps pages with many curves small.
 
-A path has one or two points for each column of the plot, the lowest and the highest value of the
-column's frames, so that a jump of a single frame remains visible. x is the column, and y goes down
-from 0 to HEIGHT. The page stretches both.
+For each column of the plot, a path has one or two points: the lowest and the highest value of the
+frames in the column, so that a jump in a single frame remains visible. x is the column, and y is 0
+at the top and HEIGHT at the bottom. The page scales both.
 """
 
 from __future__ import annotations
@@ -40,11 +40,10 @@ class CurvePath:
 
 @dataclass(frozen=True)
 class CurveRow:
-    """One quantity over time, with its symbol and the values at its lower and upper edge, in
-    degrees.
+    """The plot of one quantity, with its symbol and the values at its lower and upper edge.
 
-    `tau` is the y of the threshold, from 0 at the top to HEIGHT, or None for a quantity without a
-    threshold.
+    The values are in degrees. `tau` is the y coordinate of the threshold, from 0 at the top to
+    HEIGHT, or None for a quantity without a threshold.
     """
 
     symbol: str
@@ -87,7 +86,7 @@ class ClipCurves:
     tau
         τ in radians, keyed by the name of the chain or limb.
     verdict
-        Function that returns the text for an interval.
+        Function that returns the text of the verdict on an interval.
     """
 
     def __init__(
@@ -103,13 +102,12 @@ class ClipCurves:
         self._by_chain: dict[str, list[Judged]] = {}
         for one in judged:
             self._by_chain.setdefault(one.interval.chain, []).append(one)
-        # An angle without errors seldom jumps by half a turn, so its full turns are counted.
+        # Curves are unwrapped along these angles, which seldom jump by half a turn.
         self._expected = Corrected(analysis)
         self._expected.take(j.interval for j in judged if _is_taken_out(j))
 
     def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
-        """Return panels of the chains with intervals, worst first, and the number of omitted
-        chains.
+        """Return the panels of chains with intervals, worst first, and how many were omitted.
 
         `corrected` is the motion with the accepted intervals applied.
         """
@@ -196,7 +194,7 @@ class ClipCurves:
 
 
 def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:
-    """Unwrap the angles along `expected`, so that both stay within half a turn of it."""
+    """Unwrap both angles so that they differ from `expected`, unwrapped, by at most half a turn."""
     way = np.unwrap(expected)
     return way + wrap(before - expected), way + wrap(after - expected)
 
@@ -210,7 +208,7 @@ def weight(judged: Judged) -> float:
 
 
 def _is_taken_out(judged: Judged) -> bool:
-    """True if the angle expected without errors excludes the interval."""
+    """Return True if the interval is corrected in the angle expected without errors."""
     return judged.counts and judged.decision != Decision.REJECTED
 
 
@@ -220,7 +218,7 @@ def _angle_row(symbol: str, meaning: str, before: Array, after: Array, columns: 
     low, high = _range(float(every.min()), float(every.max()))
     edges = _edges(len(before), columns)
     differs = np.logical_or.reduceat(np.abs(after - before) > _SAME, edges)
-    wide = differs.copy()  # one more column on each side, so that the lines meet
+    wide = differs.copy()  # one more column on each side connects the lines
     wide[1:] |= differs[:-1]
     wide[:-1] |= differs[1:]
     plain = _levels(np.degrees(before), low, high)
@@ -234,7 +232,7 @@ def _angle_row(symbol: str, meaning: str, before: Array, after: Array, columns: 
 
 
 def _strength_row(symbol: str, meaning: str, values: Array, tau: float, columns: int) -> CurveRow:
-    """Return a row on a square-root scale, which shows both τ and peaks a hundred times higher."""
+    """Return a row on a square-root scale, on which both τ and far higher peaks are readable."""
     _, high = _range(0.0, max(float(values.max(initial=0.0)), 1.4 * tau))
     roots = _levels(np.sqrt(np.abs(values)), 0.0, float(np.sqrt(high)))
     path = _path(roots, _edges(len(values), columns), np.ones(columns, np.bool_))
@@ -243,7 +241,7 @@ def _strength_row(symbol: str, meaning: str, values: Array, tau: float, columns:
 
 
 def _range(low: float, high: float) -> tuple[float, float]:
-    """Return a range of whole degrees with a margin, wide enough that noise does not fill it."""
+    """Return a range of whole degrees with a margin, and a minimum width so that noise is small."""
     air = max(0.06 * (high - low), 1.0)
     return float(np.floor(low - air * (low != 0.0))), float(np.ceil(high + air))
 
@@ -262,7 +260,10 @@ def _levels(values: Array, low: float, high: float) -> NDArray[np.int64]:
 def _path(
     levels: NDArray[np.int64], edges: NDArray[np.intp], shown: NDArray[np.bool_]
 ) -> str:  # fmt: skip
-    """Return a path through the extremes of all shown columns, or '' if none is shown."""
+    """Return a path through the lowest and highest values of the columns that `shown` marks.
+
+    The path is '' if no column is shown.
+    """
     least, most = np.minimum.reduceat(levels, edges), np.maximum.reduceat(levels, edges)
     first = levels[edges]
     parts: list[str] = []

@@ -1,4 +1,4 @@
-"""A clip's report as data: one JSON document, and a CSV of the intervals."""
+"""Convert a clip's report to a JSON document, and its intervals to CSV."""
 
 from __future__ import annotations
 
@@ -65,11 +65,11 @@ class Report:
     chains
         The examined chains and limbs.
     name
-        Name of the report's files, by default the clip file's.
+        Name of the report's files, by default the name of the clip's file.
     files
         SHA-256 of other files written with the report, keyed by name.
     by
-        The person who requested it.
+        The person who requested the report.
     at
         The time of the request, ISO 8601.
     analysis
@@ -79,7 +79,8 @@ class Report:
     parameters
         Parameters of the run, as given.
     left
-        Intervals already found in the corrected clip, as in `detect --json`.
+        Intervals found earlier in the corrected clip, as in `detect --json`. By default, they are
+        detected.
     """
 
     clip: Clip
@@ -97,25 +98,28 @@ class Report:
 
     @cached_property
     def analysed(self) -> ClipAnalysis:
-        """The clip's analysis, given or computed with these chains."""
+        """Return `analysis`, or a new analysis of the clip with `chains`."""
         return self.analysis or ClipAnalysis(
             self.clip.motion, self.chains, self.clip.name, self.state.rig
         )
 
     @property
     def not_examined(self) -> str:
-        """The reason why nothing could be found in the clip, as a clause, or ''."""
+        """Return a clause that says why nothing in the clip could be examined, or ''."""
         return "" if self.state.intervals else self.analysed.not_examined
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """Notes about the clip, for people to read."""
+        """Return notes about the clip, as sentences."""
         notes = self.analysed.notes
         return tuple(n for n in notes if n.kind != NOT_EXAMINED or self.not_examined)
 
     @cached_property
     def stuck(self) -> Mapping[int, tuple[str, ...]]:
-        """Joints without three rotation channels, keyed by id of the uncorrected interval."""
+        """Return the joints that prevent the correction of intervals, keyed by interval id.
+
+        These joints do not have three rotation channels.
+        """
         by_name, motion = {chain.name: chain for chain in self.chains}, self.clip.motion
         found = {
             j.id: stuck_joints(motion, by_name[j.interval.chain], [j.interval])
@@ -126,30 +130,29 @@ class Report:
 
     @property
     def applied(self) -> tuple[Interval, ...]:
-        """The accepted intervals that could be corrected."""
+        """Return the accepted intervals that could be corrected."""
         return tuple(
             j.interval for j in self.state.intervals if j.corrects and j.id not in self.stuck
         )
 
     @cached_property
     def protected(self) -> tuple[MeasureSum, ...]:
-        """The changes of the limbs and their neighbours by the corrections, one item per
-        measure.
-        """
+        """Return how the corrections changed limbs and their neighbours, one item per measure."""
         finds = [j.interval for j in self.state.intervals if j.interval.repairable]
         return protected_sums(self.clip.motion, self.chains, self.applied, finds)
 
     @property
     def not_corrected(self) -> tuple[str, ...]:
-        """Sentences about accepted intervals that could not be corrected, without folder names."""
+        """Return sentences about accepted intervals that could not be corrected.
+
+        They do not contain folder names.
+        """
         sentences, _ = uncorrected_sentences(self.clip, self.chains, self.state.chosen())
         sentences += left_to_later_versions(self.clip, self.state)
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
-        """Return the verdict to show; 'not correctable' for an accepted but uncorrected
-        interval.
-        """
+        """Return the verdict to show, 'not correctable' if an accepted interval is uncorrected."""
         if judged.decision == Decision.ACCEPTED and judged.id in self.stuck:
             return NOT_CORRECTABLE
         return judged.verdict
@@ -218,9 +221,9 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
 
 def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
-    """Return each reviewer's number of decisions and their times, keyed by name.
+    """Return the number of decisions of each reviewer and their times, keyed by name.
 
-    The key is '' for a person without a name.
+    The key is '' for decisions without a reviewer's name.
     """
     by_name: dict[str, list[str]] = {}
     for judged in state.intervals:
@@ -259,9 +262,9 @@ def _tracked(judged: Judged, report: Report) -> str:
 
 
 def _end(judged: Judged) -> str:
-    """Return whether a flip also turned the limb's end, or a joint the joints below it.
+    """Return 'carried' if an error also turned the limb's end or the joints below, or 'kept'.
 
-    The result is '' for other kinds.
+    The result is '' for kinds of errors that have no such distinction.
     """
     interval = judged.interval
     if interval.kind == Kind.LIMB_FLIP or (judged.corrects and interval.kind.info.below):
@@ -270,7 +273,7 @@ def _end(judged: Judged) -> str:
 
 
 def _speed(interval: Interval, fps: float) -> float | None:
-    """Return the speed of a lone jump in degrees per second, or None for other kinds."""
+    """Return the speed of a lone jump in degrees per second, or None for other kinds of errors."""
     if interval.kind != Kind.LONE_JUMP:
         return None
     return round(abs(float(np.degrees(interval.size))) * fps, 1)
@@ -293,7 +296,7 @@ def _replaced_positions(report: Report) -> list[str]:
 
 
 def _ancestors(report: Report, joint: str) -> set[int]:
-    """Return all ancestors of a joint."""
+    """Return the indices of all ancestors of a joint."""
     skeleton, above = report.clip.motion.skeleton, set[int]()
     parent = int(skeleton.parents[skeleton.index(joint)])
     while parent >= 0:
@@ -303,14 +306,14 @@ def _ancestors(report: Report, joint: str) -> set[int]:
 
 
 def _is_below_tracked(report: Report, joint: str) -> bool:
-    """True if the rotation of a joint above a joint was tracked."""
+    """Return True if the rotation of an ancestor of the joint was tracked with QuaMo."""
     tracking, index = report.state.tracking, report.clip.motion.skeleton.index
     tracked = map(index, tracking.joints) if tracking else ()
     return not _ancestors(report, joint).isdisjoint(tracked)
 
 
 def _follows_place(report: Report, joint: str) -> bool:
-    """True if the position of a joint, or of a joint above it, was tracked."""
+    """Return True if the position of the joint or of one of its ancestors was tracked."""
     tracking, motion = report.state.tracking, report.clip.motion
     if tracking is None or not tracking.place:
         return False
@@ -318,7 +321,7 @@ def _follows_place(report: Report, joint: str) -> bool:
 
 
 def _why_moved(report: Report, joint: str) -> str:
-    """Return the kinds of errors whose correction moved a joint, and tracking, or ''."""
+    """Return why a joint moved: the kinds of corrected errors, and tracking, or ''."""
     chosen, why = report.applied, []
     at, above = report.clip.motion.skeleton.index(joint), _ancestors(report, joint)
     for chain in report.chains:
@@ -336,9 +339,10 @@ def _why_moved(report: Report, joint: str) -> str:
 def _moves(
     motion: Motion, chain: Chain, chosen: Sequence[Interval], joint: int, above: set[int]
 ) -> bool:
-    """True if correcting a chain or limb moves a joint. `above` are all ancestors of the joint.
+    """Return True if correcting a chain or limb moves a joint.
 
-    A flip moves joints below P but not E, and joints below E only if E turned with the limb.
+    `above` are all ancestors of the joint. Correcting a flip moves the joints below P except E, and
+    the joints below E only if E turned with the limb.
     """
     if isinstance(chain, Limb):
         below = chain.end in above and not any(i.carried for i in chosen)
@@ -358,11 +362,11 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
 
 
 def reported_moves(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
-    """Return the moved joints for sentences; joints that only follow the position share one entry.
+    """Return the moved joints, with a single entry for joints that only follow a tracked position.
 
-    `placed` are the joints whose position channels have changed. `along` is the joint whose
-    position was tracked, with the largest move and the number of frames of the joints that only
-    follow it, or None.
+    `placed` are phrases about joints whose position channels have changed. `along` is the joint
+    whose position was tracked, with the largest move and number of frames among the joints that
+    only follow it, or None.
     """
     moved = document["changed"]["moved"]
     along = [

@@ -20,7 +20,7 @@ _BINS = 180 // BIN
 class ClipRow:
     """A row of the table of clips.
 
-    A clip that was not processed has only a name, a state and a reason.
+    For a clip that was not processed, only the name, the state and the reason are set.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class ClipRow:
 
     @property
     def found(self) -> int:
-        """Number of intervals of all kinds."""
+        """Return the number of intervals of all kinds."""
         return sum(self.counts.values())
 
     @property
@@ -73,14 +73,14 @@ class ClipRow:
 
 @dataclass
 class FolderNumbers:
-    """Sums over all clips, to which clips are added one at a time.
+    """Sums over all clips. Clips are added with `add`, one at a time.
 
     Attributes
     ----------
     joints
         Number of intervals, keyed by the name of a chain, limb or joint, and by kind.
     sizes
-        Number of repairable intervals in bins of BIN degrees, keyed by kind.
+        Numbers of repairable intervals in bins of BIN degrees, keyed by kind.
     missing
         Number of frames that headers declare but files do not have.
     cut
@@ -147,12 +147,12 @@ class FolderNumbers:
 
     @property
     def clips(self) -> int:
-        """Number of clips, whether processed or not."""
+        """Return the number of clips, whether processed or not."""
         return self.states.total()
 
     @property
     def intervals(self) -> int:
-        """Number of intervals of all kinds together."""
+        """Return the number of intervals of all kinds together."""
         return self.kinds.total()
 
     @property
@@ -166,12 +166,12 @@ class FolderNumbers:
 
 
 def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parameters that were set, without empty ones."""
+    """Return the parameters that are not empty."""
     return {k: v for k, v in parameters.items() if v not in (None, [], "", False)}
 
 
 def worst_first(rows: Iterable[ClipRow]) -> list[ClipRow]:
-    """Sort rows: first the clips that were not processed, then the others, worst first."""
+    """Return the rows sorted: clips that were not processed, then the others, worst first."""
     return sorted(rows, key=lambda r: (r.state == "done", -r.severity, -r.found, r.name))
 
 

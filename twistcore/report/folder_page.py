@@ -1,4 +1,4 @@
-"""The pages of a batch folder and of a clip that has only the manifest's data."""
+"""Write the page of a batch folder, and of a clip for which only the manifest's data is known."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from twistcore.report.page_templates import GENERATOR, rendered
 
 __all__ = ["GENERATOR", "folder_page", "known_page"]
 
-MOST_ROWS = 5000  # rows of the table that a browser can still sort at once
+MOST_ROWS = 5000  # maximum number of rows that a browser sorts without delay
 _MOST_JOINTS = 60
 
 
@@ -29,7 +29,7 @@ class HistogramBar:
 
     @property
     def total(self) -> int:
-        """Count of intervals of all kinds."""
+        """Return the number of intervals of all kinds."""
         return sum(self.counts)
 
 
@@ -63,7 +63,7 @@ def folder_page(
 
 
 def known_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page without curves and pictures. `why` is the reason for their absence."""
+    """Return a clip's page without curves and pictures. `why` says why they are missing."""
     numbers = FolderNumbers()
     return rendered(
         "known.html",
@@ -77,7 +77,7 @@ def known_page(record: ClipRecord, why: str, home: Home) -> str:
 
 
 def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
-    """Return the kinds that have a column; capture faults only if there are any."""
+    """Return the kinds that have a column. Capture faults have one only if there are any."""
     return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
 
 

@@ -27,14 +27,14 @@ from twistcore.work.progress import Counter, uncounted
 Made = TypeVar("Made")
 
 INDEX = "index.html"
-_TOGETHER = 12  # clips drawn by one process, which takes longer to start than to draw a clip
-_LONGEST = 250  # bytes of a name that gets a suffix
-_HEAD = 2048  # bytes at the start of a page that include its generator
+_TOGETHER = 12  # clips per drawing process, since starting one takes longer than drawing a clip
+_LONGEST = 250  # maximum length in bytes of a name without its suffix
+_HEAD = 2048  # bytes to read from the start of a page, which include its generator
 
 
 @dataclass(frozen=True)
 class FolderReport:
-    """The pages that were written, and the reasons why some are incomplete."""
+    """The paths of the written pages, and the reasons why some pages are incomplete."""
 
     index: Path
     pages: int
@@ -54,22 +54,22 @@ def write_folder_report(
 ) -> FolderReport:
     """Write index.html and clips/NAME.html into `target`, which is created if missing.
 
-    A clip that cannot be read again gets a page with the data of the manifest. Raises TwistError if
-    there is no manifest or a page would replace another file, and OSError if nothing can be
-    written.
+    The page of a clip that can no longer be read has only the data of the manifest. Raises
+    TwistError if there is no manifest or a page would replace a file of another program, and
+    OSError if nothing can be written.
 
     Parameters
     ----------
     folder
         The batch folder.
     most_pages
-        The largest number of clips that get a page, worst first.
+        The maximum number of clips with a page. The worst clips are chosen.
     broken
         Rules that were broken.
     records
-        Used instead of the records in the folder's manifest.
+        Records to use instead of those in the folder's manifest.
     counter
-        Counts the pages written.
+        Function that shows the progress, as in :mod:`twistcore.work.progress`.
     """
     if records is None:
         with Manifest.open(folder) as manifest:
@@ -90,7 +90,7 @@ def write_folder_report(
     with counter(len(with_page)) as tell:
         for task, ended in each(work, tasks, workers):
             if isinstance(ended, Exception):
-                if isinstance(ended, OSError):  # a full disk has no space for the next page, either
+                if isinstance(ended, OSError):  # a full disk also affects the next page
                     raise ended
                 why = [reason(record.name, ended) for record in task]
                 ended = [_write_known(r, target, home, w) for r, w in zip(task, why, strict=True)]
@@ -106,7 +106,7 @@ def write_folder_report(
 def page_of(name: str) -> str:
     """Return the path of a clip's page within the report, with '/' as separator.
 
-    A name too long for the suffix is shortened, with a hash of the full name added.
+    If the name is too long for a file name, it is shortened, and a hash of the full name is added.
     """
     parts = [part for part in PurePosixPath(name).parts if part not in ("/", "..", ".")]
     if parts and len(encoded(parts[-1])) > _LONGEST:
@@ -120,7 +120,7 @@ def page_of(name: str) -> str:
 def _write_pages(
     records: Sequence[ClipRecord], *, folder: Path, target: Path, home: str, pictures: bool
 ) -> list[str]:
-    """Write the pages of some clips; return the reason why each is incomplete, or ''."""
+    """Write the pages of some clips. Return for each the reason why it is incomplete, or ''."""
     reports = [_read_again(record, folder) for record in records]
     figures: list[Figure | None] = [
         figure_of_worst(report) if isinstance(report, Report) and pictures else None
@@ -155,7 +155,7 @@ def _tried(make: Callable[[], Made]) -> Made | Exception:
 
 
 def _drawn(figures: Sequence[Figure | None]) -> list[Drawn]:
-    """Draw the figures and return a Drawn for each, which is empty if the figure is None."""
+    """Draw the figures, and return a Drawn for each of them, which is empty for None."""
     pictured = iter(draw_figures([figure for figure in figures if figure is not None]))
     return [Drawn() if figure is None else next(pictured) for figure in figures]
 

@@ -1,4 +1,4 @@
-"""Render the pages. Each page is a single file and needs no network."""
+"""Render the pages of reports. Each page is a single file that needs no network."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GENERATOR = "twistcore report"  # the generator named at the start of a page
 
 
 def rendered(template: str, **context: Any) -> str:
-    """Render a template, escaping all texts from files and people."""
+    """Render a template. All texts from files and users are escaped."""
     return _environment().get_template(template).render(**context)
 
 
@@ -44,7 +44,7 @@ def _environment() -> jinja2.Environment:
 
 
 def _when(stamp: str) -> str:
-    """Format an ISO 8601 time to the minute, for people."""
+    """Format an ISO 8601 time for display, to the minute."""
     return stamp[:16].replace("T", " ") + (" UTC" if stamp.endswith(("+00:00", "Z")) else "")
 
 
@@ -67,5 +67,5 @@ def _rate(number: float) -> str:
 
 
 def _href(path: str) -> str:
-    """Return a relative path as a link address."""
-    return quote(os.fsencode(path))  # keeps bytes that are not UTF-8
+    """Return a relative path as the URL of a link."""
+    return quote(os.fsencode(path))  # preserves bytes that are not UTF-8

@@ -1,7 +1,7 @@
-"""Draw the pictures of a report in a separate process, with the desktop program.
+"""Draw the pictures of a report in a separate process that runs the desktop program.
 
-The figures are written into a folder, to which the process adds the pictures. Nothing here needs Qt
-or VTK, and a graphics driver that crashes does not end the report.
+The figures are written into a folder, to which the process adds the pictures. So this module needs
+neither Qt nor VTK, and a crash of the graphics driver does not end the report.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ _JOB = "job.json"
 _NEEDED = ("inspector", "PySide6", "vtkmodules")
 NOT_INSTALLED = 'the window is not installed (install it with pip install "twist-inspector[gui]")'
 _NO_LIBRARY = re.compile(r"(\S+\.so\S*): cannot open shared object file")
-_COLOURS = re.compile(r"\x1b\[[0-9;]*m")  # terminal colours in VTK's log
-_SAMPLE = 60  # frames of a clip from which its body is estimated
-_TO_START, _TO_DRAW = 60.0, 3.0  # seconds until a process is ended; extra time for every pair
-_SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # unset, since drawing needs no screen
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")  # codes of terminal colours in VTK's log
+_SAMPLE = 60  # number of frames from which the body is estimated
+_TO_START, _TO_DRAW = 60.0, 3.0  # seconds until a process is killed, and more per pair
+_SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # removed, since drawing needs no screen
 
 
 @dataclass(frozen=True)
 class BeforeAfter:
-    """Two pictures from the same side, before and after a correction.
+    """A pair of pictures from the same viewpoint, before and after a correction.
 
     Attributes
     ----------
@@ -58,10 +58,10 @@ class BeforeAfter:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """The figure to draw for one clip: a motion that has the poses of its pairs of pictures.
+    """The figure to draw for one clip: a motion with the poses of all its pictures.
 
-    `chains` are the chains and limbs, which decide which limbs have a skin and which way the figure
-    faces.
+    `chains` are the chains and limbs. They determine which limbs have a skin and in which direction
+    the figure faces.
     """
 
     motion: Motion
@@ -71,7 +71,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Drawn:
-    """The JPEG pictures of every pair in order, or the reason why there are none."""
+    """The JPEG pictures of all pairs, in order, or the reason why there are none."""
 
     pictures: tuple[tuple[bytes, bytes], ...] = ()
     problem: str = ""
@@ -80,7 +80,10 @@ class Drawn:
 def figure_of(
     before: Motion, after: Motion, chains: Sequence[Chain], wanted: Sequence[tuple[str, int]]
 ) -> Figure:
-    """Return a figure with a pair for each (chain name, frame), posed as in the two motions."""
+    """Return a figure with a pair of pictures for each (chain name, frame) in `wanted`.
+
+    Each pair shows the poses of the motions `before` and `after`.
+    """
     count = min(before.frames, _SAMPLE)
     some = np.linspace(0, before.frames - 1, count).astype(np.intp)
     frames = np.array([frame for _, frame in wanted], dtype=np.intp)
@@ -149,7 +152,7 @@ def _read_pictures(folder: Path, number: int, figure: Figure, problem: str) -> D
 
 
 def picture_path(folder: Path, figure: int, pair: int, which: int) -> Path:
-    """Return the path of one of a job's pictures. `which` is 0 for before and 1 for after."""
+    """Return the path of a picture in a job's folder. `which` is 0 for before and 1 for after."""
     return folder / f"{figure}-{pair}-{which}.jpg"
 
 

@@ -1,1 +1,1 @@
-"""The arguments of every command, defined without loading numpy, scipy or the commands' code."""
+"""Define the arguments of every command without importing numpy, scipy or the commands' code."""

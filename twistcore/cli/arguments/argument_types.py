@@ -1,4 +1,4 @@
-"""Types of arguments. Each checks a value, and reports a wrong value in one line."""
+"""Types of arguments for argparse. Each one checks a value, and reports a wrong one in one line."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from twistcore.files.atomic import STANDARD_OUTPUT
 from twistcore.formats.suffixes import CLIP_SUFFIXES, not_written
 
 KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # kinds of errors, as --kinds spells them
-STANDARD_INPUT = Path("/dev/stdin")  # by this name also on systems that have no such file
+STANDARD_INPUT = Path("/dev/stdin")  # used as a name on all systems, even if there is no such file
 
-_LEAST_MIB = 256  # with less, numpy cannot be loaded or a short clip cannot be analysed
+_LEAST_MIB = 256  # with less memory, numpy cannot be loaded or a short clip cannot be analysed
 _MOST = 1_000_000  # largest count; a larger number is a typing error
 _MOST_WORKERS = 1024
-_LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # frames a second that a file may have
+_LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # frames per second that a file may have
 
 
 class Parser(argparse.ArgumentParser):
-    """Parser that reports errors in one line with a hint at the help, without the usage.
+    """Parser that reports an error in one line, with a hint to --help instead of the usage.
 
-    `late` is called when the help is printed, and adds the texts that load slowly.
+    `late` is called before the help is printed, and adds the texts that are slow to load.
     """
 
     late: Callable[[argparse.ArgumentParser], None] | None = None
@@ -36,13 +36,13 @@ class Parser(argparse.ArgumentParser):
         self.exit(2, f"{terminal_text(f'{self.prog}: {message}{end} {self._where_help_is()}')}\n")
 
     def format_help(self) -> str:
-        """Return the help, including the texts that load slowly."""
+        """Return the help, including the texts that are slow to load."""
         if self.late is not None:
             self.late(self)
         return super().format_help()
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse the arguments; the error for an unknown option names options with similar names."""
+        """Parse the arguments. The error for an unknown option suggests similar options."""
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
             self.error(self._unknown(unknown))
@@ -84,7 +84,7 @@ def target(text: str) -> Path:
 
 
 def clip_target(text: str) -> Path:
-    """Return the clip or folder of clips to write; the suffix must be of a writable format."""
+    """Return the clip or folder of clips to write. A file's suffix must be of a writable format."""
     path = target(text)
     refused = not_written(path, " or ".join(CLIP_SUFFIXES))
     if refused and not path.is_dir():
@@ -98,7 +98,7 @@ def readable(text: str) -> Path:
 
 
 def folder(text: str) -> Path:
-    """Return the folder to write into."""
+    """Return the folder to write into, which need not exist."""
     if text == "-":
         raise argparse.ArgumentTypeError(
             "expected a folder, found '-'; write './-' for a folder called '-'"
@@ -135,7 +135,7 @@ def degrees(text: str) -> float:
 def kinds(text: str) -> frozenset[Kind]:
     """Return kinds of errors from a comma-separated list, or all kinds for 'all'.
 
-    A name may contain '-' or ' ' between its words.
+    The words of a name may be separated by '-' or ' '.
     """
     from twistcore.analysis.clip_analysis import ALL_KINDS  # numpy, which not every command needs
 
@@ -167,7 +167,7 @@ def positive(text: str) -> float:
 
 
 def rate(text: str) -> float:
-    """Return a plausible number of frames per second."""
+    """Return a number of frames per second. Very low and very high rates are refused."""
     value = _number_in(text)
     if not _LEAST_RATE <= value <= _MOST_RATE:
         raise argparse.ArgumentTypeError(
@@ -185,7 +185,7 @@ def share(text: str) -> float:
 
 
 def mebibytes(text: str) -> float:
-    """Return an amount of memory that is large enough for Python and its libraries."""
+    """Return an amount of memory in MiB, at least what Python and its libraries need."""
     if (value := positive(text)) < _LEAST_MIB:
         raise argparse.ArgumentTypeError(f"expected at least {_LEAST_MIB} MiB, found {text!r}")
     return value
@@ -212,12 +212,12 @@ def count(text: str) -> int:
 
 
 def limit(text: str) -> int:
-    """Return a limit, a whole number that is at least 0."""
+    """Return a limit: a whole number that is at least 0."""
     return _whole(text, 0, _MOST)
 
 
 def workers(text: str) -> int:
-    """Return a number of processes."""
+    """Return a number of processes, at least 1."""
     return _whole(text, 1, _MOST_WORKERS)
 
 

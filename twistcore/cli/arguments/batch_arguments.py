@@ -110,7 +110,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
 
 
 def shard(text: str) -> tuple[int, int]:
-    """Return the shard's number and count, such as (2, 5) for '2/5'."""
+    """Return the number of a shard and the number of shards, such as (2, 5) for '2/5'."""
     index, slash, number = text.partition("/")
     if not (slash and index.isdecimal() and number.isdecimal() and 1 <= int(index) <= int(number)):
         raise argparse.ArgumentTypeError(

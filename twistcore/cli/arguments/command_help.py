@@ -9,12 +9,10 @@ from twistcore.work.frozen import dataclass
 
 
 class HelpFormatter(argparse.HelpFormatter):
-    """Formatter that fills paragraphs and leaves lists of examples unchanged."""
+    """Formatter that wraps paragraphs but not lists of examples."""
 
     def add_argument(self, action: argparse.Action) -> None:
-        """Add an argument, and widen the first column of the help for the indented command
-        names.
-        """
+        """Add an argument. The first column of the help is widened for indented subcommands."""
         super().add_argument(action)
         if isinstance(action, argparse._SubParsersAction):
             self._action_max_length += self._indent_increment
@@ -47,13 +45,13 @@ class CommandHelp:
 
     @property
     def description(self) -> str:
-        """The text of the help before the options."""
+        """Return the text of the help before the options."""
         sentence = f"{self.summary[:1].upper()}{self.summary[1:]}."
         return f"{sentence}\n\n{self.about}" if self.about else sentence
 
     @property
     def epilog(self) -> str:
-        """The text of the help after the options."""
+        """Return the text of the help after the options."""
         head = "Example:" if len(self.examples) == 1 else "Examples:"
         lines = [head, *(f"  {line}" for line in self.examples)] if self.examples else []
         return "\n\n".join(filter(None, (self.note, "\n".join(lines))))

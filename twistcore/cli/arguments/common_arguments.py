@@ -1,6 +1,6 @@
-"""Arguments that several commands share, and functions that load a command when it runs.
+"""Arguments that several commands share, and a function that imports a command when it runs.
 
-Commands are loaded late because numpy and scipy load slowly.
+Commands are imported late because importing numpy and scipy takes long.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from twistcore.cli.arguments.argument_types import (
 
 
 def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
-    """Return a function that loads a module of twistcore.cli and calls a function in it."""
+    """Return a function that imports a module of twistcore.cli and calls a function in it."""
 
     def run(arguments: argparse.Namespace) -> int:
         carry_out = getattr(import_module(f"twistcore.cli.{module}"), name)
-        if not gc.isenabled():  # while the command's own process begins
-            gc.freeze()  # modules are kept to the end: do not search them for garbage
+        if not gc.isenabled():  # disabled by `main` in a process that runs only this command
+            gc.freeze()  # modules stay loaded until the end: do not search them for garbage
             gc.enable()
         return int(carry_out(arguments))
 
@@ -45,12 +45,12 @@ def add_commands(parser: argparse.ArgumentParser) -> argparse._SubParsersAction[
 
 
 def add_clip(parser: argparse.ArgumentParser, what: str = "the clip to read") -> None:
-    """Add the argument for the clip that a command processes."""
+    """Add the argument for the one clip that a command processes."""
     parser.add_argument("clip", type=Path, metavar="CLIP", help=what)
 
 
 def add_clips(parser: argparse.ArgumentParser) -> None:
-    """Add the argument for clips that are only read."""
+    """Add the argument for one or more clips that a command only reads."""
     parser.add_argument(
         "clips",
         type=readable,
@@ -61,7 +61,7 @@ def add_clips(parser: argparse.ArgumentParser) -> None:
 
 
 def add_reference(parser: argparse._ActionsContainer) -> None:
-    """Add the option for another take of the same skeleton."""
+    """Add the option --reference, another take of the same skeleton to compare with."""
     parser.add_argument(
         "--reference",
         type=Path,
@@ -72,7 +72,7 @@ def add_reference(parser: argparse._ActionsContainer) -> None:
 
 
 def add_fps(parser: argparse._ActionsContainer) -> None:
-    """Add the option for the frame rate."""
+    """Add the option --fps, a frame rate to use instead of the file's."""
     parser.add_argument(
         "--fps",
         type=rate,
@@ -94,7 +94,7 @@ def add_output(parser: argparse.ArgumentParser, what: str = "clip to write") -> 
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add the option for the number of processes that work on folders."""
+    """Add the option --workers, the number of processes that work on a folder."""
     parser.add_argument(
         "--workers",
         type=workers,

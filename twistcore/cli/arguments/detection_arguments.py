@@ -1,4 +1,4 @@
-"""Arguments that choose the chains, the detector, τ, and the intervals to correct."""
+"""Arguments to choose the chains, the detector, τ, and the intervals to correct."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ def add_method(
     default: str | None = DEFAULT_METHOD,
     help: str = "detector that examines the chains (default: %(default)s)",
 ) -> None:
-    """Add the option for the detector, given by name or by file."""
+    """Add the options --method and --detector, which choose a detector by name or by file."""
     group = parser.add_mutually_exclusive_group()
-    # Set afterwards: the names of packages' detectors are searched only when help lists them.
+    # Set afterwards, so that detectors in other packages are looked up only when help lists them.
     group.add_argument("--method", default=default, help=help).choices = DETECTORS
     add_detector_file(group)
 
