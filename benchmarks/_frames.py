@@ -1,4 +1,4 @@
-"""Command-line options, copy of the clip and table shared by the benchmarks of frame drawing."""
+"""Command-line options, copy of the clip and table for the benchmarks of drawing frames."""
 
 from __future__ import annotations
 
@@ -19,10 +19,12 @@ def run(
     measure: Callable[[Path, int], Figures],
     is_good: Callable[[Figures], bool],
 ) -> int:
-    """Measure a copy of the clip and print the table; return 1 if a target is missed, else 0.
+    """Measure a copy of the clip and print a table. Return 1 if a target is missed, else 0.
 
-    about: description for the command line; clip, frames: its default values; measure: function
-    that returns the numbers; is_good: function that returns True if they meet the targets.
+    - about: the description for the command line
+    - clip, frames: the default values of the options
+    - measure: a function that returns the numbers
+    - is_good: a function that returns True if the numbers meet the targets
     """
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--clip", type=Path, default=clip)

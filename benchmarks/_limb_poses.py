@@ -1,6 +1,6 @@
 """Find impossible motion of limbs from the global positions and orientations of their joints.
 
-The judge :mod:`benchmarks.real_flips` uses this geometry; the detectors use none of it.
+The judge :mod:`benchmarks.real_flips` uses this geometry. The detectors use none of it.
 """
 
 from __future__ import annotations
@@ -56,8 +56,9 @@ class Jump:
 
 @dataclass(frozen=True)
 class Pose:
-    """A motion in the world: orientations (frames, joints, 3, 3) and
-    positions (frames, joints, 3).
+    """A motion in the world.
+
+    Orientations have the shape (frames, joints, 3, 3), and positions (frames, joints, 3).
     """
 
     motion: Motion
@@ -73,8 +74,9 @@ def pose(motion: Motion) -> Pose:
 
 
 def find(motion: Motion) -> tuple[Limb, ...]:
-    """Find arms and legs by name or, if no name is known, as chains of
-    two bones of similar length.
+    """Find arms and legs by name.
+
+    If no name is known, find chains of two bones of similar length.
     """
     names = motion.skeleton.names
     chains = find_chains(motion)
@@ -99,9 +101,9 @@ def find(motion: Motion) -> tuple[Limb, ...]:
 def turns(line: Array, side: Array) -> Array:
     """Return the angles by which `side` turned about `line` since the previous frame, degrees.
 
-    line: directions, (frames, 3); side: directions perpendicular to them, (frames, 3). The result
-    is (frames,), with 0 in the first frame. Before the comparison, the side in the previous frame
-    is rotated by the smallest rotation that takes the previous line to the current one.
+    `line` are directions (frames, 3), and `side` directions perpendicular to them, (frames, 3). The
+    result is (frames,), with 0 in the first frame. Before the comparison, the side in the previous
+    frame is rotated by the smallest rotation that takes the previous line to the current one.
     """
     a, b = line[:-1], line[1:]
     axis, cos = np.cross(a, b), _dot(a, b)
@@ -114,20 +116,21 @@ def turns(line: Array, side: Array) -> Array:
 
 
 def off_line(c: Array, e: Array) -> tuple[Array, Array]:
-    """Return the direction from P to E, and the component of C
-    perpendicular to it, (frames, 3) each.
+    """Return the direction from P to E, and the component of C perpendicular to it.
+
+    Both have the shape (frames, 3).
     """
     line = unit(e)
     return line, c - _dot(c, line)[:, None] * line
 
 
 def most(fps: float) -> float:
-    """Return the largest angle that a body segment can turn in one frame, degrees."""
+    """Return the largest angle, in degrees, that a body segment can turn in one frame."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
 def swivels(world: Pose, limb: Limb) -> list[Jump]:
-    """Return the impossible swivels of a limb."""
+    """Return the jumps of a limb's swivel that no body can make."""
     c, e, length = _from_p(world, limb)
     line, side = off_line(c, e)
     bent = _length(side) > BENT * length
@@ -138,10 +141,9 @@ def swivels(world: Pose, limb: Limb) -> list[Jump]:
 
 
 def own_side(world: Pose, limb: Limb) -> Array:
-    """Return the usual (median) direction from the limb's line to C, in the
-    frame of P's parent, (3,).
+    """Return the usual (median) direction from the limb's line to C, in P's parent's frame, (3,).
 
-    The median is computed repeatedly over the frames that agree with it, to exclude flips.
+    To exclude flips, the median is repeated over the frames that agree with the previous one.
     """
     _, side, _ = _in_parent(world, limb)
     side = unit(side)
@@ -154,8 +156,9 @@ def own_side(world: Pose, limb: Limb) -> Array:
 
 
 def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
-    """Return the frames in which C is on the side opposite to `own`, the
-    result of :func:`own_side`.
+    """Return the frames in which C is on the wrong side of the limb.
+
+    `own` is the usual side, the result of :func:`own_side`.
     """
     line, side, length = _in_parent(world, limb)
     ahead = own - (line @ own)[:, None] * line
@@ -166,8 +169,9 @@ def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
 
 
 def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
-    """Return impossible rotations of the limbs' first joints, and of all joints
-    below, about their bones.
+    """Return impossible rotations of joints about their bones.
+
+    The joints are the limbs' first joints and all joints below them.
     """
     skeleton = world.motion.skeleton
     below = {limb.p for limb in limbs}
@@ -190,11 +194,10 @@ def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
 
 
 def moved(before: Pose, after: Pose, joints: Sequence[int], decimals: int) -> float:
-    """Return the largest displacement of the joints, as a share of the
-    height, or 0 within rounding.
+    """Return the largest displacement of the joints, as a share of the height.
 
-    Rounding turns each joint above by at most half of the last decimal in each of its three
-    channels.
+    The result is 0 if rounding can explain the displacement. Rounding turns each joint above by at
+    most half of the last decimal in each of its three channels.
     """
     parents, height = before.motion.skeleton.parents, before.motion.skeleton.height
     rounding = 1.5 * np.radians(10.0**-decimals)
@@ -224,14 +227,15 @@ def unit(v: Array) -> Array:
 
 
 def _from_p(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
-    """Return C and E relative to P in the world, and the length of the limb."""
+    """Return C and E relative to P in world coordinates, and the length of the limb."""
     c, e = (world.at[:, j] - world.at[:, limb.p] for j in (limb.c, limb.e))
     return c, e, float((_length(c) + _length(e - c)).mean())
 
 
 def _in_parent(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
-    """Return the direction of the line, the side of C and the limb's
-    length, in P's parent's frame.
+    """Return the direction of the line, the side of C and the limb's length.
+
+    The directions are in the frame of P's parent.
     """
     c, e, length = _from_p(world, limb)
     parent = int(world.motion.skeleton.parents[limb.p])
@@ -241,7 +245,7 @@ def _in_parent(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
 
 
 def _bone(motion: Motion, joint: int) -> Array | None:
-    """Return the direction of a joint's bone in the joint's own frame, (frames, 3), or None."""
+    """Return the direction of a joint's bone in the joint's frame, (frames, 3), or None."""
     skeleton = motion.skeleton
     ends = [motion.translation(child) for child in skeleton.children[joint]]
     ends += [np.array(offset) for at, offset in skeleton.ends if at == joint]

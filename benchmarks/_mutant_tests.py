@@ -1,9 +1,9 @@
 """Try mutants for benchmarks/mutation.py: run a module's tests in a forked process for each.
 
-One process imports the tests of a module and forks for each mutant; the child process replaces the
-code of functions and runs the tests that reach them. In two cases another child, which has not
-imported these modules, is forked and imports the changed module: if replacing functions has no
-effect, as for a constant, and if it may be incomplete, because the mutant survives although
+One process imports the tests of a module and forks for each mutant. The child process replaces the
+code of functions and runs the tests that reach them. In two cases, the mutant is tried in another
+child, which has not imported these modules and imports the changed module: if replacing functions
+has no effect, as for a constant, and if it may be incomplete, because the mutant survives although
 importing the tests also ran the function. Other programs that tests start see the unchanged code.
 """
 
@@ -54,8 +54,8 @@ hypothesis.settings.register_profile(
 class Tests:
     """The tests that reach each line of a file, and their durations.
 
-    reached: mapping from a line to the names of tests, which may include SHARED and "" (on import);
-    seconds: mapping from the name of a test to its processor time.
+    - reached: the names of tests, keyed by line, which may include SHARED and "" (on import)
+    - seconds: the processor time of each test, keyed by name
     """
 
     files: tuple[str, ...]
@@ -65,8 +65,8 @@ class Tests:
     def of(self, mutant: Mutant) -> tuple[str, ...]:
         """Return the tests that may detect a mutant, the fastest first.
 
-        For a line that runs on import (a constant or a default value) these are the tests that run
-        its function, or all tests if it is outside functions.
+        For a line that runs on import (a constant or a default value), these are the tests that run
+        its function, or all tests if the line is outside functions.
         """
         names = self._within(mutant.lines) - {""}
         if not names and mutant.function:
@@ -84,9 +84,7 @@ class Tests:
         return "" in self._within(lines)
 
     def limit(self, name: str) -> float:
-        """Return the limit for a test in seconds of processor time,
-        including time for its fixtures.
-        """
+        """Return the limit for a test, including its fixtures, in seconds of processor time."""
         return 3.0 + 4.0 * self.seconds[name]
 
     def _within(self, lines: tuple[int, int]) -> set[str]:
@@ -94,9 +92,9 @@ class Tests:
 
 
 def learn(path: Path, files: Sequence[str], slowest: float) -> Tests:
-    """Run all tests once without a mutant; leave out tests that take longer than `slowest` seconds.
+    """Run all tests once without a mutant. Leave out tests that take more than `slowest` seconds.
 
-    Raises ValueError if a test fails.
+    Raise ValueError if a test fails.
     """
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "result.json"
@@ -162,7 +160,7 @@ def _tried(
 
 
 def _next(running: Mapping[int, float]) -> tuple[int, int]:
-    """Return the next child process that ends, and its status; kill a child that hangs."""
+    """Return the next child process that ends, and its status. Kill children that hang."""
     while True:
         for child, until in running.items():
             ended, status = os.waitpid(child, os.WNOHANG)
@@ -182,9 +180,9 @@ def _said(status: int) -> str:
 
 
 def _start(action: Callable[[], int], folder: Path) -> int:
-    """Fork a silent child process that runs `action`; return its id.
+    """Fork a child process that runs `action` without output, and return its id.
 
-    folder: where the child puts its temporary files.
+    `folder` is where the child puts its temporary files.
     """
     sys.stdout.flush()
     child = os.fork()
@@ -224,7 +222,7 @@ def _run(files: Sequence[str], plugin: object) -> int:
 def changed_in_place(name: str, source: str) -> bool:
     """Replace the code of an imported module's functions with their code in another source.
 
-    Returns False if no function differs, so that the change must be outside functions. Raises any
+    Return False if no function differs, so that the change must be outside functions. Raise any
     error that occurs during the import.
     """
     module = sys.modules.get(name)
@@ -246,7 +244,7 @@ def changed_in_place(name: str, source: str) -> bool:
 
 
 def _alike(one: CodeType, other: CodeType) -> bool:
-    """True if two code objects do the same; == also compares whether they have been run."""
+    """True if two code objects do the same. The operator == also compares if they have been run."""
     pairs = zip(one.co_consts, other.co_consts, strict=False)
     return (
         (one.co_code, one.co_names, one.co_varnames, len(one.co_consts))
@@ -258,8 +256,9 @@ def _alike(one: CodeType, other: CodeType) -> bool:
 
 
 def _functions(found: Mapping[str, object], module: str) -> Iterator[tuple[str, FunctionType]]:
-    """Yield the functions and methods of a module, including decorated
-    ones, with their positions.
+    """Yield the functions and methods of a module with their positions.
+
+    This includes decorated functions.
     """
     for at, thing in list(found.items()):
         for name in ("", "fget", "fset", "__func__", "func"):
@@ -280,7 +279,7 @@ def module_name(path: Path) -> str:
 
 
 class _Instead(importlib.abc.MetaPathFinder):
-    """Imports one module from changed source."""
+    """An import hook that imports one module from changed source."""
 
     def __init__(self, path: Path, source: str) -> None:
         self.name = module_name(path)
@@ -329,8 +328,9 @@ class _Chosen(_Limited):
 
 
 class _Served(_Limited):
-    """A pytest plugin that forks for each mutant instead of running the
-    tests, and reports outcomes.
+    """A pytest plugin that forks for each mutant instead of running the tests.
+
+    It reports the outcome for each mutant.
     """
 
     def __init__(self, mutants: Sequence[Mutant], tests: Tests, jobs: int, tell: int) -> None:
@@ -376,10 +376,10 @@ def _learn(path: Path, files: Sequence[str], result: Path) -> int:
 
 
 class _Noted:
-    """A pytest plugin that notes which test is running, for the coverage, and its duration.
+    """A pytest plugin that records which test is running, for the coverage, and its duration.
 
     Caches filled by the previous test (functools.cache) are cleared, because they would hide lines
-    that the next test needs, too.
+    that the next test also needs.
     """
 
     def __init__(self, traced: coverage.Coverage, module: str) -> None:

@@ -1,8 +1,8 @@
 """Make the mutants of a module with mutmut's operators, for benchmarks/mutation.py.
 
 Unlike mutmut's own command, this also mutates properties, other decorated functions and constants
-of a module: a mutant is a whole source file, so that nothing needs to be wrapped. Sentences
-(strings with a blank) are not changed, because tests that detect this would test the wording.
+of a module. Each mutant is a whole source file, so nothing needs to be wrapped. Sentences (strings
+with a blank) are not changed, because tests that detect this would test the wording.
 """
 
 from __future__ import annotations
@@ -23,9 +23,10 @@ from mutmut.mutation.pragma_handling import IgnoredCode
 class Mutant:
     """One change of one file.
 
-    lines: first and last line of the change, counted from 1; function: first and last line of the
-    enclosing function's body, or None outside functions; change: the old and the new code;
-    source(): function that returns the whole changed file.
+    - lines: the first and last line of the change, counted from 1
+    - function: the first and last line of the enclosing function's body, None outside functions
+    - change: the old and the new code
+    - source: a function that returns the whole changed file
     """
 
     path: Path
@@ -48,7 +49,7 @@ class _Visitor(MutationVisitor):
 
 
 def mutants_of(path: Path) -> list[Mutant]:
-    """Return every mutant of a Python file in the order of lines."""
+    """Return every mutant of a Python file, ordered by line."""
     wrapper = MetadataWrapper(cst.parse_module(path.read_text(encoding="utf-8")))
     visitor = _Visitor(mutation_operators, IgnoredCode(set(), set(), set()))
     wrapper.visit(visitor)
@@ -79,7 +80,7 @@ def _changed(module: cst.Module, mutation: Mutation) -> str:
 
 
 def _shown(old: str, new: str, around: int = 24) -> str:
-    """Return both texts without their common beginning and end, except for a few characters."""
+    """Return two texts without their common beginning and end, except for `around` characters."""
     begin = max(_alike(old, new) - around, 0)
     end = max(_alike(old[begin:][::-1], new[begin:][::-1]) - around, 0)
     first, last = ("… " if begin else ""), (" …" if end else "")
@@ -87,7 +88,7 @@ def _shown(old: str, new: str, around: int = 24) -> str:
 
 
 def _alike(a: str, b: str) -> int:
-    """Return the length of the beginning that two texts have in common."""
+    """Return the length of the common beginning of two texts."""
     pairs = enumerate(zip(a, b, strict=False))
     return next((i for i, (x, y) in pairs if x != y), min(len(a), len(b)))
 
@@ -103,9 +104,9 @@ def _below(node: cst.CSTNode) -> Iterator[cst.CSTNode]:
 
 
 def files_of(names: Iterable[str]) -> list[Path]:
-    """Return the Python files with these names, and those in folders with these names.
+    """Return the Python files with these names, and all files in the folders with these names.
 
-    Raises ValueError for any other name.
+    Raise ValueError for any other name.
     """
     found: list[Path] = []
     for name in map(Path, names):

@@ -1,4 +1,4 @@
-"""Correct a clip in the same way as `twistcore refine`, for several benchmarks."""
+"""Correct a clip in the same way as `twistcore refine`. Several benchmarks use this module."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ EVERYTHING = ("--min-confidence", "0", "--include-open")  # as if all finds were
 
 
 def refine_file(path: Path, output: Path, *words: str) -> None:
-    """Write the corrected clip to `output`; raises TwistError if this is not possible."""
+    """Write the corrected clip to `output`. Raise TwistError if it cannot be corrected."""
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         status = twistcore(["refine", str(path.resolve()), "-o", str(output), *words])

@@ -1,7 +1,7 @@
 """The rigs for `benchmarks.rigs`, with names and hierarchies taken from public rigs.
 
-Where pieces and helpers are along a bone, and which share of the roll they have, is our choice,
-because no two exported files agree on this.
+The positions of pieces and helpers along a bone, and their shares of the roll, are our choice,
+because no two exported files agree on them.
 """
 
 from __future__ import annotations
@@ -274,7 +274,7 @@ _IN_THREE = (
 
 
 def _fingers(hand: str, *fingers: str, marks: str = "12") -> tuple[Helper, ...]:
-    """Return two joints per finger, where the marks of the fingers replace '#' in the names."""
+    """Return two joints per finger. The '#' in the names is replaced by the mark of each finger."""
     across = [0.5 - k / max(len(fingers) - 1, 1) for k in range(len(fingers))]
     found = []
     for finger, aside in zip(fingers, across, strict=True):

@@ -1,7 +1,7 @@
-"""Build common rigs from CMU motion: the joints have the same positions in another skeleton.
+"""Build common rigs from CMU motion: another skeleton with joints at the same positions.
 
 A rig renames the joints of CMU's skeleton, divides bones into pieces that share the roll of the
-bone, and adds helpers: twist bones next to the chain, fingers, props.
+bone, and adds helpers: twist bones next to the chain, fingers and props.
 """
 
 from __future__ import annotations
@@ -46,11 +46,13 @@ _STILL = 1e-9  # radians
 class Helper:
     """An additional joint that is not part of any chain.
 
-    name, parent: names, with {s} for the side; bone: the bone in LIMBS that gives its direction and
-    roll; at: distance from the parent, as a share of the bone's length; aside: perpendicular
-    distance, as such a share; undo: share of the bone's own roll that the helper turns back;
-    follow: share of the roll of the joint below that the helper has; bend: share of the whole
-    rotation of the joint below.
+    - name, parent: names, with {s} for the side
+    - bone: the bone in LIMBS that gives the helper its direction and roll
+    - at: the distance from the parent, as a share of the bone's length
+    - aside: the perpendicular distance, as a share of the bone's length
+    - undo: the share of the bone's own roll that the helper turns back
+    - follow: the share of the roll of the joint below that the helper has
+    - bend: the helper's share of the whole rotation of the joint below
     """
 
     name: str
@@ -65,13 +67,16 @@ class Helper:
 
 @dataclass(frozen=True)
 class Rig:
-    """A family of rigs; joints whose name contains {s} exist on both sides.
+    """A family of rigs. Joints with {s} in their names exist on both sides.
 
-    trunk: names for TRUNK, fewer if the head has fewer joints; limbs: names for LIMBS, several for
-    a bone in pieces; sides: values of {s}; pelvis: name of a joint between the first joint and the
-    legs; share: share of a bone's own roll in its first piece, and share of the roll of the joint
-    below that the last piece does not take over; source: origin of the names and the hierarchy;
-    as_is: True for the rig of CMU itself.
+    - trunk: names for TRUNK, fewer if the head has fewer joints
+    - limbs: names for LIMBS, several for a bone in pieces
+    - sides: the values of {s}
+    - pelvis: the name of a joint between the first joint and the legs
+    - share: the share of a bone's own roll in its first piece, and the share of the roll of the
+      joint below that the last piece does not take over
+    - source: the origin of the names and the hierarchy
+    - as_is: True for the rig of CMU itself
     """
 
     name: str
@@ -120,8 +125,9 @@ class _Making:
 
 
 def rigged(motion: Motion, rig: Rig) -> Motion:
-    """Return the motion of a CMU clip on another rig; joints that both
-    have keep their positions.
+    """Return the motion of a CMU clip on another rig.
+
+    Joints that both rigs have are at the same positions.
     """
     if rig.as_is:
         return motion
@@ -134,9 +140,7 @@ def rigged(motion: Motion, rig: Rig) -> Motion:
 
 
 def shared_joints(motion: Motion, rig: Rig) -> dict[str, str]:
-    """Return the CMU name of each joint of a rig that CMU has too, by
-    the joint's name in the rig.
-    """
+    """Return the CMU names of the joints that a rig and CMU share, keyed by the rig's names."""
     found = {name: cmu for cmu, name in zip(TRUNK, rig.trunk, strict=False)}
     for side, long in enumerate(("Left", "Right")):
         found |= {rig.pieces(role, side)[0]: long + role for role in LIMBS}
@@ -144,9 +148,9 @@ def shared_joints(motion: Motion, rig: Rig) -> dict[str, str]:
 
 
 def _descend(made: _Making, joint: int, parent: int, offset: Array, turn: Array | None) -> None:
-    """Create a joint of CMU's rig, its pieces and helpers, and all joints below.
+    """Create a joint of CMU's rig, its pieces and helpers, and all joints below it.
 
-    turn: the part of its rotation that the pieces of the bone above have, or None.
+    `turn` is the part of its rotation that the pieces of the bone above have, or None.
     """
     skeleton, rig = made.motion.skeleton, made.rig
     cmu = skeleton.names[joint]
@@ -183,8 +187,9 @@ def _descend(made: _Making, joint: int, parent: int, offset: Array, turn: Array 
 def _bone(
     made: _Making, joint: int, parent: int, offset: Array, q: Array
 ) -> tuple[int, dict[int, Array]]:
-    """Create the pieces and helpers of a bone; return the last piece and the rotations
-    that its children turn back.
+    """Create the pieces and helpers of a bone.
+
+    Return the last piece and the rotations that its children turn back.
     """
     motion, rig = made.motion, made.rig
     skeleton = motion.skeleton
@@ -212,7 +217,7 @@ def _bone(
 
 
 def _add_helpers(made: _Making, role: str, side: int, bone: Array, joint: int = -1) -> None:
-    """Create the helpers of a bone in order; a parent must come before its children."""
+    """Create the helpers of a bone in order. A parent must come before its children."""
     motion = made.motion
     if np.linalg.norm(bone) < _STILL:
         return
@@ -265,9 +270,9 @@ def _roll(q: Array, axis: Array) -> Array:
 
 
 def bone_pairs(motion: Motion, rig: Rig) -> dict[tuple[int, str], tuple[int, int]]:
-    """Return P and C of each limb joint, by side and role of its bone, for the injection of errors.
+    """Return P and C of each limb joint, keyed by side and role of the bone, for injecting errors.
 
-    P is the parent of C, which is the last piece of a bone in pieces.
+    P is the parent of C. In a bone with several pieces, P is the last piece.
     """
     skeleton = motion.skeleton
     pairs = {}

@@ -1,4 +1,4 @@
-"""Count what the program keeps alive: memory, files, threads, widgets, clips, reviews."""
+"""Count what the program keeps alive: memory, files, threads, widgets, clips and reviews."""
 
 from __future__ import annotations
 
@@ -32,9 +32,11 @@ _PROCESS = Path("/proc/self")
 class Alive:
     """Counts of living objects after a garbage collection.
 
-    mib: resident memory; windows: widgets without a parent; ours: objects of our Qt classes that
-    Python references and Qt has not deleted; the other fields are named after the objects that they
-    count.
+    - mib: the resident memory
+    - windows: widgets without a parent
+    - ours: objects of our Qt classes that Python references and Qt has not deleted
+
+    The other fields are named after the objects that they count.
     """
 
     mib: float
@@ -95,7 +97,7 @@ def alive() -> Alive:
 
 
 def give_back() -> None:
-    """Return to the system the memory that the allocator keeps for later, if possible."""
+    """Return unused memory from the allocator to the system, if the platform supports this."""
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
         trim(0)
@@ -110,8 +112,8 @@ def resident() -> float:
 def children() -> list[str]:
     """Return the command lines of the running processes that this process has started.
 
-    The resource tracker of Python's multiprocessing, which runs as long as the program, is left
-    out.
+    The resource tracker of Python's multiprocessing is left out, because it always runs until the
+    program ends.
     """
     numbers = [n for t in (_PROCESS / "task").iterdir() for n in _read(t / "children").split()]
     lines = [_read(Path("/proc", n, "cmdline")).replace("\0", " ").strip() for n in numbers]
@@ -127,7 +129,7 @@ def _read(file: Path) -> str:
 
 @dataclass
 class Said:
-    """The reported problems: uncaught exceptions, and warnings of Qt."""
+    """The problems that were reported: uncaught exceptions, and warnings of Qt."""
 
     wrong: list[str] = field(default_factory=list)
 
@@ -153,7 +155,7 @@ class _Logged(logging.Handler):
 
 @contextmanager
 def heard() -> Iterator[Said]:
-    """Record every uncaught exception in a slot or thread, and every warning of Qt or of a log."""
+    """Record every uncaught exception in a slot or thread, and every warning of Qt or a log."""
     said = Said()
 
     def message(kind: QtMsgType, _context: object, text: str) -> None:

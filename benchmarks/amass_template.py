@@ -33,7 +33,7 @@ _LIMBS = (1, 2, 4, 5, 7, 8, 16, 17, 18, 19)
 
 
 def tilts(degrees: float, rng: np.random.Generator) -> np.ndarray:
-    """Return a rest rotation for the bones of each joint, (24, 4); only limbs are rotated."""
+    """Return a rest rotation for the bones of each joint, (24, 4). Only limbs are rotated."""
     axes = np.zeros((24, 3))
     axes[list(_LIMBS)] = np.radians(degrees) * normalise(rng.normal(size=(len(_LIMBS), 3)))
     return exponential(axes)
@@ -60,8 +60,10 @@ def packed(arrays: dict[str, np.ndarray]) -> bytes:
 
 
 def row(paths: list[Path], degrees: float) -> str:
-    """Return a table row: finds with the body, also without it, only
-    without it; joint displacement.
+    """Return a row of the table for some clips.
+
+    The columns are the finds with the body, those also found without it, those found only without
+    it, and the displacement of joints.
     """
     known = same = more = 0
     moved = []

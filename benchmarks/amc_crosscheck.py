@@ -32,7 +32,10 @@ MOST = 2e-4
 
 @dataclass(frozen=True)
 class Compared:
-    """The result for one clip: scale, the two largest distances, joints whose OFFSET is omitted."""
+    """The result for one clip.
+
+    These are the scale, the two largest distances, and the joints with an omitted OFFSET.
+    """
 
     frames: int
     scale: float
@@ -42,7 +45,7 @@ class Compared:
 
 
 def compared(amc: Path, bvh: Path) -> Compared:
-    """Compare two files of the same trial; raise ValueError if they are from different trials."""
+    """Compare two files of the same trial. Raise ValueError if the trials differ."""
     mine, theirs = read_amc(amc).motion, read_bvh(bvh).motion
     if theirs.frames == mine.frames + 1:
         theirs = theirs.sliced(1, theirs.frames)

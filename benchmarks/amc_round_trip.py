@@ -40,8 +40,9 @@ def with_flip(clip: AmcClip) -> AmcClip:
 
 
 def words(data: bytes) -> list[tuple[int, str, bytes]]:
-    """Return every word of a file with its frame, counted from 0, and
-    the first word of its line.
+    """Return the words of a file.
+
+    Each has its frame, counted from 0, and the first word of its line.
     """
     out, frame = [], -1
     for line in data.splitlines():

@@ -50,7 +50,7 @@ Row = dict[str, float | int | str]
 
 @dataclass(frozen=True)
 class Find:
-    """An interval of a clip; offset: degrees in each frame; degrees: the angle shown in tables.
+    """An interval of a clip.
 
     applied: True for an automatic correction of `refine`; offset: what a correction removes, zeros
     without one; carried: True if the part below carried along.
@@ -72,7 +72,7 @@ class Find:
 
 @dataclass(frozen=True)
 class Seen:
-    """A surveyed clip; problem: the reason if the survey failed, or ''."""
+    """A surveyed clip. `problem` is the reason if the survey failed, or ''."""
 
     set: str
     clip: str
@@ -89,7 +89,7 @@ class Seen:
 
 
 def look(path: Path, kinds: Sequence[Kind] = KINDS) -> Seen:
-    """Read a clip and search it for errors of some kinds; raises TwistError."""
+    """Read a clip and search it for errors of some kinds. Raise TwistError if this fails."""
     motion = read_clip(path).motion
     analysis = analyse(motion)
     found = analysis.detect(kinds=kinds)
@@ -119,7 +119,10 @@ def _find(clip: str, i: Interval, *, applied: bool) -> Find:
 def survey(
     folder: Path, only: Sequence[str] = (), workers: int = 2, kinds: Sequence[Kind] = KINDS
 ) -> Iterator[Seen]:
-    """Yield the result for each clip of each set as it finishes; a failed clip has a problem."""
+    """Yield the result for each clip of each set as soon as it is finished.
+
+    The result for a clip that failed has a `problem`.
+    """
     paths = [p for p in sorted(folder.glob("*/*")) if is_clip(p)]
     paths = [p for p in paths if not only or p.parent.name in only]
     for path, seen in each(partial(look, kinds=kinds), paths, workers):
@@ -183,7 +186,7 @@ def sample(seen: Iterable[Seen], most: int, seed: int) -> list[tuple[str, Find]]
 
 
 def wilson(right: int, of: int) -> tuple[float, float]:
-    """Return Wilson's (1927) 95 % interval for the share right / of, or 0 to 1 without data."""
+    """Return Wilson's (1927) 95 % interval for the share right / of. Without data, it is 0 to 1."""
     if not of:
         return 0.0, 1.0
     p, z2 = right / of, WILSON**2
@@ -193,8 +196,9 @@ def wilson(right: int, of: int) -> tuple[float, float]:
 
 
 def precision(verdicts: Iterable[Mapping[str, str]], *by: str) -> list[Row]:
-    """Return the number of each verdict, the share of errors and its
-    interval, grouped by columns.
+    """Return the number of each verdict, and the share of errors with its interval.
+
+    The rows are grouped by the given columns.
     """
     counted: dict[tuple[str, ...], Counter[str]] = defaultdict(Counter)
     for row in verdicts:
@@ -210,7 +214,7 @@ def precision(verdicts: Iterable[Mapping[str, str]], *by: str) -> list[Row]:
 
 
 def markdown(rows: Sequence[Mapping[str, object]]) -> str:
-    """Return rows as a Markdown table; '' without rows."""
+    """Return rows as a Markdown table, or '' if there are none."""
     if not rows:
         return ""
     lines = [list(rows[0]), ["---"] * len(rows[0]), *(list(r.values()) for r in rows)]
@@ -218,7 +222,7 @@ def markdown(rows: Sequence[Mapping[str, object]]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Survey the clips, print the table and draw the pictures; return 1 if a clip failed."""
+    """Survey the clips, print the table and draw the pictures. Return 1 if a clip failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--only", action="append", default=[], metavar="SET")
@@ -260,7 +264,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
-    """Draw contact sheets of finds, and write a table in which their verdicts can be entered."""
+    """Draw contact sheets of finds, and write a table for their verdicts."""
     from benchmarks.atlas_pictures import A_SHEET, sheet
 
     output.mkdir(parents=True, exist_ok=True)
@@ -285,8 +289,8 @@ def draw_blind(
 ) -> None:
     """Draw numbered pictures of the finds in random order, and write a key for them.
 
-    The judges do not open the key; :mod:`benchmarks.blind_verdicts` evaluates their verdicts.
-    joints: True to draw the body and one joint instead of the chain.
+    The judges do not open the key. :mod:`benchmarks.blind_verdicts` evaluates their verdicts. If
+    `joints` is True, the body and one joint are drawn instead of the chain.
     """
     from benchmarks.atlas_pictures import picture
     from benchmarks.joint_pictures import joint_picture
@@ -310,7 +314,10 @@ def draw_blind(
 def figures(
     folder: Path, seen: Iterable[Seen], verdicts: Iterable[Mapping[str, str]], output: Path
 ) -> None:
-    """Draw each find with a picture name; only bones as lines unless the set may be published."""
+    """Draw each find that has a picture name.
+
+    Bones are drawn only as lines, unless the set may be published.
+    """
     from benchmarks.atlas_pictures import picture
 
     def key(name: str, find: Mapping[str, object]) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """Draw finds: the limb before, inside and after the interval, and its curves over time.
 
-Used by :mod:`benchmarks.atlas`. Skeleton only: bones are flat bodies with a light and a dark face,
-so that their roll is visible.
+Used by :mod:`benchmarks.atlas`. Only the skeleton is drawn. Bones are flat bodies with a light and
+a dark face, so that their roll is visible.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ A_SHEET, COLUMNS = 12, 2
 
 
 def sheet(rows: Sequence[tuple[str, Path, Any]], output: Path, start: int = 0) -> None:
-    """Draw finds in a row, with numbers. rows: (set, path of the clip, find)."""
+    """Draw finds in a row, with numbers. Each of `rows` is (set, path of the clip, find)."""
     figure = plt.figure(figsize=(17.2, 2.85 * -(-len(rows) // COLUMNS)), dpi=72)
     grid = figure.subfigures(-(-len(rows) // COLUMNS), COLUMNS, squeeze=False)
     for k, (name, clip, find) in enumerate(rows):
@@ -68,7 +68,7 @@ def one(figure: Any, title: str, clip: Path, find: Any) -> None:
 
 
 def picture(clip: Path, find: Any, output: Path, *, bare: bool) -> None:
-    """Draw one find for a page. bare: True to draw bones as lines instead of bodies."""
+    """Draw one find for a page. If `bare` is True, draw bones as lines instead of bodies."""
     motion = read_motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
     figure = plt.figure(figsize=(9.6, 2.9), dpi=74)
@@ -106,7 +106,7 @@ _kept: dict[Path, Motion] = {}
 
 
 def read_motion(clip: Path) -> Motion:
-    """Return the motion of a clip; the latest one is kept."""
+    """Return the motion of a clip. The latest one is cached."""
     if clip not in _kept:
         _kept.clear()
         _kept[clip] = read_clip(clip).motion
@@ -121,8 +121,8 @@ def _window(motion: Motion, find: Any) -> NDArray[np.int64]:
 def draw_poses(panel: Any, motion: Motion, chain: Chain, find: Any, *, bare: bool = False) -> None:
     """Draw the bones of P and C before, inside and after the interval, from two sides.
 
-    They are drawn in the frame of P's parent, so that only the limb moves, and all three poses are
-    seen from the same direction.
+    They are drawn in the frame of P's parent, so only the limb moves, and all three poses are seen
+    from the same direction.
     """
     middle = (find.start + find.stop - 1) // 2
     shown = [max(find.start - 2, 0), middle, min(find.stop + 1, motion.frames - 1)]
@@ -159,7 +159,7 @@ def draw_poses(panel: Any, motion: Motion, chain: Chain, find: Any, *, bare: boo
 
 
 def _tip(chain: Chain, rotations: Array, positions: Array, motion: Motion) -> Array:
-    """Return the end of C's bone, (frames, 3): its child joint, or a point along C's own axis."""
+    """Return the end of C's bone, (frames, 3): its child joint, or a point along C's axis."""
     if chain.grandchild >= 0:
         return positions[:, chain.grandchild]
     size = 0.6 * float(np.linalg.norm(motion.skeleton.offsets[chain.child]))
@@ -168,8 +168,9 @@ def _tip(chain: Chain, rotations: Array, positions: Array, motion: Motion) -> Ar
 
 
 def draw_bone(panel: Any, ends: Any, q: Array, view: Any, at: Array, face: Any, bare: bool) -> None:
-    """Draw a flat body between two joints; its wide side is fixed in
-    the joint's own coordinates.
+    """Draw a flat body between two joints.
+
+    Its wide side is fixed in the joint's coordinates.
     """
     right, up, eye = view
     a, z = ends
@@ -248,9 +249,7 @@ def _azimuth(q_c: Array, chain: Chain) -> Array:
 
 
 def _of_a_joint(panel: Any, motion: Motion, find: Any, frames: Any) -> None:
-    """Plot the twist of the jumping joint about its own axis, globally
-    and relative to its parent.
-    """
+    """Plot the twist of the jumping joint about its axis, globally and relative to its parent."""
     joint = motion.skeleton.index(find.joint)
     axis = own_axis(motion.skeleton, joint)
     part = motion.sliced(int(frames[0]), int(frames[-1]) + 1)

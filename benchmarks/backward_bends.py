@@ -44,7 +44,10 @@ def hinges_of(clip: ClipAnalysis) -> list[tuple[Chain, Hinge | None]]:
 
 
 def finds(clip: ClipAnalysis, motion: Motion) -> list[Interval]:
-    """Return the backward bends of a motion; clip: the analysis of a clip with the same chains."""
+    """Return the backward bends of a motion.
+
+    `clip` is the analysis of a clip with the same chains.
+    """
     search = KindSearch(motion, clip.chains, clip.chains, named=clip.chains_and_limbs)
     return [one for own in find_backward_bends(search).values() for one in own]
 
@@ -54,7 +57,8 @@ def bent_backward(
 ) -> tuple[Motion, int, int] | None:
     """Return the motion with C bent backward for a while, and the frames of this bend.
 
-    degrees: the angle behind straight. None if the clip is too short or the limb always bent.
+    `degrees` is the angle of the bend beyond the straight limb. The result is None if the clip is
+    too short or the limb is always bent.
     """
     length = int(rng.uniform(0.3, 1.2) * motion.fps)
     if length < 4 or motion.frames < length + 8:
@@ -75,7 +79,7 @@ def bent_backward(
 
 
 def measure(folder: Path, given: argparse.Namespace) -> None:
-    """Print the lines of a folder."""
+    """Print the output lines for a folder."""
     found, missed, others, depth = Counter(), Counter(), Counter(), Counter()
     sound, minutes, limbs, hinged = 0, 0.0, 0, 0
     for path in clips_of(folder):

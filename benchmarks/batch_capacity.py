@@ -30,7 +30,10 @@ Array = NDArray[np.float64]
 
 
 def measured(folders: Sequence[Path]) -> tuple[Array, Array, Array]:
-    """Return the seconds, the file size and the memory, both in bytes, of every finished clip."""
+    """Return the seconds, the file size and the memory of every finished clip.
+
+    The file size and the memory are in bytes.
+    """
     rows = []
     for folder in folders:
         with Manifest.open(folder) as manifest:
@@ -41,9 +44,9 @@ def measured(folders: Sequence[Path]) -> tuple[Array, Array, Array]:
 
 
 def until_done(seconds: Array, workers: int, start: float) -> float:
-    """Return the seconds until the last clip is finished if clips are handed out in this order.
+    """Return the seconds until the last clip is finished, with clips assigned in this order.
 
-    start: seconds that a worker needs to start.
+    `start` is the number of seconds that a worker needs to start.
     """
     free = [start] * workers
     for each in seconds.tolist():
@@ -52,8 +55,9 @@ def until_done(seconds: Array, workers: int, start: float) -> float:
 
 
 def workers_for(seconds: Array, hours: float, start: float) -> int | None:
-    """Return roughly the smallest number of workers that finish in `hours`,
-    or None if there is none.
+    """Return approximately the smallest number of workers that finish within `hours`.
+
+    Return None if no number of workers is enough.
     """
     if seconds.max() + start > 3600.0 * hours:
         return None

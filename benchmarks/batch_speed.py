@@ -27,7 +27,7 @@ WAYS = {"1": ("--workers", "1"), "2": ("--workers", "2"), "dask": ("--local-clus
 
 
 def run(folder: Path, out: Path, *words: str) -> float:
-    """Run the whole command; return its duration in seconds."""
+    """Run the whole command and return its duration in seconds."""
     command = [sys.executable, "-m", "twistcore", "batch", str(folder), "-o", str(out), *words]
     begin = time.perf_counter()
     subprocess.run(command, check=True, capture_output=True)
@@ -35,7 +35,7 @@ def run(folder: Path, out: Path, *words: str) -> float:
 
 
 def mark(out: Path) -> str:
-    """Return a hash of all results in a folder."""
+    """Return a hash of all results in a folder, to compare two runs."""
     with Manifest.open(out) as manifest:
         results = {record.name: record.result for record in manifest.each_record()}
     return hashlib.sha256(json.dumps(results, sort_keys=True).encode()).hexdigest()

@@ -36,9 +36,7 @@ FRAMES = 40
 
 
 def export(source: Path, folder: Path) -> list[Path]:
-    """Write the clip, rewritten and corrected, into `folder`, each file
-    with its joint positions.
-    """
+    """Write the clip, rewritten and corrected, into `folder`, with the joint positions of each."""
     from benchmarks._refined import EVERYTHING, refine_file
     from benchmarks.bvh_crosscheck import rewritten
     from twistcore.formats.bvh import read_bvh
@@ -55,8 +53,9 @@ def export(source: Path, folder: Path) -> list[Path]:
 
 
 def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) -> None:
-    """Write joint positions next to a file: in evenly spaced frames and
-    in some frames of `also`.
+    """Write the joint positions next to a file, for some frames.
+
+    The frames are evenly spaced, and some of `also` are added.
     """
     from twistcore.skeleton.motion import forward_kinematics
 
@@ -70,7 +69,7 @@ def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) 
 
 
 def in_blender(path: Path) -> dict[str, Any]:
-    """Import a written file into Blender and compare it; runs with bpy and without twistcore."""
+    """Import a written file into Blender and compare it. This runs with bpy, without twistcore."""
     import bpy
 
     names, height = json.loads(path.with_suffix(".json").read_text())
@@ -98,7 +97,7 @@ def in_blender(path: Path) -> dict[str, Any]:
 def compared(source: Path, blender: str) -> list[dict[str, Any]]:
     """Return the results of `in_blender` for one clip, rewritten and corrected.
 
-    Raises RuntimeError if Blender cannot read a file, and TwistError if twistcore cannot.
+    Raise RuntimeError if Blender cannot read a file, and TwistError if twistcore cannot.
     """
     with tempfile.TemporaryDirectory() as folder:
         paths = map(str, export(source, Path(folder)))

@@ -29,8 +29,9 @@ BINS = 5  # with equal numbers of finds
 
 
 def kappa(first: Sequence[str], second: Sequence[str]) -> float:
-    """Return Cohen's kappa [Cohen 1960]: 1 if the judges always agree,
-    0 if they agree by chance.
+    """Return Cohen's kappa [Cohen 1960].
+
+    It is 1 if the judges always agree, and 0 if they agree by chance.
     """
     if not first:
         return float("nan")
@@ -55,7 +56,7 @@ def reliability(rows: Iterable[Mapping[str, str]], bins: int = BINS) -> list[Bin
 
 
 def judged(folder: Path) -> list[dict[str, str]]:
-    """Return the rows of the key with both verdicts; raises ValueError for an unknown verdict."""
+    """Return the rows of the key with both verdicts. Raise ValueError for an unknown verdict."""
     key = {row["number"]: row for row in _rows(folder / "key.csv")}
     said = [_verdicts(folder / f"{name}.csv") for name in ("first", "second")]
     both = sorted(set(said[0]) & set(said[1]) & set(key), key=int)

@@ -42,7 +42,7 @@ exclude_also =
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the tests and print the coverage; return 0 if both packages reach their minimum."""
+    """Run the tests and print the coverage. Return 0 if both packages reach their minimum."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -63,9 +63,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def tell(files: Mapping[str, Mapping[str, int]]) -> int:
-    """Print the coverage; return 1 if a package is below its minimum.
+    """Print the coverage. Return 1 if a package is below its minimum.
 
-    files: mapping from a path to the summary that coverage gives for it.
+    `files` maps a path to the summary that coverage gives for it.
     """
     sums: dict[str, Counter[str]] = defaultdict(Counter)
     for name, of in files.items():

@@ -50,8 +50,8 @@ def rewritten(clip: Clip) -> bytes:
 def corrected(path: Path) -> tuple[float, float]:
     """Compare a corrected file with pybvh.
 
-    Returns the largest distance from pybvh's joints, and the largest displacement of a joint by the
-    correction according to pybvh, both as shares of the height.
+    Return the largest distance from pybvh's joints, and the largest displacement of a joint by the
+    correction according to pybvh. Both are shares of the height.
     """
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "corrected.bvh"
@@ -64,8 +64,9 @@ def corrected(path: Path) -> tuple[float, float]:
 
 
 def differences(path: Path) -> tuple[float, float]:
-    """Return the largest distance of a joint, as a share of the height,
-    as read and as rewritten.
+    """Return the largest distances of a joint, as shares of the height.
+
+    The first is for the file as read, and the second for the rewritten file.
     """
     clip = read_bvh(path)
     ours = forward_kinematics(clip.motion)[1]

@@ -54,8 +54,9 @@ Steps = tuple[
 
 
 def tiled(frames: int, form: str) -> bytes:
-    """Return the sample's rows repeated; with a format, all numbers are
-    changed slightly to have it.
+    """Return the sample's rows, repeated.
+
+    If a format is given, all numbers are changed slightly so that they have this format.
     """
     data = SAMPLE.read_bytes().replace(b"\r\n", b"\n")
     head, _, motion = data.partition(b"MOTION\n")
@@ -69,7 +70,7 @@ def tiled(frames: int, form: str) -> bytes:
 def steps(tool: str, path: str, out: str) -> Steps:
     """Return the steps of one tool: parsing, forward kinematics, and preparation of writing.
 
-    A tool that lacks one of the last two has None in its place.
+    If a tool lacks one of the last two, it is None.
     """
     return _STEPS[tool](path, out)
 
@@ -158,7 +159,10 @@ _STEPS: dict[str, Callable[[str, str], Steps]] = {
 
 
 def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float]:
-    """Return the seconds of each step of one tool in this process, and the parsing peak in MB."""
+    """Return the seconds of each step of one tool in this process, and its peak memory in MB.
+
+    The peak is that of parsing.
+    """
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:
         parse, fk, write = steps(tool, path, str(Path(folder) / "out.bvh"))
@@ -178,7 +182,10 @@ def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float
 
 
 def _memory() -> float:
-    """Return the peak memory of this process in MB; ru_maxrss would start at the parent's peak."""
+    """Return the peak memory of this process in MB.
+
+    ru_maxrss is not used, because it would start at the parent's peak.
+    """
     status = Path("/proc/self/status")
     if status.exists():
         return int(status.read_text().partition("VmHWM:")[2].split()[0]) / 1024

@@ -49,7 +49,7 @@ BINS = 10
 
 
 def right(interval: Interval, errors: Sequence[InjectedError]) -> bool:
-    """True if an interval matches an injected error and corrects it."""
+    """True if an interval matches one of the injected errors and corrects it."""
     for e in errors:
         if e.chain != interval.chain:
             continue
@@ -68,8 +68,10 @@ def right(interval: Interval, errors: Sequence[InjectedError]) -> bool:
 
 
 def features(interval: Interval, tau: float) -> tuple[float, ...]:
-    """Return gain, closing residual in σ, margin of the weaker edge,
-    frames, whether τ is reached.
+    """Return the features of an interval.
+
+    These are the gain, the closing residual in σ, the margin of the weaker edge, the number of
+    frames, and whether τ is reached.
     """
     evidence = interval.evidence or {}
     weakest = np.radians(min(abs(e["jump_deg"]) for e in evidence["edges"]))
@@ -114,7 +116,7 @@ class Sample:
 
 
 def collect(paths: Sequence[Path], seed: int) -> Sample:
-    """Collect the candidates from all clips with errors of every protocol, each chain in turn.
+    """Collect the candidates from all clips with errors of every protocol, in one chain at a time.
 
     The candidates from the clips without errors are included.
     """
@@ -166,7 +168,7 @@ def fitted(sample: Sample) -> np.ndarray:
 
 
 def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
-    """Return the area under the ROC curve, where equal confidences count half."""
+    """Return the area under the ROC curve. Pairs with equal confidences count half."""
     levels, of = np.unique(p, return_inverse=True)
     good = np.bincount(of, weight * y, len(levels))
     bad = np.bincount(of, weight * ~y, len(levels))
@@ -175,7 +177,10 @@ def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
 
 
 def report(title: str, sample: Sample, clean_weight: float) -> None:
-    """Print one table. clean_weight: passes without errors for each pass with errors."""
+    """Print one table.
+
+    `clean_weight` is the number of passes without errors for each pass with errors.
+    """
     p, y, clean = np.array(sample.p), np.array(sample.y), np.array(sample.clean)
     # A clip has one clean pass for all chains, but one pass with errors for each chain.
     weight = np.where(clean, clean_weight, 1.0)

@@ -77,7 +77,7 @@ def detected(path: Path) -> Detection:
 
 
 def cost_of(path: Path) -> Cost:
-    """Measure a clip; for a short clip, take the smallest time of several rounds."""
+    """Measure a clip. For a short clip, take the smallest time of several rounds."""
     best, found = np.inf, None
     for _ in range(ROUNDS):
         begin = time.process_time()
@@ -91,7 +91,7 @@ def cost_of(path: Path) -> Cost:
 
 
 def clips_below(folders: Sequence[Path]) -> list[Path]:
-    """Return all BVH files in and below the folders; files with the same contents only once."""
+    """Return all BVH files in and below the folders, without duplicates of the same content."""
     found: dict[tuple[str, int], Path] = {}
     for folder in folders:
         for path in sorted(folder.rglob("*.bvh")) if folder.is_dir() else [folder]:
@@ -190,7 +190,7 @@ print(pybvh.read_bvh_file(sys.argv[1]).angular_velocities().shape)
 
 
 def cold_seconds(command: Sequence[str]) -> float:
-    """Return the smallest processor time of a new process including its children."""
+    """Return the smallest processor time of a new process, including its children."""
     best, quiet = np.inf, subprocess.DEVNULL
     kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     kept |= {"PYTHONPYCACHEPREFIX": str(Path(tempfile.gettempdir(), "twistcore-cost"))}
@@ -204,7 +204,7 @@ def cold_seconds(command: Sequence[str]) -> float:
 
 
 def say_cold(path: Path, with_pybvh: str) -> None:
-    """Print the cost of a cold start, compared with merely reading the same clip."""
+    """Print the cost of a cold start, compared with that of only reading the same clip."""
     nothing = cold_seconds([sys.executable, "-c", "import numpy"])
     plain = cold_seconds(
         [with_pybvh or sys.executable, "-c", _PYBVH if with_pybvh else _PLAIN, str(path)]

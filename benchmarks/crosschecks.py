@@ -40,7 +40,7 @@ from twistcore.formats.clip_files import BVH, clips_in
 class Peer:
     """The result of another program for a file.
 
-    Distances are shares of the height; if the program refuses the file, its message is stored
+    Distances are shares of the height. If the program refuses the file, its message is stored
     instead.
     """
 
@@ -60,7 +60,7 @@ class Peer:
 
 @dataclass(frozen=True)
 class Checked:
-    """The check of one file: outcome, message, whether its bytes came back, and other programs."""
+    """The check of one file: outcome, message, unchanged bytes, and the other programs."""
 
     path: str
     outcome: str
@@ -94,8 +94,9 @@ def checked(path: Path, blender: str | None, *, correct: bool) -> Checked:
 
 
 def asked(name: str, ask: Callable[[], tuple[float, ...]], most: tuple[float, ...]) -> Peer:
-    """Return the answer of another program; its exceptions count as a
-    refusal, but not those of ours.
+    """Return the result of another program.
+
+    Its exceptions count as a refusal. Exceptions of our program are not caught.
     """
     try:
         with warnings.catch_warnings():
@@ -128,7 +129,7 @@ def line_of(one: Checked) -> str:
 
 
 def summary(files: list[Checked]) -> list[str]:
-    """Return the counts over all files as text."""
+    """Return a text with the counts over all files."""
     ours = Counter(one.outcome for one in files)
     lines = [
         f"{len(files)} files: {ours['read']} read, {ours['refused']} refused with a sentence, "
@@ -146,7 +147,7 @@ def summary(files: list[Checked]) -> list[str]:
 
 
 def main() -> int:
-    """Check all files, print one line for each, and then the counts."""
+    """Check all files, print one line for each, and then print the counts."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -52,7 +52,11 @@ def with_errors(source: Path, target: Path) -> None:
 
 @dataclass
 class Day:
-    """The events of the day. decided: decisions by clip; wrong: descriptions of failures."""
+    """The events of the day.
+
+    - decided: the decisions, keyed by clip
+    - wrong: descriptions of failures
+    """
 
     log: IO[str]
     rng: random.Random
@@ -84,8 +88,9 @@ class Day:
 
 @dataclass
 class Person:
-    """A simulated user of a running program. mouse: True to use only the
-    mouse, False only the keys.
+    """A simulated user of a running program.
+
+    If `mouse` is True, the user works only with the mouse, or else only with the keyboard.
     """
 
     screen: RealScreen
@@ -96,21 +101,19 @@ class Person:
     # -- input --------------------------------------------------------------------------------
 
     def press(self, *keys: str, counts: bool = True) -> None:
-        """Press keys. counts: False for keys that recover from an accident."""
+        """Press keys. `counts` is False for keys that recover from an accident."""
         self.screen.key(*keys)
         self.day.keys += len(keys) if counts else 0
         self._look(keys)
 
     def click(self, widget: str, *, counts: bool = True) -> None:
-        """Click the middle of a widget. counts: as in `press`."""
+        """Click the middle of a widget. `counts` has the same meaning as in `press`."""
         self.screen.click(self.program.rect(widget))
         self.day.clicks += 1 if counts else 0
         self._look(widget)
 
     def _look(self, done: object) -> None:
-        """Record a failure if a dialog blocks the review or another
-        widget has the keyboard focus.
-        """
+        """Record a failure if a dialog blocks the review or another widget has the focus."""
         name = "type(QApplication.{}()).__name__"
         box = self.program.ask(name.format("activeModalWidget"))
         if box not in ("NoneType", "ExportDialog"):
@@ -142,7 +145,7 @@ class Person:
     # -- the review ---------------------------------------------------------------------------
 
     def judge(self) -> bool:
-        """Judge the selected interval; return False if there is none."""
+        """Judge the selected interval. Return False if there is none."""
         before = self.program.decisions()
         if "undecided" not in before:
             return False
@@ -179,7 +182,7 @@ class Person:
             self.day.keys += 1
 
     def export(self) -> str:
-        """Export the clip; return the name of the clip that opens next, or '' if none is left."""
+        """Export the clip. Return the name of the clip that opens next, or '' if none is left."""
         last = self.clip
         self.start_export()
         end = time.monotonic() + 30.0
@@ -201,7 +204,7 @@ class Person:
 
 
 def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int) -> None:
-    """Review the whole folder: start, judge, export, and start again after each kill."""
+    """Review the whole folder: start, judge and export. Start again after each kill."""
     accidents = {"overwrite": clips // 4, "change": 5 * clips // 8}  # after so many exports
     kills = [clips // 5, clips // 2, 4 * clips // 5]
     expected = ""  # the clip that was open when the program was killed
@@ -241,8 +244,9 @@ def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int
 
 
 def take_up(person: Person, expected: str, *, with_folder: bool) -> None:
-    """Continue after a kill, checking that the clip is offered again and
-    that no decision is missing.
+    """Continue after a kill.
+
+    Check that the clip is offered again and that no decision is missing.
     """
     person.answer("Restore" if with_folder else "Open and restore")
     before = person.day.decided[expected]
@@ -296,7 +300,7 @@ def change(person: Person, folder: Path) -> None:
 
 
 def kept(folder: Path, day: Day) -> int:
-    """Return the number of correct decisions in the sessions on disk; record others as failures."""
+    """Return the number of correct decisions in the sessions on disk. Record others as failures."""
     count = 0
     for clip, decisions in day.decided.items():
         session = json.loads((folder / f"{Path(clip).stem}.twist.json").read_text())

@@ -40,8 +40,9 @@ BELOW = (0.02, 0.05, 0.1, 0.2)  # shares of a chain's edges above `FIRST` that a
 
 
 def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
-    """Return the sample, played forwards and backwards, with an error
-    per chain every 140 frames.
+    """Return the sample, played forwards and backwards, with errors.
+
+    Each chain has an error every 140 frames.
     """
     motion = read_bvh(SAMPLE).motion
     length = motion.frames - 1  # frame 0 is a T-pose
@@ -51,8 +52,9 @@ def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
 
 
 def one_line(joints: int, frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
-    """Return joints in one line that sway by about 10° at 60 Hz, with
-    0.05° of noise, and errors.
+    """Return joints in one line that sway by about 10° at 60 Hz.
+
+    They have 0.05° of noise, and errors.
     """
     rng = np.random.default_rng(seed)
     t = np.arange(frames)[:, None, None] / 60.0
@@ -78,7 +80,7 @@ def with_errors(motion: Motion, rng: np.random.Generator) -> tuple[Motion, tuple
 
 
 def new_taus(chain: ChainAnalysis) -> list[float]:
-    """Return values of τ in radians, each with a set of edges of its own, unlike `FIRST`'s."""
+    """Return values of τ in radians. Each selects a different set of edges, also from `FIRST`."""
     jumps = np.sort(np.abs(chain.edges.jump))
     jumps = jumps[jumps >= FIRST]
     out = sorted({int(share * len(jumps)) for share in BELOW} - {0})

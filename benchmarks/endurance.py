@@ -61,7 +61,7 @@ _LOOKS = ("skin", "side_by_side", "trails", "colour_by_offset", "both_detectors"
 
 @dataclass
 class Sitting:
-    """A simulated user at a window. done: how often each action was carried out."""
+    """A simulated user at a window. `done` counts how often each action was carried out."""
 
     window: MainWindow
     clips: list[Path]
@@ -71,7 +71,7 @@ class Sitting:
     # -- input and waiting ------------------------------------------------------------------------
 
     def wait(self, ready: Callable[[], bool], what: str) -> None:
-        """Run the event loop until a condition holds. what: description of the condition."""
+        """Run the event loop until a condition holds. `what` describes the condition."""
         end = time.monotonic() + _PATIENCE
         while not ready():
             if time.monotonic() > end:
@@ -89,9 +89,7 @@ class Sitting:
         wait(2)
 
     def quiet(self) -> None:
-        """Wait until nothing is running: no opening, export, folder survey,
-        typesetting or measurement.
-        """
+        """Wait until no opening, export, folder survey, typesetting or measurement is running."""
         window = self.window
 
         def idle() -> bool:
@@ -128,8 +126,9 @@ class Sitting:
             self.act(name)
 
     def edit(self) -> None:
-        """Edit the borders of an interval by dragging and at the playhead;
-        insert and delete one by hand.
+        """Edit the borders of an interval by dragging and at the playhead.
+
+        Also insert and delete an interval by hand.
         """
         document = self.window.document
         self.act("next_of_all")
@@ -150,9 +149,7 @@ class Sitting:
         self.act("undo")
 
     def scrub(self) -> None:
-        """Move the playhead through the whole clip, change display
-        options, and play for a moment.
-        """
+        """Move the playhead through the whole clip, change display options, and play briefly."""
         document, look = self.window.document, self.rng.choice(_LOOKS)
         self.act(look)
         for frame in self.rng.choices(range(document.frames), k=10):
@@ -176,7 +173,7 @@ class Sitting:
         self.act("undo")
 
     def tune(self) -> None:
-        """Keep the tuning tab in front for a while as it measures."""
+        """Show the tuning tab for a while, so that it measures."""
         self.act("show_tuning")
         wait(600)
         self.act("suggest_tau")
@@ -212,7 +209,7 @@ class Sitting:
         self.act("save_session")
 
     def switch(self) -> None:
-        """Open clips before the previous one is loaded, with many commands in between."""
+        """Open clips before the previous one is loaded, and give many commands in between."""
         window = self.window
         names = ["accept", "reject", "undo", "redo", "next_interval", "next_faint", "why_not",
                  "start_here", "insert_interval", "turn_end", "focus_chain", "reset", "use_paper",
@@ -304,7 +301,7 @@ class Sitting:
 def grown(noted: list[tuple[float, Alive]]) -> list[str]:
     """Return the counts that grew after the first minutes.
 
-    Memory is compared by its medians, each over a tenth of the time.
+    For memory, this compares the medians over a tenth of the time each.
     """
     settled = min(SETTLED, noted[-1][0] / 5.0)
     rest = [a for minute, a in noted if minute >= settled]
@@ -325,7 +322,7 @@ def grown(noted: list[tuple[float, Alive]]) -> list[str]:
 def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tuple[
     list[tuple[float, Alive]], Sitting, Said
 ]:  # fmt: skip
-    """Review for some minutes; return the counts per minute, the actions and the problems."""
+    """Review for some minutes. Return the counts per minute, the actions and the problems."""
     noted: list[tuple[float, Alive]] = []
     with heard() as said:
         window = MainWindow(Settings(theme="light", turn_ms=0), None)
@@ -338,7 +335,7 @@ def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tupl
         begun = last = time.monotonic()
         print(f"  minute {Alive.heads()}   wrong", flush=True)
         sitting.open(clips[0])
-        for name in _DIALOGS:  # some stay for good once they have been shown
+        for name in _DIALOGS:  # some are never deleted once they have been shown
             sitting.dialog(name)
         while True:
             for clip in clips:
@@ -365,7 +362,7 @@ def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tupl
 
 
 def main() -> int:
-    """Run the test; print the counts per minute, and those counts that grew."""
+    """Run the test. Print the counts per minute, and the counts that grew."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="a folder of BVH clips; only copies are touched")
     parser.add_argument("--minutes", type=float, default=60.0)

@@ -2,10 +2,10 @@
 
     python -m benchmarks.evidence VERDICTS.csv FOLDER [--inject PROTOCOL ...] [--seed N]
 
-VERDICTS.csv has the columns of docs/atlas-verdicts.csv; FOLDER contains a folder of clips for every
+VERDICTS.csv has the columns of docs/atlas-verdicts.csv. FOLDER contains a folder of clips for every
 set that it names. The output shows how many automatic corrections are errors, alarms and doubtful
-finds, both with the program's weights and with weights fitted without the set of the find; the
-calibration of the probabilities (ECE); and the weights fitted to all sets.
+finds, both with the program's weights and with weights fitted without the set of the find. It also
+shows the calibration of the probabilities (ECE), and the weights fitted to all sets.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ BINS = 5
 class Judged:
     """A counter-twist in a clip of a set: the terms of its score, and its verdict.
 
-    verdict: 'error', 'alarm', 'doubtful', or '' if there is none; straight: True if the evidence is
-    how its angle changes over time.
+    - verdict: 'error', 'alarm', 'doubtful', or '' if there is none
+    - straight: True if the evidence is how its angle changes over time
     """
 
     set_name: str
@@ -81,7 +81,10 @@ def parts_of(terms: Terms) -> np.ndarray:
 
 
 def finds_in(motion: Motion, set_name: str, rows: Sequence[Mapping[str, str]]) -> Iterator[Judged]:
-    """Yield the counter-twists found in a motion, with the verdicts on the same clip."""
+    """Yield the counter-twists found in a motion, each with its verdict.
+
+    `rows` are the verdicts on this clip.
+    """
     found = analyse(motion).detect(kinds={Kind.COUNTER_TWIST})
     applied = set(map(id, automatic_corrections(found)))
     for chain in found.chains:
@@ -132,8 +135,9 @@ def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np
 
 
 def fitted(judged: Sequence[Judged], errors: Sequence[np.ndarray]) -> np.ndarray:
-    """Fit the weights; only the first one, the base, may be negative,
-    because physics gives the signs.
+    """Fit the weights. Only the first one, the base, may be negative.
+
+    The signs of the others follow from physics.
     """
     prior = np.array([PRIOR[name] for name in WEIGHTS])
     told = [j for j in judged if j.verdict in ("error", "alarm") and not j.straight]
@@ -157,7 +161,7 @@ def _counts(judged: Sequence[Judged], sure: Sequence[bool]) -> str:
 
 
 def calibration_error(probabilities: np.ndarray, right: np.ndarray) -> float:
-    """Return the expected calibration error, over bins that contain equal numbers of finds."""
+    """Return the expected calibration error, over bins with equal numbers of finds."""
     return expected_error(equal_bins(probabilities, right))
 
 

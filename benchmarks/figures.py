@@ -36,7 +36,7 @@ SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
 
 
 def mae_by_segment(result: dict, path: Path) -> None:
-    """Plot bars of the mean absolute error before and after, with one panel per detector."""
+    """Plot the mean absolute error before and after as bars, with one panel per detector."""
     methods = [m for m in ("paper", "consistency") if any(r["method"] == m for r in result["rows"])]
     figure, panels = plt.subplots(1, len(methods), figsize=(9, 3.2), sharey=True, squeeze=False)
     for panel, method in zip(panels[0], methods, strict=True):
@@ -66,13 +66,13 @@ def mae_by_segment(result: dict, path: Path) -> None:
 
 
 def turns(motion: Motion, joint: int) -> np.ndarray:
-    """Return the total rotation of a joint between consecutive frames, degrees, (frames − 1,)."""
+    """Return the rotation of a joint between consecutive frames, in degrees, (frames − 1,)."""
     q = motion.rotations[:, joint]
     return np.degrees(geodesic_angle(q[:-1], q[1:]))
 
 
 def flips(folder: Path) -> list[tuple[str, str, Motion, NaturalEvent]]:
-    """Return clip, joint, motion and event for every flip in the clips of a folder."""
+    """Return the clip, joint, motion and event of every flip in the clips of a folder."""
     found = []
     for path in clips_in(folder, suffixes=BVH):
         motion = read_bvh(path).motion
@@ -113,9 +113,7 @@ def flip_figure(found: list[tuple[str, str, Motion, NaturalEvent]], path: Path) 
 
 
 def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
-    """Return one line per clip and joint: the frames, and the rotation
-    about the bone in degrees.
-    """
+    """Return one line per clip and joint: the frames, and the degrees about the bone."""
     lines = ["| clip | joint | frame (degrees about the bone) |", "|---|---|---|"]
     for key in dict.fromkeys((clip, joint) for clip, joint, *_ in found):
         events = [e for clip, joint, _, e in found if (clip, joint) == key]
@@ -125,7 +123,7 @@ def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
 
 
 def alarm_figure(folders: list[Path], path: Path) -> int:
-    """Draw one panel per interval found in captured clips; return the number of intervals."""
+    """Draw one panel per interval found in captured clips. Return the number of intervals."""
     found = []
     for clip in (c for folder in folders for c in clips_in(folder, suffixes=BVH)):
         motion = read_bvh(clip).motion

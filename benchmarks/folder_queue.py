@@ -35,7 +35,7 @@ _TICK_MS = 4
 
 
 def with_errors(source: Path, target: Path, chains_hit: int) -> float:
-    """Write a clip with errors in `chains_hit` chains; return its true severity."""
+    """Write a clip with errors in `chains_hit` chains. Return its true severity."""
     clip = read_bvh(source)
     chains = find_chains(clip.motion)
     rng = generator(1, source.name)

@@ -1,9 +1,9 @@
 """Draw finds of any kind around one joint: the body, the joint's bones, and curves over time.
 
-A judge sees the same panels for every kind, so that the picture does not name it. The joint is
-marked, and the frames of the find are shaded. Where a correction exists, dotted lines show the
-motion after it. Used for kinds that concern one joint or the whole body; for the two joints of a
-chain, :mod:`benchmarks.atlas_pictures` shows more.
+A judge sees the same panels for every kind of error, so that the picture does not reveal the kind.
+The joint is marked, and the frames of the find are shaded. If there is a correction, dotted lines
+show the motion after it. This is used for kinds that concern one joint or the whole body. For the
+two joints of a chain, :mod:`benchmarks.atlas_pictures` shows more.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 Frames = NDArray[np.int64]
 
 SECONDS, FEWEST, MOST = 0.4, 12, 90  # of the curves on either side of a find: seconds and frames
-LEAST, LARGEST = 0.3, 60.0  # degrees a frame: the colours of the table of all joints
+LEAST, LARGEST = 0.3, 60.0  # degrees per frame, the range of the colours for all joints
 BOX, ABOVE = np.array([0.92, 0.9]), 0.12  # the size of a drawn limb, and of the bone above it
 PINK = "#d0006f"
 OTHER = ("#c9862a", "#3f87c5")  # the bones of the left and of the right side
@@ -49,9 +49,10 @@ OTHER = ("#c9862a", "#3f87c5")  # the bones of the left and of the right side
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A find in its clip; `after` is the motion without the error, None without a correction.
+    """A find in its clip.
 
-    own: the chain of an error of two joints, None for an error of one joint.
+    - after: the motion without the error, None without a correction
+    - own: the chain of an error of two joints, None for an error of one joint
     """
 
     motion: Motion
@@ -64,7 +65,7 @@ class Scene:
 
     @staticmethod
     def of(motion: Motion, found: Interval) -> Scene:
-        """Return the scene of an interval, whose offset is what a correction removes."""
+        """Return the scene of an interval. Its offset is the angle that a correction removes."""
         chains = AS_FOUND.chains(motion)
         own = next(c for c in chains if c.name == found.chain)
         joint = motion.skeleton.index(found.joint) if found.joint else own.parent
@@ -74,7 +75,7 @@ class Scene:
 
     @cached_property
     def window(self) -> Frames:
-        """The frames of the curves."""
+        """The frames for which curves are drawn."""
         margin = max(round(SECONDS * self.motion.fps), FEWEST, (self.stop - self.start) // 2)
         margin = min(margin, MOST)
         return np.arange(max(self.start - margin, 0), min(self.stop + margin, self.motion.frames))
@@ -96,7 +97,7 @@ class Scene:
     def path(self) -> list[int]:
         """The joint, the end of its bone, and the end of the next bone, as far as they exist.
 
-        A joint in the same place as the one above it is passed over.
+        A joint at the same position as its parent is left out.
         """
         children, offsets = self.motion.skeleton.children, self.motion.skeleton.offsets
         by_parent = {c.parent: c for c in self.chains if not isinstance(c, Limb)}
@@ -114,7 +115,7 @@ class Scene:
 
     @cached_property
     def hinge(self) -> Chain | None:
-        """The chain of the find, or whose C is the joint, or whose P is."""
+        """The chain of the find, or else the chain whose C or P is the joint."""
         if self.own is not None:
             return self.own
         own = [c for c in self.chains if not isinstance(c, Limb) and c.axis.ndim == c.arm.ndim == 1]
@@ -123,7 +124,7 @@ class Scene:
 
 
 def joint_picture(clip: Path, find: Any, output: Path, title: str = "") -> None:
-    """Draw a find of :mod:`benchmarks.atlas` as a picture file."""
+    """Draw a find of :mod:`benchmarks.atlas` into a picture file."""
     offset = np.radians(np.array(find.offset))
     found = Interval(
         find.chain,
@@ -138,7 +139,7 @@ def joint_picture(clip: Path, find: Any, output: Path, title: str = "") -> None:
 
 
 def picture(motion: Motion, found: Interval, output: Path, title: str = "") -> None:
-    """Draw an interval, whose offset is what a correction removes, as a picture file."""
+    """Draw an interval into a picture file. Its offset is the angle that a correction removes."""
     scene = Scene.of(motion, found)
     figure = plots.figure(figsize=(18, 17.6), dpi=72)
     figure.text(0.01, 0.985, title, fontsize=12, weight="bold")
@@ -161,7 +162,7 @@ def picture(motion: Motion, found: Interval, output: Path, title: str = "") -> N
 
 
 def _up(chains: tuple[Chain, ...], places: Array) -> Array:
-    """Return the direction away from the feet, along an axis of the room."""
+    """Return the upward direction of the body, along one of the coordinate axes."""
     feet = [c.child for c in chains if c.segment == "Leg"]
     if not feet:
         return np.array([0.0, 1.0, 0.0])
@@ -278,14 +279,15 @@ def _close_up(panel: Any, scene: Scene, count: int) -> None:
 
 
 def _flat(points: Array, look: Array, up: Array) -> Array:
-    """Return points as seen in a direction, (…, 3) → (…, 2)."""
+    """Project points onto a plane perpendicular to the direction `look`, (…, 3) → (…, 2)."""
     return np.stack([points @ np.cross(up, look), points @ up], axis=-1)
 
 
 def _limb(part: Motion, scene: Scene) -> tuple[Array, Array]:
-    """Return the rotations of the joints of the path, and the places of their bones' ends.
+    """Return the rotations of the path's joints, and the positions of the ends of their bones.
 
-    Both are relative to the joint and in its parent's coordinates; the first place is the parent's.
+    Both are relative to the joint, in the coordinates of its parent. The first position is the
+    parent's.
     """
     rotations, places = forward_kinematics(part)
     above = int(part.skeleton.parents[scene.joint])
@@ -308,7 +310,7 @@ def _limb(part: Motion, scene: Scene) -> tuple[Array, Array]:
 
 
 def _bone_axis(motion: Motion, joint: int) -> Array:
-    """Return a joint's own axis, or the direction from its parent if it has no bone."""
+    """Return the axis of a joint's bone, or the direction from its parent if it has no bone."""
     if (axis := own_axis(motion.skeleton, joint)) is not None:
         return axis
     offset = motion.skeleton.offsets[joint]
@@ -317,7 +319,7 @@ def _bone_axis(motion: Motion, joint: int) -> Array:
 
 
 def _view(first: Array) -> tuple[Array, Array]:
-    """Return a direction of sight across the first pose's bones, and the upward direction."""
+    """Return a viewing direction across the bones of the first pose, and the upward direction."""
     bones = np.diff(first, axis=0)
     own = bones[1] if len(bones) > 1 else bones[0]
     other = bones[2] if len(bones) > 2 else bones[0]
@@ -393,14 +395,14 @@ def _titled(panel: Any, words: str) -> None:
 
 
 def _unwrapped(angle: Array, frames: Frames, start: int) -> Array:
-    """Return an angle in degrees over the frames, without turns by 360, 0 just before `start`."""
+    """Return an angle in degrees over the frames, unwrapped, and 0 just before `start`."""
     own = np.degrees(np.unwrap(angle[frames]))
     at = max(int(np.searchsorted(frames, start)) - 1, 0)
     return np.asarray(own - own[at])
 
 
 def _rolls(panel: Any, scene: Scene, frames: Frames) -> None:
-    """Plot the rolls of the joint and the next one about their bones, and the next bone's side."""
+    """Plot the rolls of the joint and the next one, and the side of the next bone."""
     known: dict[str, Array] = {}
     for shown, style in ((scene.motion, "-"), (scene.after, ":")):
         if shown is None:
@@ -414,7 +416,10 @@ def _rolls(panel: Any, scene: Scene, frames: Frames) -> None:
 
 
 def _rolls_of(motion: Motion, scene: Scene) -> dict[str, Array]:
-    """Return the rolls of the joint and the next one, in radians, and the azimuth, by words."""
+    """Return the rolls of the joint and the next one, and the azimuth, keyed by label.
+
+    All angles are in radians.
+    """
     chain = next(
         (c for c in scene.chains if c.parent == scene.joint and not isinstance(c, Limb)), None
     )
@@ -431,13 +436,16 @@ def _rolls_of(motion: Motion, scene: Scene) -> dict[str, Array]:
 
 
 def _near(known: dict[str, Array], name: str, values: Array) -> Array:
-    """Return corrected angles without turns by 360 against those of the same name before."""
+    """Return corrected angles, shifted by multiples of 360° to the uncorrected angles.
+
+    `known` has the uncorrected angles, keyed by name.
+    """
     first = known.setdefault(name, values)
     return np.asarray(first + (values - first + 180.0) % 360.0 - 180.0)
 
 
 def _flexion(motion: Motion, chain: Chain) -> tuple[Array, Array]:
-    """Return the bend in degrees to the usual side, and the bend across it."""
+    """Return two bends in degrees: in the usual direction of the joint, and across it."""
     signals = Witnesses.of(motion, chain)
     bend, azimuth = np.radians(signals.bend), np.radians(signals.azimuth)
     usual = np.arctan2(
@@ -451,7 +459,7 @@ def _flexion(motion: Motion, chain: Chain) -> tuple[Array, Array]:
 
 
 def _places(panel: Any, scene: Scene, frames: Frames) -> None:
-    """Plot the place of the joint and of the end of its bone, as a share of the height."""
+    """Plot the positions of the joint and of the end of its bone, as shares of the height."""
     motion = scene.motion
     low = int(frames[0])
     for shown, style in ((motion, "-"), (scene.after, ":")):
@@ -484,7 +492,7 @@ def _places(panel: Any, scene: Scene, frames: Frames) -> None:
 
 
 def _all_joints(panel: Any, scene: Scene, frames: Frames) -> None:
-    """Show how far each joint turns in each frame."""
+    """Show how far each joint turns from frame to frame."""
     motion = scene.motion
     low = max(int(frames[0]) - 1, 0)
     part = motion.sliced(low, int(frames[-1]) + 1)
@@ -510,7 +518,7 @@ def _all_joints(panel: Any, scene: Scene, frames: Frames) -> None:
 
 
 def _sides(panel: Any, scene: Scene, frames: Frames) -> None:
-    """Plot the bend of the knee, elbow or other joint to its usual side and across it."""
+    """Plot the bend of the joint, in its usual direction and across it."""
     chain = scene.hinge
     if chain is not None:
         names = scene.motion.skeleton.names
@@ -537,7 +545,7 @@ def _sides(panel: Any, scene: Scene, frames: Frames) -> None:
 
 
 def _whole_clip(panel: Any, scene: Scene) -> None:
-    """Plot turn, roll and bend over the whole clip."""
+    """Plot the turn, roll and bend of the joint over the whole clip."""
     motion, joint = scene.motion, scene.joint
     frames = np.arange(motion.frames)
     roll = np.degrees(wrap(twist_angle(motion.rotations[:, joint], _bone_axis(motion, joint))))

@@ -33,7 +33,10 @@ _FINDS = {*OF_JOINTS, Kind.LONE_JUMP}
 
 
 def at_rate(motion: Motion, fps: float) -> Motion:
-    """Return every n-th frame of a motion, at this frame rate or the nearest higher one."""
+    """Return every n-th frame of a motion.
+
+    n is chosen for this frame rate or the nearest higher one.
+    """
     step = max(1, int(motion.fps / fps + 1e-6))
     kept = motion.at(np.arange(0, motion.frames, step))
     return type(kept)(
@@ -47,9 +50,7 @@ def at_rate(motion: Motion, fps: float) -> Motion:
 
 
 def is_other(spike: InjectedSpike, found: list[Interval], turned: dict[str, set[int]]) -> bool:
-    """True if an error that can be repaired is found in the frames of the
-    spike, and turns its joint.
-    """
+    """True if a repairable error that turns the joint is found in the frames of the spike."""
     frames = spike.start, spike.stop
     return any((i.start, i.stop) == frames and spike.joint in turned[i.chain] for i in found)
 
@@ -65,7 +66,7 @@ def is_found(spike: InjectedSpike, found: list[Interval], names: tuple[str, ...]
 
 
 def measured(folder: Path, given: argparse.Namespace) -> str:
-    """Return the line of the output for a folder."""
+    """Return the output line for a folder."""
     sound: Counter[str] = Counter()
     minutes, drawn, hit, known_by_other, extra = 0.0, 0, 0, 0, 0
     missed: Counter[str] = Counter()

@@ -33,7 +33,10 @@ _Trial = Callable[[Path, int], object]
 
 
 def run(name: str, trial: _Trial, seeds: Sequence[int], kills: int, until: float) -> int:
-    """Run a trial with every seed, with `kills` kills each; return the number of failures."""
+    """Run a trial with every seed, with `kills` kills each. Return the number of failures.
+
+    No trial begins after the time `until`.
+    """
     failed, found = 0, 0
     for done, seed in enumerate(seeds, 1):
         if time.monotonic() > until:
@@ -52,7 +55,7 @@ def run(name: str, trial: _Trial, seeds: Sequence[int], kills: int, until: float
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run all trials; print their number and the failures, and return the exit code."""
+    """Run all trials. Print their number and the failures, and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--decisions", type=int, default=60, help="kills between decisions (60; even)"

@@ -65,8 +65,7 @@ def long_clip(path: Path, frames: int) -> None:
 
 
 def many_joints(path: Path, joints: int, frames: int) -> None:
-    """Write a body with many joints: limbs of five joints each around a
-    root, which swing and twist.
+    """Write a body with many joints: limbs of five joints around a root, which swing and twist.
 
     In ten of these limbs, a parent is twisted by 40° for half a second, and its child is twisted
     back.
@@ -102,7 +101,7 @@ def many_joints(path: Path, joints: int, frames: int) -> None:
 
 @dataclass
 class Measured:
-    """CPU time in milliseconds, by action."""
+    """CPU times in milliseconds, keyed by action."""
 
     opened: float = 0.0
     shown: str = ""
@@ -119,7 +118,7 @@ class Measured:
 
 
 def a_window() -> MainWindow:
-    """Return a visible window in which nothing is open."""
+    """Return a visible window without a clip."""
     window = MainWindow(Settings(theme="light", turn_ms=0), None)
     window.resize(1440, 900)
     window.show()
@@ -129,7 +128,7 @@ def a_window() -> MainWindow:
 
 
 def measure(app: QApplication, window: MainWindow, path: Path, steps: int = _STEPS) -> Measured:
-    """Open a clip and imitate a user, with `steps` repetitions of each kind of action."""
+    """Open a clip and imitate a user. Each kind of action is repeated `steps` times."""
     found = Measured()
     document, rng = window.document, np.random.default_rng(1)
 

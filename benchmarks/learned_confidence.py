@@ -38,8 +38,9 @@ SCENES = (
 
 
 def collected(paths: Sequence[Path], seed: int, keep: Path | None) -> list[Reviewed]:
-    """Return the results of one pass over all clips; `keep` is a folder
-    in which they are cached.
+    """Return the results of one pass over all clips.
+
+    They are cached in the folder `keep`.
     """
     file = keep / f"reviewed_{seed}.pickle" if keep else None
     if file and file.exists():

@@ -45,20 +45,21 @@ VERDICTS = 200
 
 
 def captured(path: Path, harder: str) -> Motion:
-    """Return the motion of a clip, made harder if `harder` is True."""
+    """Return the motion of a clip, made harder for the detector by the protocol `harder`."""
     motion = read_bvh(path).motion
     return prepare(motion, analyse(motion).chains, parse_protocol(harder))
 
 
 def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
-    """Return the curves, by chain, from which τ is chosen for a clip."""
+    """Return the curves from which τ is chosen for a clip, keyed by chain."""
     tuning = clip_tuning(captured(path, harder), path.name)
     return {name: tuning.curve(name) for name in tuning.names}
 
 
 def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float]) -> Array:
-    """Return the results of a τ: repaired error frames and all error frames
-    by protocol, false alarms.
+    """Return the results of a τ for a clip.
+
+    These are the repaired error frames and all error frames by protocol, and the false alarms.
     """
     row = []
     for protocol in PROTOCOLS:
@@ -73,7 +74,7 @@ def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float
 
 
 def report(title: str, rows: Array, tau: Sequence[float]) -> None:
-    """Print the results of a τ. rows: results of :func:`judge`, one per clip."""
+    """Print the results of a τ. `rows` are results of :func:`judge`, one per clip."""
     total, told = rows.sum(axis=0), []
     for k, protocol in enumerate(PROTOCOLS):
         share = 100 * total[2 * k] / total[2 * k + 1]
@@ -103,7 +104,7 @@ def by_verdicts(
 def judged(
     clips: Sequence[Path], harder: str, seeds: Sequence[int], title: str, tau: Mapping[str, float]
 ) -> None:
-    """Test a τ and print the result; if τ is None, print that there were too few verdicts."""
+    """Test a τ and print the result. If τ is None, print that there were too few verdicts."""
     if not tau:
         print(f"  {title:<30} too few verdicts for a τ")
         return

@@ -1,15 +1,16 @@
-"""Measure how detection suffers if both joints of a chain move.
+"""Measure how much worse detection is if both joints of a chain move.
 
     python -m benchmarks.live_joints FOLDER [--protocol …]…
 
 Before errors are injected, the twist of one joint of every chain about its bone is reduced to a
-share of the captured twist: at 0 that joint does not twist at all, like one joint in every chain of
-the CMU rig. The twist of the other joint, the speed, the frame rate and the errors stay the same.
-The table shows the FSR in per cent by clip, protocol and share, and the median of σ of d, with
-which a jump is compared.
+share of the captured twist. At a share of 0, that joint does not twist at all, like one joint in
+every chain of the CMU rig. The twist of the other joint, the speed, the frame rate and the errors
+stay the same. The table shows the FSR in per cent by clip, protocol and share, and the median of σ
+of d, with which a jump is compared.
 
 --edges-known gives the frames of all edges to the first pass of the detector, so that it does not
-treat them as motion. If more errors are found in this way, they had hidden themselves.
+treat them as motion. If more errors are found in this way, the detector had taken the missed ones
+for motion.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ SETTINGS = (("parent", 1.0), ("parent", 0.5), ("parent", 0.25), ("parent", 0.0),
 def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float) -> Motion:
     """Return the motion with the twist of all parents, or of all children, reduced to a share.
 
-    Because Δθp of a chain depends only on its parent and Δθc only on its child, and because twists
-    about the bone add up in them, the reduction does not change Δθp or Δθc of other chains.
+    Δθp of a chain depends only on its parent and Δθc only on its child, and both are sums of the
+    twists about the bone. Reducing one therefore does not change Δθp or Δθc of other chains.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -67,7 +68,7 @@ def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float)
 
 @contextmanager
 def known_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iterator[None]:
-    """Give the first pass of the detector the frames at the edges of one limb's errors.
+    """Pass the frames at the edges of one limb's errors to the first pass of the detector.
 
     These frames are then not treated as natural motion.
     """
@@ -87,7 +88,7 @@ def known_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Ite
 
 
 def success(scene: CleanScene, seeds: Sequence[int], edges_known: bool) -> float:
-    """Return the FSR in per cent over all chains of a scene, with errors in each chain in turn."""
+    """Return the FSR in per cent over all chains of a scene, with errors in one chain at a time."""
     frames = repaired = 0
     for seed in seeds:
         for index, targets in scene.passes():
@@ -109,7 +110,7 @@ def success(scene: CleanScene, seeds: Sequence[int], edges_known: bool) -> float
 
 
 def sigma(scene: CleanScene) -> float:
-    """Return the median of σ of d over frames and chains, degrees."""
+    """Return the median of σ of d over frames and chains, in degrees."""
     analysis = ConsistencyDetector().analyse(scene.motion, scene.chains)
     of_chains = [c.limb.sigma[c.row] for c in analysis.chains.values()]
     return float(np.degrees(np.median(of_chains)))

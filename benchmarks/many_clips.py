@@ -63,7 +63,7 @@ def look(document: Document, view: Viewport, clip: Path) -> None:
 
 
 def measure(count: int) -> dict[str, float | int]:
-    """Return memory and number of objects, both after the warm-up and at the end."""
+    """Return the memory and the number of objects, each after the warm-up and at the end."""
     document = Document()
     view = Viewport(document, Colours(DARK))
     view.resize(640, 400)
@@ -103,7 +103,7 @@ def is_level(found: dict[str, float | int]) -> bool:
 
 
 def main() -> int:
-    """Print the table; exit with status 1 if something has grown."""
+    """Print the table. Exit with status 1 if something has grown."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--clips", type=int, default=200)
     parser.add_argument("--json", action="store_true")

@@ -26,8 +26,9 @@ CHANGED = 2.0  # degrees
 
 @dataclass(frozen=True)
 class Straightness:
-    """The numbers of frames with a bent limb and with a straight one, and
-    how many of each changed.
+    """The numbers of frames with a bent limb and with a straight one.
+
+    For each, it also has the number of frames that changed.
     """
 
     bent: int = 0
@@ -42,7 +43,10 @@ class Straightness:
 
 
 def twist(turned: Array, bone: Array) -> Array:
-    """Return the angle of rotations (frames, 3, 3) about unit directions (frames, 3), degrees."""
+    """Return the angle of rotations about unit directions, in degrees.
+
+    `turned` has the shape (frames, 3, 3), and `bone` (frames, 3).
+    """
     q = Rotation.from_matrix(turned).as_quat()
     along = (q[:, :3] * bone).sum(axis=1)
     return (np.degrees(2.0 * np.arctan2(along, q[:, 3])) + 180.0) % 360.0 - 180.0
@@ -51,8 +55,8 @@ def twist(turned: Array, bone: Array) -> Array:
 def mirrored(above: Array, p: Array, c: Array, bone: Array, fps: float) -> list[tuple[int, float]]:
     """Return the first frame of each mirrored transition, and the angle by which P turns in it.
 
-    above, p, c: global orientations of P's parent, P and C, (frames, 3, 3); bone: unit direction of
-    P's bone in P's own frame, (frames, 3).
+    - above, p, c: the global orientations of P's parent, P and C, (frames, 3, 3)
+    - bone: the unit direction of P's bone in P's frame, (frames, 3)
     """
     own, below = (np.einsum("fji,fjk->fik", a, b) for a, b in ((above, p), (p, c)))
     x = twist(np.einsum("fji,fjk->fik", own[:-1], own[1:]), bone[1:])
@@ -74,14 +78,20 @@ def mirrored(above: Array, p: Array, c: Array, bone: Array, fps: float) -> list[
 
 
 def bends(p: Array, c: Array, e: Array) -> Array:
-    """Return the angle between the bones P-C and C-E, degrees; p, c, e: positions (frames, 3)."""
+    """Return the angle between the bones P-C and C-E, in degrees.
+
+    `p`, `c` and `e` are positions (frames, 3).
+    """
     upper, lower = c - p, e - c
     away = np.linalg.norm(np.cross(upper, lower), axis=1)
     return np.degrees(np.arctan2(away, (upper * lower).sum(axis=1)))
 
 
 def straightness(bend: Array, before: Array, after: Array, bone: Array) -> Straightness:
-    """Count the changed frames. before, after: global orientations of P, (frames, 3, 3)."""
+    """Count the changed frames.
+
+    `before` and `after` are global orientations of P, (frames, 3, 3).
+    """
     changed = np.abs(twist(np.einsum("fji,fjk->fik", before, after), bone)) > CHANGED
     bent, straight = bend > BENT, bend < STRAIGHT
     counts = (m.sum() for m in (bent, bent & changed, straight, straight & changed))

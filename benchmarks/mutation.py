@@ -128,8 +128,9 @@ CHANGES = ("killed", "timeout", "survived")
 
 
 def tests_of(path: Path) -> list[str]:
-    """Return the test files for a module: from TESTS, or
-    tests/twistcore/test_<module or folder>.py.
+    """Return the test files for a module.
+
+    These come from TESTS, or are tests/twistcore/test_<module or folder>.py.
     """
     fitting = [name for name in TESTS if path.as_posix().startswith(name)]
     if fitting:
@@ -142,8 +143,9 @@ def tests_of(path: Path) -> list[str]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the mutants. Return 0, or 1 if fewer than --least per cent are
-    killed, or 2 if none ran.
+    """Run the mutants. Return 0 on success.
+
+    Return 1 if fewer than --least per cent are killed, and 2 if none ran.
     """
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.mutation",

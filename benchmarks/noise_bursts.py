@@ -42,7 +42,7 @@ def at_rate(motion: Motion, fps: float) -> Motion:
 
 
 def with_noise(motion: Motion, rng: np.random.Generator) -> tuple[Motion, slice] | None:
-    """Return the motion with a burst, and the burst's frames; None if the clip is too short."""
+    """Return the motion with a burst, and the burst's frames, or None if the clip is too short."""
     length = int(rng.uniform(1.0, 2.0) * motion.fps)
     if length >= motion.frames - 4:
         return None

@@ -61,8 +61,9 @@ class Notation:
     keys: int = 0
 
     def repeats(self, fps: float) -> tuple[int, int]:
-        """Return the interval between kept frames, about 30 per second, and
-        how often each is repeated.
+        """Return the interval between kept frames, and how often each is repeated.
+
+        About 30 frames per second are kept.
         """
         if self.keys:
             return self.keys, self.keys
@@ -70,9 +71,7 @@ class Notation:
         return kept, max(1, round(HELD_FPS * kept / fps)) if self.held else 1
 
     def written(self, clip: BvhClip, often: int) -> BvhClip:
-        """Return kept frames of a clip in this notation, with each frame or
-        key held for `often` frames.
-        """
+        """Return the kept frames of a clip in this notation, with each repeated `often` times."""
         values, fps = clip.values.copy(), 1.0 / clip.frame_time
         angles = [k for c in clip.channels for k in c.rotation]
         if self.step:
@@ -98,7 +97,7 @@ NOTATIONS = (
 
 
 def with_values(clip: BvhClip, values: Array, frame_time: float) -> BvhClip:
-    """Return the clip with other rows of numbers, as read from the text of a file."""
+    """Return the clip with other rows of numbers, as if read from the text of a file."""
     (f0, f1), (t0, _) = timing_fields(clip.data)
     rows = "\n".join(" ".join(f"{v:.6f}" for v in row) for row in values.tolist())
     data = clip.data
@@ -107,15 +106,16 @@ def with_values(clip: BvhClip, values: Array, frame_time: float) -> BvhClip:
 
 
 def kept(clip: BvhClip, notation: Notation) -> BvhClip:
-    """Return the clip with which a notation is compared: the original or, for held
-    frames, every n-th frame.
+    """Return the clip with which a notation is compared.
+
+    This is the original or, for held frames, every n-th frame of it.
     """
     every, _ = notation.repeats(1.0 / clip.frame_time)
     return with_values(clip, clip.values[::every], clip.frame_time * every) if every > 1 else clip
 
 
 def sound(clip: BvhClip) -> BvhClip:
-    """Return the clip after its automatic corrections, used as a clip without errors."""
+    """Return the clip after its automatic corrections, which serves as a clip without errors."""
     for _ in range(ROUNDS):
         found = analyse(clip).detect()
         if not (applied := automatic_corrections(found)):
@@ -131,7 +131,7 @@ def corrections(clip: BvhClip) -> tuple[Interval, ...]:
 
 
 def drawn(clip: BvhClip, seed: int, words: str) -> tuple[list, tuple[InjectedError, ...]]:
-    """Return the chains, and random errors of 15-150° in two of them."""
+    """Return the chains of a clip, and random errors of 15-150° in two of them."""
     protocol = replace(parse_protocol("P0"), delta=(15.0, 150.0))
     rng = generator(seed, clip.name + words)
     chains = find_chains(clip.motion)
@@ -141,12 +141,12 @@ def drawn(clip: BvhClip, seed: int, words: str) -> tuple[list, tuple[InjectedErr
 
 
 def with_errors(clip: BvhClip, chains: Sequence, errors: Sequence[InjectedError]) -> BvhClip:
-    """Return the clip with errors, as read from a file to which it was written."""
+    """Return the clip with errors, written to a file and read back."""
     return parse_bvh(rewritten(clip, inject(clip.motion, chains, errors)).data, clip.path)
 
 
 def by_chain(found: Sequence[Interval], frames: int) -> dict[str, Array]:
-    """Return the offsets of the corrections by chain, radians, (frames,)."""
+    """Return the offsets of the corrections in radians, (frames,), keyed by chain."""
     return offsets_by_chain((i for i in found if i.kind == Kind.COUNTER_TWIST), frames)
 
 
@@ -171,19 +171,19 @@ class Row:
         self.repaired: Counter[str] = Counter()
 
     def recall(self, when: str) -> str:
-        """Return the share of repaired errors as '93.1 (54/58)', or '' if there are none."""
+        """Return the share of repaired errors, such as '93.1 (54/58)', or '' if there are none."""
         if not self.errors[when]:
             return ""
         n, of = self.repaired[when], self.errors[when]
         return f"{100.0 * n / of:.1f} ({n}/{of})"
 
     def to_json(self) -> dict:
-        """Return the row's fields by name."""
+        """Return the row as a dictionary, keyed by field name."""
         return {k: dict(v) if isinstance(v, Counter) else v for k, v in vars(self).items()}
 
 
 def measure(clip: BvhClip, notation: Notation, row: Row, seeds: int, show: bool) -> None:
-    """Add the results for one clip to the row."""
+    """Measure one clip and add the results to the row."""
     base = kept(clip, notation)
     _, often = notation.repeats(1.0 / clip.frame_time)
     whole = notation.written(base, often)

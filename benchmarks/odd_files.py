@@ -61,7 +61,7 @@ PLAIN = "nothing in the file is unusual"
 
 @dataclass(frozen=True)
 class Row:
-    """One file: its name, the result, the reason, and whether it was written back byte for byte."""
+    """One file: its name, the result, the reason, and whether its bytes were reproduced."""
 
     name: str
     done: str
@@ -119,9 +119,7 @@ def _cell(text: str) -> str:
 
 
 def written_into(page: str, rows: list[Row]) -> str:
-    """Return the page with the table between its marks; raises ValueError
-    if the marks are missing.
-    """
+    """Return the page with the table between its marks. Raise ValueError if these are missing."""
     before, begin, rest = page.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:

@@ -77,7 +77,10 @@ def made_journal(folder: Path, seed: int) -> MadeJournal:
 def cut_journal(
     journal: MadeJournal, places: Iterable[int], folder: Path, tails: Iterable[bytes] = TAILS
 ) -> int:
-    """Cut at each place, with each tail; return the number of trials, or raise AssertionError."""
+    """Cut the journal at each place, with each tail. Return the number of trials.
+
+    Raise AssertionError if a trial fails.
+    """
     path, tried = folder / "cut.journal", 0
     for place in places:
         for tail in tails:
@@ -91,7 +94,7 @@ def cut_journal(
 
 def _check(journal: MadeJournal, place: int, tail: bytes, path: Path) -> None:
     whole = journal.data[:place].count(b"\n")
-    # A line that lacks only its line end would be completed by a tail with one: never here.
+    # A tail that begins with a line end would complete a line that lacks only its end. None does.
     where = f"cut at {place} before {tail[:8]!r}"
     try:
         back = recover(path)
@@ -108,8 +111,9 @@ def _check(journal: MadeJournal, place: int, tail: bytes, path: Path) -> None:
 
 
 def cut_session(folder: Path, step: int = 1, tails: int = 1) -> int:
-    """Cut the session every `step` bytes, and add tails to every `tails`-th cut;
-    return the number of trials.
+    """Cut the session every `step` bytes, and return the number of trials.
+
+    Tails are added to every `tails`-th cut.
     """
     path, tried = folder / "cut.twist.json", 0
     data = session_bytes(CLIP, fresh().state)
@@ -126,7 +130,7 @@ def cut_session(folder: Path, step: int = 1, tails: int = 1) -> int:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run all trials; print their number and the failures, and return the exit code."""
+    """Run all trials. Print their number and the failures, and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--step", type=int, default=1, help="bytes between cuts (default: 1)")
     parser.add_argument("--tails", type=int, default=8, help="cuts between tails (default: 8)")

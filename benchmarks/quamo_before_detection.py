@@ -47,7 +47,10 @@ SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # degrees
 
 @dataclass
 class Count:
-    """Sums over clips: found errors and all errors by size, repaired frames, and intervals."""
+    """Sums over clips.
+
+    These are the found errors and all errors by size, the repaired frames, and the intervals.
+    """
 
     found: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
     errors: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
@@ -67,7 +70,7 @@ class Count:
         chains: dict[str, Chain],
         size_of: Motion,
     ) -> None:
-        """Add one clip. size_of: the clean motion into which the errors were injected."""
+        """Add one clip. `size_of` is the clean motion into which the errors were injected."""
         for error in errors:
             at = slice(error.start, error.stop)
             size = float(np.degrees(np.abs(error.offset).max()))

@@ -98,7 +98,7 @@ def at_25_hz(clips: Sequence[Sequence24], rows: Mapping[str, Method]) -> list[st
 
 
 def by_clip(clips: Sequence[Sequence24], run: Method) -> list[str]:
-    """Return a line per clip: the ratios of OF_FILES at each noise level."""
+    """Return a line per clip with the ratios of OF_FILES at each noise level."""
     lines = []
     for clip in clips:
         scores = score_methods([clip], {"": run}, SEEDS, APART)
@@ -108,8 +108,9 @@ def by_clip(clips: Sequence[Sequence24], run: Method) -> list[str]:
 
 
 def at_own_rate(folder: Path, every: int) -> list[str]:
-    """Return a line per clip, noise level and direction, with hand-tuned
-    gains: ratios and jitter.
+    """Return a line of ratios and jitter per clip, noise level and direction.
+
+    The gains are the hand-tuned ones.
     """
     lines = []
     for name, q, r, offsets, dt in list(motions(folder, every)):

@@ -52,7 +52,7 @@ def still(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
 
 
 def then_by_hand(method: Method) -> Method:
-    """Return a method followed by tracking with hand-tuned gains."""
+    """Return a method that applies another one and then tracks with hand-tuned gains."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         return hand_method()(clip, *method(clip, q_hat, r_hat))
@@ -61,7 +61,7 @@ def then_by_hand(method: Method) -> Method:
 
 
 def splined(cutoff: float) -> Method:
-    """Return the smoothing spline for files as a method."""
+    """Return a method that applies the smoothing spline for files."""
     return lambda _, q_hat, r_hat: (
         smoothed_rotations(q_hat, cutoff, NETWORK_DT),
         smoothed(r_hat, PLACE_SHARE * cutoff, NETWORK_DT),
@@ -78,8 +78,9 @@ def root_by_hand(kp: float, kd: float) -> Method:
 
 
 def smoothness_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Return rows for hand-tuned gains along their trade-off, and for
-    splines over the whole file.
+    """Return rows for smoothness.
+
+    These are hand-tuned gains along their trade-off, and splines over the whole file.
     """
     del clips, noise
     by_hand = {f"κP {kp:g}, κD {kd:g}": hand_method(Gains(kp=kp, kd=kd)) for kp, kd in GAINS}
@@ -88,7 +89,7 @@ def smoothness_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Meth
 
 
 def root_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Return rows for the root, from gains and filters of r̂ to its exactly known path."""
+    """Return rows for the root, from gains and filters of r̂ to the exactly known path."""
     return {
         **{f"κP {kp:g}, κD {kd:g}": root_by_hand(kp, kd) for kp, kd in ROOT_GAINS},
         "filter of r̂": root_filter(clips, noise),
@@ -100,9 +101,7 @@ def root_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
 
 
 def pose_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Return rows that use knowledge of poses: of other subjects, of the
-    subject, or the true pose.
-    """
+    """Return rows for methods that know poses: of others, of the subject, or the true pose."""
     drawn = shrunk(clips, noise, 4.0)
     rows: dict[str, Method] = {
         "drawn towards the others' mean poses": drawn,
@@ -122,7 +121,7 @@ def pose_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
 def filter_ratios(
     clips: Sequence[Sequence24], noise: Noise, weights: Sequence[float], ahead: int, seeds: int
 ) -> list[Array]:
-    """Return ratios to the input for each weight, with metrics in the order of METRICS."""
+    """Return the ratios to the input for each weight, in the order of METRICS."""
     path = PathFilter(clips, noise, ahead)
     sums = np.zeros((len(weights) + 1, len(METRICS)))
     by_subject = {s: [path.taps(s, w) for w in weights] for s in HELD_OUT}
@@ -141,7 +140,7 @@ Rows = Callable[[Sequence[Sequence24], Noise], dict[str, Method]]
 def measured(
     clips: Sequence[Sequence24], make: Rows, conditions: Sequence[NoiseCondition], seeds: int
 ) -> dict[str, list[Array]]:
-    """Return the ratios by row, with one array per condition."""
+    """Return an array of ratios per condition, keyed by row."""
     held = [c for c in clips if c.subject in HELD_OUT]
     rows: dict[str, list[Array]] = defaultdict(list)
     for condition in conditions:

@@ -47,7 +47,7 @@ STYLE = {
 
 
 class Made:
-    """Positions of a clip in mm, (frames, 24, 3): the truth, the noisy input and the results."""
+    """The positions in a clip in mm, (frames, 24, 3): truth, noisy input and results."""
 
     def __init__(self, name: str) -> None:
         self.clip: Sequence24 = read_sequence(ASSETS / f"{name}.bvh")
@@ -62,8 +62,9 @@ class Made:
 
 
 def seen(places: Array, turned: float) -> Array:
-    """Return positions (…, 3) as seen horizontally from an angle about
-    the vertical, (…, 2) in mm.
+    """Return positions (…, 3) in a horizontal view, (…, 2) in mm.
+
+    `turned` is the angle of the view about the vertical.
     """
     a = np.radians(turned)
     x = np.cos(a) * places[..., 0] + np.sin(a) * places[..., 2]
@@ -139,7 +140,7 @@ def trails(made: Made, folder: Path) -> None:
 
 
 def root_path(made: Made, folder: Path) -> None:
-    """Draw the path of the root from above, and the error of its depth over time."""
+    """Draw the path of the root from above, and its error in depth over time."""
     fig, (above, depth) = plt.subplots(
         1, 2, figsize=(10.0, 4.6), width_ratios=(1.0, 1.8), layout="constrained"
     )
@@ -163,7 +164,7 @@ def root_path(made: Made, folder: Path) -> None:
 
 
 def legend(fig: Any, names: list[str]) -> None:
-    """Draw one legend for all panels below them."""
+    """Draw one legend for all panels, below them."""
     shown = ["truth", *names]
     lines = [plt.Line2D([], [], color=COLOURS[name], lw=2.0) for name in shown]
     fig.legend(lines, shown, loc="outside lower center", ncols=len(shown), frameon=False)

@@ -37,7 +37,8 @@ class LeaveOneOut:
 
     def weights(self, subject: str, *, own: bool = False) -> Array:
         """Return weights (…, inputs, outputs) fitted on all other subjects.
-        own: on this subject only.
+
+        If `own` is True, they are fitted only on this subject.
         """
         if (subject, own) not in self._solved:
             kept = [v for k, v in self._sums.items() if (k == subject) is own]
@@ -52,9 +53,7 @@ class LeaveOneOut:
 
 
 def own_path(places: Array) -> Array:
-    """Return the path of the root, and those of the other joints
-    relative to it, (frames, 24, 3).
-    """
+    """Return the path of the root, and the other joints' paths relative to it, (frames, 24, 3)."""
     return np.concatenate([places[:, :1], root_aligned(places)[:, 1:]], axis=1)
 
 
@@ -70,11 +69,11 @@ def neighbours(x: Array, ahead: int) -> Array:
 
 
 class PathFilter:
-    """The filter of a joint's own path that minimises mean distance + weight · mean Accel.
+    """The filter of a joint's path that minimises mean distance + weight · mean Accel.
 
     One set of taps per joint is used for all three axes. As in the metrics, the means are of norms
-    and not of squares; they are minimised by least squares, weighted repeatedly with the inverse of
-    the residual.
+    and not of squares. They are minimised by iteratively reweighted least squares, with the inverse
+    of the residual as the weight.
     """
 
     def __init__(self, clips: Sequence[Sequence24], noise: Noise, ahead: int) -> None:
@@ -114,7 +113,7 @@ class PathFilter:
         return taps
 
     def filtered(self, places: Array, taps: Array) -> Array:
-        """Return noisy positions after filtering, (frames, 24, 3)."""
+        """Apply the filter to noisy positions, and return the result, (frames, 24, 3)."""
         path = own_path(places)
         path = path + np.einsum("fjat,jt->fja", neighbours(path, self._ahead), taps)
         return np.concatenate([path[:, :1], path[:, :1] + path[:, 1:]], axis=1)
@@ -133,7 +132,11 @@ def history(x: Array) -> Array:
 
 
 def root_filter(clips: Sequence[Sequence24], noise: Noise, steps: Steps | None = None) -> Method:
-    """Return a filter of r̂ for each axis. steps: also use r̂ minus the path given by the feet."""
+    """Return a filter of r̂ for each axis.
+
+    `steps` is a function that returns the path given by the feet. With it, the filter also uses r̂
+    minus this path.
+    """
     fit = LeaveOneOut(1e-4)
 
     def inputs(clip: Sequence24, q_hat: Array, r_hat: Array) -> Array:
@@ -158,10 +161,10 @@ def root_filter(clips: Sequence[Sequence24], noise: Noise, steps: Steps | None =
 
 
 def foot_steps(true_pose: bool, true_contact: bool) -> Steps:
-    """Return the path of the root if a foot on the ground stays fixed; in the air, the steps of r̂.
+    """Return the path of the root if a foot on the ground stays fixed.
 
-    Without the true contacts, the lower foot is taken to be on the ground, and so is the other one
-    if it is at most 3 cm higher.
+    In the air, the steps of r̂ are used. Without the true contacts, the lower foot is assumed to be
+    on the ground, and so is the other one if it is at most 3 cm higher.
     """
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> Array:
@@ -182,10 +185,11 @@ def foot_steps(true_pose: bool, true_contact: bool) -> Steps:
 
 
 def known_way(noise: Noise) -> Method:
-    """Oracle: all steps of the root and the covariance of the noise are known, but not its start.
+    """Return an oracle that knows all steps of the root and the noise's covariance.
 
-    The position is then the generalised mean of r̂ − path up to the current frame. With K = LLᵀ,
-    the leading parts of L⁻¹ belong to those of K, so that one factorisation serves all frames.
+    It does not know where the path begins. The position is then the generalised mean of r̂ − path
+    up to the current frame. With K = LLᵀ, the leading parts of L⁻¹ belong to those of K, so one
+    factorisation serves all frames.
     """
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
@@ -205,7 +209,7 @@ def known_way(noise: Noise) -> Method:
 
 
 def without_offset(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Oracle: subtract each joint's mean error over the clip."""
+    """Subtract each joint's mean error over the clip. This is an oracle."""
     error = logarithm(multiply(clip.q[:, None], conjugate(q_hat)))
     return multiply(exponential(error.mean(axis=0)), q_hat), r_hat
 
@@ -231,7 +235,7 @@ def pose_regression(
 ) -> Method:
     """Predict each joint's error by a linear regression on the whole noisy pose.
 
-    own: True to fit it to the clips of the subject itself.
+    If `own` is True, the regression is fitted to the clips of the subject itself.
     """
     fit = LeaveOneOut(ridge)
 

@@ -48,8 +48,9 @@ def places_mm(motion: Motion, scale: float) -> Array:
 
 
 def errors(found: Array, truth: Array, placed: int) -> Array:
-    """Return the errors of SHOWN in mm and mm/frame²; the first two are
-    relative to joint `placed`.
+    """Return the errors of SHOWN in mm and mm/frame².
+
+    The first two are relative to the joint `placed`.
     """
     out = []
     for a, b in (

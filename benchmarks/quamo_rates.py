@@ -35,8 +35,9 @@ SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel", "FS")
 
 
 def by_hand(way: Callable[..., TrackResult], gains: Gains | None = None) -> Run:
-    """Return a method that tracks with hand-tuned gains; by default the
-    gains depend on the rate.
+    """Return a method that tracks with hand-tuned gains.
+
+    By default, the gains depend on the frame rate.
     """
 
     def run(q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
@@ -49,7 +50,7 @@ def by_hand(way: Callable[..., TrackResult], gains: Gains | None = None) -> Run:
 def spline(cutoff_of: Callable[[float], float]) -> Run:
     """Return the smoothing spline of `quamo refine`.
 
-    cutoff_of: function that returns the cutoff in Hz for a frame time.
+    `cutoff_of` is a function that returns the cutoff in Hz for a frame time.
     """
     return lambda q_hat, r_hat, dt: (
         smoothed_rotations(q_hat, cutoff_of(dt), dt),
@@ -67,8 +68,9 @@ ROWS: dict[str, Run] = {
 
 
 def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Array, Array, float]]:
-    """Yield name, rotations and root positions of the 24 joints, offsets
-    and frame time, in metres.
+    """Yield the name, rotations, root positions, offsets and frame time of clips.
+
+    They have 24 joints, and lengths are in metres.
     """
     for path in clips_in(folder, suffixes=BVH)[::every]:
         motion = read_bvh(path).motion
@@ -84,7 +86,7 @@ def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Arra
 
 
 def measured(folder: Path, level: str, step: int) -> dict[str, Array]:
-    """Return the ratios of METRICS and the jitter by row; longer clips have more weight."""
+    """Return the ratios of METRICS and the jitter, keyed by row. Longer clips have more weight."""
     sums = {name: np.zeros(len(METRICS) + 1) for name in ("input", *ROWS)}
     for name, q_all, r_all, offsets, native in motions(folder):
         q, r, dt = q_all[::step], r_all[::step], step * native

@@ -87,7 +87,7 @@ def timed(frame: Callable[[int], None], frames: int) -> float:
 
 
 def compare_torch(network: Network, q: np.ndarray, r: np.ndarray) -> None:
-    """Time blocks of 100 frames without FK, with numpy and PyTorch in turn."""
+    """Measure blocks of 100 frames without FK, with numpy and PyTorch in turn."""
     try:
         torch = import_torch()
     except TwistError:

@@ -53,7 +53,7 @@ Poses = tuple[Array, Array]
 class Trials:
     """The training clips with noise of both levels, prepared for trying many settings.
 
-    drawn: for each clip, q̂ (frames, levels, seeds, 24, 4) and r̂ (frames, levels, seeds, 3).
+    `drawn` has, for each clip, q̂ (frames, levels, seeds, 24, 4) and r̂ (frames, levels, seeds, 3).
     """
 
     def __init__(self, clips: Sequence[Sequence24], seeds: int) -> None:
@@ -62,8 +62,9 @@ class Trials:
         self._input = self._sums(self.drawn)
 
     def ratios(self, found: Sequence[Poses]) -> Array:
-        """Return output / input over all clips, (levels, METRICS);
-        longer clips have more weight.
+        """Return output / input over all clips, (levels, METRICS).
+
+        Longer clips have more weight.
         """
         return self._sums(found) / self._input
 
@@ -94,14 +95,17 @@ def _drawn(clip: Sequence24, seeds: int) -> Poses:
 
 
 def ours(q_hat: Array, r_hat: Array, causal: bool) -> Poses:
-    """Return our own result, with which the rivals are compared."""
+    """Return the result of our tracker, with which the rivals are compared."""
     way = track if causal else track_both_ways
     found = way(q_hat, r_hat, NETWORK_DT, HandGains())
     return found.q, found.r
 
 
 def best(ratios: Mapping[Setting, Array], bound: Array, least: str, bounded: str) -> Setting:
-    """Return the setting chosen by the rule above. ratios, bound: (levels, METRICS)."""
+    """Return the setting chosen by the rule in the module's docstring.
+
+    `ratios` and `bound` have the shape (levels, METRICS).
+    """
     at, kept = METRICS.index(least), METRICS.index(bounded)
     short = {s: float(np.maximum(r - bound, 0.0)[:, kept].sum()) for s, r in ratios.items()}
     able = [s for s in ratios if short[s] == min(short.values())]

@@ -44,9 +44,9 @@ def clips_of(folder: Path) -> Iterator[Path]:
 def roughness(
     before: Motion, after: Motion, chain: Chain, interval: Interval
 ) -> tuple[float, float]:
-    """Return the roughness of all witnesses over the edges, before and after a correction.
+    """Return the roughness of all witnesses at the edges, before and after a correction.
 
-    Roughness is the cost of second differences; each witness is scaled by its size in the original
+    Roughness is the cost of second differences. Each witness is scaled by its size in the original
     clip.
     """
     old, new = Witnesses.of(before, chain), Witnesses.of(after, chain)
@@ -91,7 +91,7 @@ def measure(analysis: ClipAnalysis) -> Counter[str]:
 
 
 def row_of(count: Counter[str]) -> str:
-    """Return the numbers for a set, one per column."""
+    """Return the numbers for a set, one per column of the table."""
     measured = (f"{count[f'{n}: worse']}/{count[f'{n}: measured']}" for n in NAMES)
     return "".join(f"{count[name]:>10}" for name in COUNTS) + "".join(f"{m:>19}" for m in measured)
 

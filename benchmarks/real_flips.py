@@ -63,12 +63,15 @@ from twistcore.skeleton.motion import Motion
 class Verdict:
     """The verdict on one clip, before and after correction.
 
-    swivels: impossible swivels; backward: frames with a backward knee, by limb; turns_old:
-    impossible turns before; turns_left: impossible turns that remain; turns_new: new impossible
-    turns; e_moved, c_moved: largest displacement as a share of the skeleton's height, 0 within
-    rounding, where c_moved counts only in clips without a flip; mirrored_…: mirrored transitions,
-    by P; limbs_changed: frames with bent and with straight limbs, and how many of each were
-    changed.
+    - swivels: impossible swivels
+    - backward: frames with a backward knee, keyed by limb
+    - turns_old: impossible turns before the correction
+    - turns_left: impossible turns that remain
+    - turns_new: new impossible turns
+    - e_moved, c_moved: the largest displacement as a share of the skeleton's height, 0 within
+      rounding; c_moved counts only in clips without a flip
+    - mirrored_…: mirrored transitions, keyed by P
+    - limbs_changed: the frames with bent and with straight limbs, and how many of each changed
     """
 
     clip: str
@@ -104,9 +107,7 @@ class Verdict:
 
     @property
     def changed_bent(self) -> bool:
-        """True if a bent limb was turned in a clip with neither a flip
-        nor a mirrored transition.
-        """
+        """True if a bent limb was turned in a clip without a flip or a mirrored transition."""
         unlike = self.flipped or self.mirrored_before
         return not unlike and self.limbs_changed.bent_changed > 0
 
@@ -142,20 +143,23 @@ def _mirrored(world: Pose, limb: Limb) -> list[Jump]:
 
 
 def _changed(before: Pose, after: Pose, limb: Limb) -> Straightness:
-    """Count the frames in which a limb is bent or straight, and in which of these P was turned."""
+    """Count the frames in which a limb is bent or straight, and those in which P was turned."""
     bend = bends(*(before.at[:, joint] for joint in (limb.p, limb.c, limb.e)))
     turned = (world.turned[:, limb.p] for world in (before, after))
     return straightness(bend, *turned, _limb_bone(before, limb))
 
 
 def _limb_bone(world: Pose, limb: Limb) -> Array:
-    """Return the direction from P to C in P's own frame, (frames, 3)."""
+    """Return the direction from P to C in P's frame, (frames, 3)."""
     away = unit(world.at[:, limb.c] - world.at[:, limb.p])
     return np.einsum("fji,fj->fi", world.turned[:, limb.p], away)
 
 
 def judge(clip: str, before: Motion, after: Motion, decimals: int) -> Verdict:
-    """Judge one clip before and after correction. decimals: number of decimals in the new file."""
+    """Judge one clip before and after correction.
+
+    `decimals` is the number of decimals in the corrected file.
+    """
     limbs = find(before)
     worlds = pose(before), pose(after)
     jumps = [tuple(j for limb in limbs for j in swivels(w, limb)) for w in worlds]
@@ -188,8 +192,9 @@ def judge(clip: str, before: Motion, after: Motion, decimals: int) -> Verdict:
 
 
 def judged_file(path: Path, name: str) -> Verdict:
-    """Judge a file before and after correction; raises TwistError if it
-    cannot be corrected or read.
+    """Judge a file before and after correction.
+
+    Raise TwistError if it cannot be corrected or read.
     """
     before = read_bvh(path)
     with tempfile.TemporaryDirectory() as folder:
@@ -200,7 +205,10 @@ def judged_file(path: Path, name: str) -> Verdict:
 
 
 def written_decimals(before: Clip, after: Clip) -> int:
-    """Return the fewest decimals of any changed number, or those of a float if none has changed."""
+    """Return the smallest number of decimals among the changed numbers.
+
+    If no number has changed, return the decimals of a float.
+    """
     texts = [clip.text[clip.data_start :].split() for clip in (before, after)]
     new = {b for a, b in zip(*texts, strict=False) if a != b}
     return min((len(token.partition(b".")[2]) for token in new), default=15)
@@ -227,7 +235,7 @@ def line(name: str, counts: Sequence[int], e_moved: float) -> str:
 
 
 def details(verdict: Verdict) -> list[str]:
-    """Return the remaining and the new problems of a clip, by frame."""
+    """Return lines with the remaining and the new problems of a clip, by frame."""
     lists = {
         "swivels left": verdict.swivels_after,
         "new impossible turns": verdict.turns_new,
@@ -252,7 +260,7 @@ def _listed(jumps: Sequence[Jump]) -> str:
 
 
 def _runs(frames: Sequence[int]) -> list[str]:
-    """Return consecutive frames as texts of the form first-last."""
+    """Return texts of the form first-last for runs of consecutive frames."""
     parts = np.split(np.array(frames), np.flatnonzero(np.diff(frames) > 1) + 1)
     return [f"{p[0]}" if len(p) == 1 else f"{p[0]}-{p[-1]}" for p in parts]
 
@@ -260,7 +268,8 @@ def _runs(frames: Sequence[int]) -> list[str]:
 def table(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
     """Return the lines of the output.
 
-    These are a line per clip with results, the totals, the remaining problems and unreadable files.
+    These are one line per clip with its results, the totals, the remaining problems, and the
+    unreadable files.
     """
     total = [sum(column) for column in zip(*(v.row for v in verdicts), strict=True)] or [0] * 12
     lines = [f"{'' if k else 'clip':<{WIDTH}} {head}" for k, head in enumerate(HEAD)]
@@ -291,7 +300,7 @@ def to_json(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
 
 
 def main() -> int:
-    """Judge every clip and print the table; return 1 if something new is wrong."""
+    """Judge every clip and print the table. Return 1 if the correction made something wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", default="*.bvh", metavar="GLOB")

@@ -58,9 +58,7 @@ def _touched(interval: Interval, frame: int) -> bool:
 
 
 def contradictions(found: Detection, reason: Reason) -> Iterator[str]:
-    """Yield every point in which a reason contradicts the curve, the
-    intervals or its own numbers.
-    """
+    """Yield contradictions between a reason and the curve, the intervals or its own numbers."""
     strength = float(found.analysis.detector(found.method).strength(reason.chain)[reason.frame])
     tau, numbers = found.tau[reason.chain], reason.numbers
     if reason.strength != strength or reason.tau != tau:

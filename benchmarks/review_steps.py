@@ -30,7 +30,7 @@ _STEPS, _REST_S = 12, 0.05
 
 
 def serve(clip: Path) -> None:
-    """Measure what a line on standard input asks for, until there are no more lines."""
+    """Read commands from standard input, measure each, and print the result, until end of file."""
     from PySide6.QtCore import QCoreApplication, QEvent
 
     from inspector.app import make_application
@@ -100,7 +100,7 @@ def serve(clip: Path) -> None:
 
 
 class Worker:
-    """A checkout's window in a process of its own."""
+    """The window of a checkout, running in a separate process."""
 
     def __init__(self, root: Path, folder: Path, clip: Path) -> None:
         folder.mkdir()
@@ -117,7 +117,7 @@ class Worker:
         )  # fmt: skip
 
     def measure(self, what: str) -> list[float]:
-        """Return the processor milliseconds of several steps of a kind."""
+        """Return the processor time of several steps of a kind, in milliseconds."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._process.stdin.write(what + "\n")

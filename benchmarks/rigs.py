@@ -76,7 +76,10 @@ class Pair(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where an error is injected: the number of its pair, the frames [start, stop), and radians."""
+    """The place of an injected error.
+
+    This is the number of its pair, the frames [start, stop), and the angle in radians.
+    """
 
     pair: int
     start: int
@@ -86,7 +89,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Missed:
-    """An error that was not repaired, with the reason for this."""
+    """An error that was not repaired, with the reason."""
 
     rig: str
     share: float
@@ -100,7 +103,10 @@ class Missed:
 
 @dataclass(frozen=True)
 class Count:
-    """The results for a rig's errors; made_wrong and sound count joints, summed over frames."""
+    """The results for a rig's errors.
+
+    `made_wrong` and `sound` count joints, summed over frames.
+    """
 
     errors: int = 0
     repaired: int = 0
@@ -125,8 +131,9 @@ class Count:
 def drawn(
     limbs: Sequence[tuple[int, bool]], frames: int, number: int, rng: np.random.Generator
 ) -> list[Place]:
-    """Return random errors, at least APART frames apart in each limb.
-    limbs: the limb of each pair.
+    """Return random errors that are at least APART frames apart in each limb.
+
+    `limbs` has the limb of each pair.
     """
     places: list[Place] = []
     for _ in range(number if limbs else 0):
@@ -232,9 +239,7 @@ def _why_left(interval: Interval) -> str:
 
 
 def sound_changes(motion: Motion) -> int:
-    """Count the joints, summed over frames, that change by more than 1°
-    in a clip without errors.
-    """
+    """Count the joints that change by more than 1° in a clip without errors, summed over frames."""
     refined, _ = corrected(motion)
     return int((geodesic_angle(motion.rotations, refined.rotations) > CHANGED).sum())
 
@@ -261,7 +266,7 @@ def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
 
 
 def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
-    """Return CMU clips without automatic corrections, by name, chosen at even distances."""
+    """Return CMU clips without automatic corrections, keyed by name, at even distances."""
     found: dict[str, Motion] = {}
     for path in clips_in(folder, suffixes=BVH):
         motion = read_bvh(path).motion
@@ -278,7 +283,10 @@ def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
 
 
 def variants(rig: Rig) -> list[Rig]:
-    """Return a rig in pieces with each share of the roll, or any other rig unchanged."""
+    """Return a variant of the rig for each share of the roll, if it has pieces.
+
+    Any other rig is returned unchanged.
+    """
     return [replace(rig, share=share) for share in SHARES] if rig.in_pieces else [rig]
 
 

@@ -40,7 +40,7 @@ TARGET_MS, TARGET_RATIO = 25.0, 1.5
 
 
 class Tubes(QWidget):
-    """A minimal 3D view of a skeleton: one tube per bone, no roll, no ground."""
+    """A minimal 3D view of a skeleton: one tube per bone, without roll and ground."""
 
     def __init__(self, data: Analysed) -> None:
         super().__init__()
@@ -83,7 +83,7 @@ class Tubes(QWidget):
 
 
 def repaint(view: QWidget) -> None:
-    """Repaint immediately; QWidget.repaint() would wait for the next vsync."""
+    """Repaint immediately. QWidget.repaint() would wait for the next vsync."""
     QWidget.update(view)
     QApplication.sendEvent(view.window(), QEvent(QEvent.Type.UpdateRequest))
 
@@ -96,7 +96,7 @@ def time_of(action: Callable[..., None], *arguments: int) -> float:
 
 
 def measure(clip: Path, frames: int) -> Figures:
-    """Return median and 95th percentile for both windows in milliseconds."""
+    """Return the median and the 95th percentile for both windows, in milliseconds."""
     data = analyse_file(clip)
     document = Document()
     document.show_clip(data)
@@ -160,7 +160,7 @@ def is_good(figures: Figures) -> bool:
 
 
 def main() -> int:
-    """Print the table; return 1 if a target is missed."""
+    """Print the table. Return 1 if a target is missed."""
     _app = QApplication.instance() or QApplication([])
     return run(__doc__.splitlines()[0], CLIP, 200, measure, is_good)
 

@@ -29,7 +29,7 @@ TURN, WAY, TIMES = 45.0, 0.04, 4.0
 
 
 def jumps_a_second(motion: Motion) -> float:
-    """Return jumps per second in rotations and positions of all joints, without the root's path."""
+    """Return the jumps per second in rotations and positions, except in the root's path."""
     if motion.frames < 6:
         return 0.0
     turns = np.degrees(geodesic_angle(motion.rotations[1:], motion.rotations[:-1]))
@@ -40,10 +40,11 @@ def jumps_a_second(motion: Motion) -> float:
 
 
 def stand_out(steps: np.ndarray, least: float) -> np.ndarray:
-    """Return a mask of the steps, (frames − 1, joints), that reach `least` and are much larger
-    than the two before and the two after.
+    """Return a mask of the steps that reach `least` and are much larger than their neighbours.
 
-    The first two and the last two steps are left out, so its shape is (frames − 5, joints).
+    The neighbours are the two steps before and the two after. `steps` has the shape (frames − 1,
+    joints). The first two and the last two steps are left out, so the shape of the mask is (frames
+    − 5, joints).
     """
     around = np.median([steps[:-4], steps[1:-3], steps[3:-1], steps[4:]], axis=0)
     here = steps[2:-2]

@@ -41,7 +41,7 @@ ACCEPTED, NATURAL, DECOY = "accepted", "natural", "decoy"
 
 @dataclass(frozen=True, eq=False)
 class Reviewed:
-    """A clip judged by this reviewer, and what each verdict is about, in order."""
+    """A clip judged by this reviewer. Each verdict has the kind of interval that it is about."""
 
     clip: JudgedClip
     about: tuple[str, ...]
@@ -53,9 +53,11 @@ class Reviewed:
 
 
 def reviewed(path: Path, seed: int, harder: str = "") -> Reviewed:
-    """Review a clip once. harder: True to make its motion harder first.
+    """Review a clip once, after a protocol has made its motion harder.
 
-    A quarter as many chains get decoys as get errors.
+    `harder` is this protocol. By default, a random one is used.
+
+    Decoys are injected into a quarter as many chains as errors.
     """
     motion = read_bvh(path).motion
     chains = analyse(motion).chains
@@ -121,12 +123,12 @@ def sampled(
 ) -> list[JudgedClip]:
     """Return at most `most` verdicts on a folder's clips, a tenth of them on wrong intervals.
 
-    kinds: kinds of wrong intervals; mistaken: share of verdicts that the reviewer gets wrong.
+    `kinds` are the kinds of wrong intervals. `mistaken` is the share of wrong verdicts.
     """
     every = [(k, n, about) for k, c in enumerate(clips) for n, about in enumerate(c.about)]
     good = [(k, n) for k, n, about in every if about == ACCEPTED]
     bad = [(k, n) for kind in kinds for k, n, about in every if about == kind]
-    if len(kinds) > 1:  # as many of each kind as of the rarest
+    if len(kinds) > 1:  # draw equal numbers of each kind
         parts = [[(k, n) for k, n, about in every if about == kind] for kind in kinds]
         least = min(map(len, parts))
         bad = [p[i] for p in parts for i in rng.permutation(len(p))[:least]]

@@ -35,9 +35,7 @@ _SHORTEST, _SLOWEST = 24, 15.0  # frames of a clip, and frames a second
 def with_smoothed(
     motion: Motion, rng: np.random.Generator, sigma: float, *, everything: bool
 ) -> tuple[Motion, slice] | None:
-    """Return the motion with a smoothed span, and the span's frames; None
-    if the clip is too short.
-    """
+    """Return the motion with a smoothed span, and its frames, or None if the clip is too short."""
     length = int(rng.uniform(1.0, 2.0) * motion.fps)
     if length >= motion.frames - 4:
         return None
@@ -63,7 +61,7 @@ def found_in(motion: Motion) -> NDArray[np.bool_]:
 
 
 def spans_in(mask: NDArray[np.bool_]) -> int:
-    """Return the number of runs of consecutive frames in a mask."""
+    """Return the number of runs of consecutive True frames in a mask."""
     return int((np.diff(mask.astype(int), prepend=0) > 0).sum())
 
 
@@ -86,7 +84,10 @@ def measure(
 
 
 def motions_of(folder: Path, fps: float | None) -> Iterator[tuple[str, Motion]]:
-    """Yield name and motion of every BVH that is long enough. fps: None for the clip's own rate."""
+    """Yield the name and motion of every BVH that is long enough.
+
+    If `fps` is None, the clip's own frame rate is used.
+    """
     for path in sorted(folder.rglob("*.bvh")):
         try:
             motion = read_clip(path).motion
@@ -101,7 +102,7 @@ def motions_of(folder: Path, fps: float | None) -> Iterator[tuple[str, Motion]]:
 
 
 def main() -> None:
-    """Measure every frame rate, kind and strength."""
+    """Measure every frame rate, kind and strength of smoothing."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1)

@@ -2,9 +2,9 @@
 
     python -m benchmarks.start_up [--runs N]
 
-Starts a fresh interpreter N times, opens the sample in the real window and prints the median
-seconds until the window has been painted, and until the figure, tables and curves of the clip
-have been. The first run, which reads files from the disk, is shown separately.
+Starts a new interpreter N times and opens the sample in the real window. Prints the median seconds
+until the window is painted, and until the clip's figure, tables and curves are painted, too. The
+first run, which reads files from the disk, is shown separately.
 """
 
 from __future__ import annotations
@@ -25,8 +25,9 @@ SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
 
 
 def child(begun: float, clip: Path) -> None:
-    """Open the clip, and print both durations. begun: time.time()
-    before the interpreter started.
+    """Open the clip, and print both durations.
+
+    `begun` is the value of time.time() before the interpreter started.
     """
     os.environ.setdefault("QT_API", "pyside6")
     leave_sources_unread()  # as the program does

@@ -32,8 +32,9 @@ DELTA, ONSET = np.radians(35.0), 0.1  # radians; seconds
 
 
 def curves(motion, chain):
-    """Return the twists of P and C and, where it is defined, the
-    azimuth, degrees, (frames,) each.
+    """Return the twists of P and C and, where it is defined, the azimuth.
+
+    They are in degrees, (frames,) each.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     x, y = twist_increments(q_p, q_c, chain.axis)
@@ -82,7 +83,10 @@ def draw(clip: Path, name: str, output: Path) -> None:
 
 
 def with_titles(panels: Sequence[Any], titles: Sequence[str]) -> None:
-    """Set the titles and axes of panels one above the other, with degrees over seconds."""
+    """Set the titles and axes of panels that are one above the other.
+
+    The axes are degrees and seconds.
+    """
     for panel, title in zip(panels, titles, strict=True):
         panel.set_title(title, fontsize=9, loc="left")
         panel.set_ylabel("degrees")

@@ -31,10 +31,9 @@ from twistcore.tuning.injected_curve import PROTOCOLS
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A chain of a clip: the curve used for tuning, and one per protocol
-    with the seeds of the trial.
+    """A chain of a clip: the curve for tuning, and one per protocol with other seeds.
 
-    alarms: number of intervals corrected in the original clip, for each τ of the grid.
+    `alarms` is the number of intervals corrected in the original clip, for each τ of the grid.
     """
 
     chain: str
@@ -58,7 +57,7 @@ def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
 
 
 def report(title: str, tried: Sequence[Tried], tau: Sequence[float]) -> None:
-    """Print a block of results, with the τ chosen for each chain of each clip."""
+    """Print a block of results. `tau` has the τ chosen for each chain of each clip."""
     place = [int(np.argmin(np.abs(t.curve.tau - x))) for t, x in zip(tried, tau, strict=True)]
     alarms = sum(int(t.alarms[k]) for t, k in zip(tried, place, strict=True))
     low, middle, high = np.degrees(np.percentile(tau, [0, 50, 100]))

@@ -56,7 +56,7 @@ _KEYS = (
 
 @dataclass
 class Hand:
-    """A source of random actions. held: the plot over which the mouse button is held down."""
+    """A source of random actions. `held` is the plot over which the mouse button is held down."""
 
     window: MainWindow
     rng: random.Random
@@ -129,7 +129,7 @@ class Hand:
 
 
 def switch(window: MainWindow, clips: list[Path], times: int, seed: int) -> Counter[str]:
-    """Open the clips one after the other; return the actions carried out in between."""
+    """Open the clips one after the other. Return the actions carried out in between."""
     hand = Hand(window, random.Random(seed))
     sitting = Sitting(window, clips, hand.rng)
     sitting.open(clips[0])
@@ -151,7 +151,7 @@ def switch(window: MainWindow, clips: list[Path], times: int, seed: int) -> Coun
 
 
 def main() -> int:
-    """Run the test; print the actions and the reported problems."""
+    """Run the test. Print the actions and the reported problems."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--times", type=int, default=400)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,13 +1,13 @@
 """Measure how fast the window follows a τ that is dragged: python -m benchmarks.tau_drag.
 
-Repeats the sample to 3,000, 10,000 and 100,000 frames (or --frames N…), where each repetition has
-three errors of its own, from 1° to 150°, so that every move of τ finds other intervals. Drags the τ
-of that chain over 60 values in the real window, and prints the median and the 95th percentile of
-the time (a) until the core has found the new intervals, (b) until plots, table and strip are also
+Repeats the sample to 3,000, 10,000 and 100,000 frames (or --frames N…). Each repetition has three
+different errors, from 1° to 150°, so every move of τ changes the intervals found. Drags the τ of
+that chain over 60 values in the real window, and prints the median and the 95th percentile of the
+time (a) until the core has found the new intervals, (b) until plots, table and strip are also
 painted and on the screen, and (c) until the 3D view is drawn, too, where it changes. A frame on a
-60 Hz screen takes 16.7 ms. The second line is measured with the tuning tab in front, where its two
-plots are painted as well. The last line shows how long the curve of that tab takes to appear for
-the first length, and how long the event loop is blocked while it is computed.
+60 Hz screen takes 16.7 ms. The second line is measured with the tuning tab in front, so that its
+two plots are painted as well. The last line shows how long the curve of that tab takes to appear
+for the first length, and how long the event loop is blocked while it is computed.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ TAUS = np.geomspace(0.5, 120.0, 60)
 
 
 def tiled(clip: Clip, frames: int, folder: Path) -> Clip:
-    """Repeat the clip with other errors in each repetition; the bytes
-    remain those of one repetition.
+    """Repeat the clip with different errors in each repetition.
 
-    The clip's path is in `folder`, where the journal of the drag is written.
+    Only the motion is repeated, and the bytes remain those of a single repetition. The clip's path
+    is in `folder`, where the journal of the drag is written.
     """
     motion = clip.motion
     chains = find_chains(motion)
@@ -79,11 +79,11 @@ class _Painted(QObject):
             widget.installEventFilter(self)
 
     def expect_all(self) -> None:
-        """Start recording again."""
+        """Discard the record and start again."""
         self.waiting = set(self._widgets)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 — Qt's name
-        """Watch all events without stopping any."""
+        """Record paint events. All events are passed on."""
         if event.type() == QEvent.Type.Paint:
             self.waiting.discard(watched)
         return False
@@ -94,8 +94,9 @@ def measure(
 ) -> tuple[np.ndarray, int]:
     """Return the milliseconds of every step, (3, steps), and the largest number of intervals.
 
-    The first axis is: core; plots, table and strip on the screen; the 3D view, too. tuning: True to
-    have the tuning tab in front of the interval table and its two plots painted instead.
+    The first axis is: the core; plots, table and strip on the screen; the 3D view, too. If `tuning`
+    is True, the tuning tab is in front of the interval table, and its two plots are painted
+    instead.
     """
     window = MainWindow(Settings(theme="light"), None)
     window.resize(1440, 900)
@@ -113,7 +114,7 @@ def measure(
     if tuning:
         window.actions_by_id["show_tuning"].trigger()
         watched = [window.tuning.curves.histogram.viewport(), window.tuning.curves.cost.viewport()]
-        # Of the one round on the disk: the drawn curve has as many points.
+        # The cost is measured for the single repetition on disk; its curve has as many points.
         shutil.copy(SAMPLE, folder)
         longest_turn(app, lambda: len(window.tuning.costs.curves) == len(window.tuning.costs.names))
         wait(300)
@@ -130,7 +131,7 @@ def measure(
         begun = time.perf_counter()
         document.set_tau(tau, CHAIN, drag)
         for widget in watched:
-            widget.update()  # also if nothing in it has changed
+            widget.update()  # even if nothing in it has changed
         while painted.waiting:
             app.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 1)
         flat = time.perf_counter() - begun
@@ -148,9 +149,9 @@ def measure(
 def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, float, float, float]:
     """Measure how the curve of the tuning tab appears for a newly opened clip.
 
-    Returns the seconds until the curve of the selected chain is drawn and until all curves are
-    known, and the longest time in milliseconds for which the event loop is blocked, both meanwhile
-    and in an equally long time before.
+    Return the seconds until the curve of the selected chain is drawn and until all curves are
+    known. Also return the longest time in milliseconds for which the event loop is blocked, both
+    meanwhile and in an equally long time before.
     """
     head, _, rows = SAMPLE.read_text().rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()
@@ -179,7 +180,7 @@ def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, floa
 
 
 def longest_turn(app: QApplication, ready: Callable[[], bool], seconds: float = 60.0) -> float:
-    """Run the event loop until a condition holds; return its longest turn in milliseconds."""
+    """Run the event loop until a condition holds. Return its longest turn in milliseconds."""
     longest, end = 0.0, time.perf_counter() + seconds
     while not ready() and time.perf_counter() < end:
         begun = time.perf_counter()

@@ -42,7 +42,7 @@ def repaint(widget: QWidget) -> None:
 
 
 def measure(clip: Path, frames: int) -> Figures:
-    """Return the medians in milliseconds."""
+    """Return the median times in milliseconds."""
     document = Document()
     document.show_clip(analyse_file(clip))
     colours = Colours(DARK)
@@ -92,7 +92,7 @@ def measure(clip: Path, frames: int) -> Figures:
 
 
 def main() -> int:
-    """Print the table; return 1 if the target is missed."""
+    """Print the table. Return 1 if the target is missed."""
     _app = make_application()
 
     def is_good(figures: Figures) -> bool:

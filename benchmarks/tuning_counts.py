@@ -1,8 +1,9 @@
 """Compare the numbers of the tuning page with ``twistcore detect --tau`` and the verdicts.
 
-A seed judges some of each clip's intervals. At several τ, the command lists the intervals, and this
-script counts the listed, the automatic and the rejected ones with code of its own. Then it compares
-them with the numbers of the page. `--inject` puts errors into the clips first.
+A seeded random generator judges some of each clip's intervals. At several τ, the command lists the
+intervals, and this script counts the listed, the automatic and the rejected ones independently of
+the program. Then it compares these numbers with those on the page. `--inject` injects errors into
+the clips first.
 
     python -m benchmarks.tuning_counts CLIP… [--inject]
 """
@@ -34,7 +35,7 @@ Counts = tuple[int, int, int]  # listed, automatic, rejected
 
 
 def listed_by_command(clip: Path, degrees: float) -> list[dict[str, Any]]:
-    """Return the counter-twists that the command lists at τ."""
+    """Return the counter-twists that the command lists at a τ."""
     words = [sys.executable, "-m", "twistcore", "detect", str(clip), "--json", "--tau"]
     done = subprocess.run(
         [*words, repr(degrees)], check=True, capture_output=True, text=True, encoding="utf-8"
@@ -45,7 +46,10 @@ def listed_by_command(clip: Path, degrees: float) -> list[dict[str, Any]]:
 def recounted(
     rows: Sequence[dict[str, Any]], judged: Sequence[tuple[str, int, int, bool]], chain: str
 ) -> Counts:
-    """Return the numbers of a chain; `judged` are spans with True for an accepted interval."""
+    """Return the numbers of listed, automatic and rejected intervals of a chain.
+
+    `judged` are spans, each with True for an accepted interval.
+    """
     own = [row for row in rows if row["chain"] == chain]
     rejected = 0
     for row in own:
@@ -60,7 +64,7 @@ def recounted(
 
 
 def differences(path: Path, places: Sequence[int] = PLACES) -> tuple[int, int, list[str]]:
-    """Return how many numbers were compared, how many false alarms there are, and differences."""
+    """Return how many numbers were compared, the number of false alarms, and the differences."""
     clip = read_clip(path)
     analysis = analyse(clip)
     low = float(np.degrees(GRID[places[1]]))
@@ -103,7 +107,7 @@ def with_errors(path: Path, folder: Path) -> Path:
 
 
 def main() -> int:
-    """Compare all clips; return 1 if a number differs."""
+    """Compare all clips. Return 1 if a number differs."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("clips", nargs="+", type=Path)
     parser.add_argument("--inject", action="store_true", help="put errors into the clips first")

@@ -2,12 +2,13 @@
 
     python -m benchmarks.unlisted_jumps FOLDER… [--degrees D] [--list N]
 
-A large turn is a joint's turn from one frame to the next by at least D degrees (45), for whatever
-reason, that is more than four times the median of the two turns before and the two after. Fast
-movement at a low frame rate is thus no large turn. A turn is listed if an interval of this joint,
-of a chain or limb with this joint, or of the whole body begins, ends or lies there, give or take
-two frames. The table shows the turns of each folder, those that are listed, those in frames where
-only another joint is listed, and those where nothing is listed.
+A large turn is any turn of a joint by at least D degrees (default 45) from one frame to the next
+that is more than four times the median of the two turns before and the two after. Fast movement at
+a low frame rate is therefore not a large turn. A turn counts as listed if an interval begins, ends
+or lies at its frame, with a tolerance of two frames, and the interval concerns the joint, a chain
+or limb with the joint, or the whole body. The table shows the turns of each folder, the listed
+ones, the ones in frames where only another joint is listed, and the ones in frames where nothing is
+listed.
 """
 
 from __future__ import annotations
@@ -27,12 +28,15 @@ from twistcore.formats.reading import read_clip
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import geodesic_angle
 
-_NEAR = 2  # frames
+_NEAR = 2  # tolerance in frames
 _WHOLE = {Kind.BODY_STEP, Kind.FROZEN, Kind.NOISE_BURST}
 
 
 def large_turns(motion: Motion, degrees: float) -> list[tuple[int, int, float]]:
-    """Return (frame, joint, degrees) of every large turn, where the frame is the later one."""
+    """Return the frame, the joint and the degrees of every large turn.
+
+    A turn's frame is the later of its two frames.
+    """
     if motion.frames < 6:
         return []
     turns = np.degrees(geodesic_angle(motion.rotations[1:], motion.rotations[:-1]))
@@ -56,7 +60,7 @@ def joints_of(interval: Interval, analysis: ClipAnalysis) -> set[int] | None:
 
 
 def main() -> None:
-    """Print the table, and the first turns of which nothing is listed."""
+    """Print the table, and the first turns in frames where nothing is listed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--degrees", type=float, default=45.0)

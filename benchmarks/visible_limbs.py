@@ -2,9 +2,9 @@
 
     python -m benchmarks.visible_limbs FOLDER… [--clips N] [--intervals N] [--views N]
 
-Draws random errors in each clip and asks for the view of the limb, as **N** does in the window. The
-share of the limb that no other bone, head or chest hides is compared with the largest share from
-evenly distributed directions. The target is 80 % of the best view.
+Draws random errors in each clip and requests the view of the limb, as **N** does in the window. The
+share of the limb that is not hidden by another bone, the head or the chest is compared with the
+largest such share from evenly distributed directions. The target is 80 % of the best view.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from twistcore.skeleton.rotation import Array, rotate
 from twistcore.synthesis import draw_errors, generator
 
 TARGET = 0.8
-_PLACES = np.linspace(0.05, 0.95, 10)[:, None]  # on a bone, more than the camera looks at
+_PLACES = np.linspace(0.05, 0.95, 10)[:, None]  # positions along a bone; the camera checks fewer
 
 
 def directions(count: int) -> Array:
@@ -44,7 +44,7 @@ def seen_shares(
     chain: Chain, bones: tuple[BoneSegment, ...], pose: tuple[Array, Array], height: float,
     views: Array,
 ) -> Array:  # fmt: skip
-    """Return the share of a chain's bones that is seen from each view, (views,)."""
+    """Return the visible share of a chain's bones from each view, (views,)."""
     rotations, positions = pose
     joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
     own = list(pairwise(joints))
@@ -57,7 +57,7 @@ def seen_shares(
 
 
 def ratios(motion: Motion, name: str, intervals: int, views: Array) -> list[float]:
-    """Return the seen share of each interval's limb relative to the best view."""
+    """Return the visible share of each interval's limb, relative to the best view."""
     chains = find_chains(motion)
     rotations, positions = forward_kinematics(motion)
     up, height = (
@@ -91,7 +91,7 @@ def ratios(motion: Motion, name: str, intervals: int, views: Array) -> list[floa
 
 
 def main() -> int:
-    """Print the table; return 1 if the mean misses the target."""
+    """Print the table. Return 1 if the mean misses the target."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--clips", type=int, default=20)
