@@ -95,3 +95,17 @@ def test_other_files_by_the_name_of_a_mark_are_nothing(data, exported, tmp_path)
     (tmp_path / ".a.replay.json.twist.part.export").write_bytes(data)
     (tmp_path / ".b.export").mkdir()
     assert not interrupted_exports(clip)
+
+
+def test_every_interrupted_export_of_a_clip_is_listed(exported, tmp_path):
+    """Marks that no program holds, as if it had been killed."""
+    clip, _ = exported
+    for name in ("a", "b"):
+        with marked_export(tmp_path / f"{name}.replay.json", clip):
+            (mark,) = tmp_path.glob(".*.export")
+            left = mark.read_bytes()
+        mark.write_bytes(left)
+        shutil.move(mark, tmp_path / f"kept-{name}")
+    for name in ("a", "b"):
+        shutil.move(tmp_path / f"kept-{name}", tmp_path / f".{name}.replay.json.twist.part.export")
+    assert interrupted_exports(clip) == ["a.replay.json", "b.replay.json"]

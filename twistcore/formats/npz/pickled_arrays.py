@@ -41,8 +41,9 @@ _UNSHARED, _TIMES = 1 << 24, 4
 class LimitError(ValueError):
     """Raised if the contents of a pickle exceed a limit. The message has no file name."""
 
-    def __init__(self, what: str) -> None:
-        super().__init__(f"{what}; save its arrays by name with numpy.savez")
+
+def _too_much(what: str) -> LimitError:
+    return LimitError(f"{what}; save its arrays by name with numpy.savez")
 
 
 class Unreadable:
@@ -243,7 +244,7 @@ class _Counted(dict[int, Any]):
     def __getitem__(self, code: int) -> Any:
         self._left -= 1
         if self._left < 0:
-            raise LimitError("the pickle has more objects than a file of its size needs")
+            raise _too_much("the pickle has more objects than a file of its size needs")
         return super().__getitem__(code)
 
 
@@ -278,7 +279,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
             return known
         if (module, name) not in self._classes:
             if len(self._classes) >= _CLASSES or len(module) + len(name) > _LONGEST_KEY:
-                raise LimitError("the pickle names too many classes")
+                raise _too_much("the pickle names too many classes")
             made = type("Unread", (Unreadable,), {"kind": f"{module}.{name}"})
             self._classes[module, name] = made
         return self._classes[module, name]
@@ -438,7 +439,7 @@ def _plain(found: Any, most: int) -> Any:
         if not isinstance(item, dict | list | tuple | _Array):
             return item, 1
         if depth > _DEEPEST:
-            raise LimitError("the pickle has too many dicts and lists within one another")
+            raise _too_much("the pickle has too many dicts and lists within one another")
         if isinstance(item, _Array):  # an array of one array
             return one(item, depth + 1)
         if not item:
@@ -452,7 +453,7 @@ def _plain(found: Any, most: int) -> Any:
                 made[key], more = one(value, depth + 1)
                 size += more
                 if size > most:
-                    raise LimitError("the pickle repeats its values too often or contains itself")
+                    raise _too_much("the pickle repeats its values too often or contains itself")
             known[id(item)] = item, made, size
         return known[id(item)][1:]
 
