@@ -40,7 +40,7 @@ class EndChoice(QWidget):
         hbox(self.name, 4, *self.choices.values(), owner=self, margins=(0, 0, 0, 0), spacing=0)
 
     def show_end(self, word: str, carried: bool) -> None:
-        """Show whether a 'foot', a 'hand' or the 'next joint' turned along."""
+        """Show whether the body part `word` turned along: 'foot', 'hand' or 'next joint'."""
         self._carried = carried
         self.name.setText(end_as_heading(word))
         for each, button in self.choices.items():

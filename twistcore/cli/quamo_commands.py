@@ -130,7 +130,7 @@ def _read(arguments: argparse.Namespace) -> Clip:
 
 
 def _refuse_of_other_method(arguments: argparse.Namespace) -> None:
-    """Raise TwistError if options of the other method are given."""
+    """Raise TwistError if an option is given that belongs to another --method."""
     if arguments.method != "spline":
         if arguments.cutoff is not None:
             raise TwistError("--cutoff requires --method spline")
