@@ -41,7 +41,7 @@ from twistcore.tuning import Profile
 _POLL_MS = 40
 _ENOUGH = 20  # maximum number of analysed clips, in a folder of any size
 _PATIENCE_S = 20.0  # time limit for a clip, plus a second per megabyte
-_BATCH_MS = 3_000  # interval of checks whether a running batch has ended
+_BATCH_MS = 3_000  # delay before checking whether a running batch has ended
 _SETTLE_MS = 500  # wait until no files are being written to the folder
 
 

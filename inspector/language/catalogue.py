@@ -94,7 +94,7 @@ def entries_of_core() -> list[tuple[str, str]]:
 def tr(text: str, /, **values: object) -> str:
     """Return a text in the chosen language, with `values` inserted by name as in `str.format`.
 
-    Control characters in the values are made visible, because the values may come from files.
+    Control characters in the values are escaped, because the values may come from files.
     """
     found = _texts.get(("", text), text)
     return found.format(**_legible_values(values)) if values else found
@@ -107,7 +107,7 @@ def tr_as(meaning: str, text: str, /, **values: object) -> str:
 
 
 def announced(text: str, meaning: str = "") -> str:
-    """Translate a text that a kind of error or a detector declares in its own file."""
+    """Translate a text that is declared in the file of a kind of error or of a detector."""
     return _texts.get((meaning, text), text)
 
 

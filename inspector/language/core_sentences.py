@@ -49,7 +49,7 @@ def of_core(said: object) -> str:
     """Return a sentence of twistcore in the chosen language, or unchanged if no template fits.
 
     `said` is a text or an error. A sentence of several parts is translated part by part. Control
-    characters are made visible.
+    characters are escaped.
     """
     language, sentence = chosen_language(), legible(said, lines=True)
     return sentence if language == SOURCE else _translated(language, sentence)[0]

@@ -40,8 +40,8 @@ def hidden(
 ) -> tuple[Motion, tuple[InjectedError, ...], tuple[Interval, ...]]:
     """Return a motion with hidden errors, the errors, and the intervals to judge.
 
-    `seed` is the seed of the random errors. If `kind` is not 'judge', students must find the errors
-    themselves, and there are no intervals to judge.
+    `seed` is the seed of the random errors. If `kind` is 'find', students must find the errors, and
+    there are no intervals to judge; if it is 'judge', students judge a list of intervals.
     """
     motion, chains = source.motion, find_chains(source.motion)
     dirty, errors = hide_errors(motion, chains, seed)

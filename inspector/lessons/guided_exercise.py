@@ -48,7 +48,7 @@ def make_exercise(
     seed
         The seed of the random errors.
     kind
-        The kind of exercise: 'judge' to judge a list of intervals.
+        The kind of exercise, a key of KINDS.
     """
     source = read_bvh(clip)
     dirty, errors, listed = hidden(source, seed, kind.lower())

@@ -132,7 +132,7 @@ class LessonActions:
         self.window.bar.offer(text, tuple(answers))
 
     def _refuse(self, error: Exception) -> None:
-        """End the lesson and show why it cannot be shown."""
+        """End the lesson, and show the reason why it could not be started."""
         self.window.statusBar().clearMessage()
         self.player.end()
         self.program.document.message.emit(str(error), True)

@@ -16,7 +16,7 @@ _OF_THE_CHAIN = ("tau", "listed")  # of the page's chain
 
 
 def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | None:
-    """Return the chain or limb that a page names, or None if it names none.
+    """Return the chain or limb of a page, or None if the page is not about one.
 
     `data` is the page's clip. Raises FormatError if the clip lacks the chain, the frame, or
     something that the task needs, such as enough frames, an interval of the required kind, or the

@@ -137,7 +137,7 @@ def _read(name: str) -> str:
 
 
 def _json(data: Any) -> str:
-    """Return data as JSON in which '</script>' is escaped, to put it into a script element."""
+    """Return data as JSON with HTML characters escaped, to put it into a script element."""
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 

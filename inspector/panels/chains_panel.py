@@ -169,7 +169,7 @@ class ChainsPanel(QWidget):
         self.table.resized.connect(self._show_selected)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = hint(tr("The chains of a clip appear here."))
-        self._showing = False  # True while rows change: the current row is not a click
+        self._showing = False  # True while rows change, without any click
         self._fixed: dict[str, _Shown] = {}  # keyed by chain: the values that do not depend on τ
         self._stack = QStackedWidget()
         self.unexamined = QLabel(wordWrap=True)

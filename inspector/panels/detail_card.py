@@ -130,7 +130,7 @@ class DetailCard(QWidget):
         self.several = Caption()
         self.several.hide()
         head = hbox((self.title, 1), self.end)
-        head.addStrut(self.end.sizeHint().height())  # the rows below do not move
+        head.addStrut(self.end.sizeHint().height())  # keeps the rows below in place
         self._text = vbox((self.why, 1), self._link)
         vbox(self.several, head, self._text, form, buttons, owner=self)
         self.set_low(False)

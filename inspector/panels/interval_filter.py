@@ -149,7 +149,7 @@ class _SearchLine(QLineEdit):
         self.setAccessibleDescription(tip)
 
     def event(self, event: QEvent) -> bool:
-        """Handle Enter and Esc here, so that they do not act as shortcuts."""
+        """Handle Enter and Esc before they act as shortcuts."""
         if isinstance(event, QKeyEvent) and event.key() in _ENDS:
             if event.type() == QEvent.Type.ShortcutOverride:
                 event.accept()

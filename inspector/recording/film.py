@@ -1,4 +1,4 @@
-"""Write a film with ffmpeg in a thread. The file gets its final name when it is complete."""
+"""Write a film with ffmpeg in a thread. The file is renamed to its final name when complete."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ class FilmWriter:
             )
         self.path = path
         self._end = destination(path)
-        # Kept open while ffmpeg writes to it: unfinished files that nobody has open are deleted.
+        # Kept open while ffmpeg writes to it, because an unfinished file that is not open may be
+        # deleted as a leftover.
         self._handle, self._part = take_part(part_name(self._end, path.suffix))
         self._frames: queue.Queue[bytes | None] = queue.Queue(_WAITING)
         self.trouble = ""

@@ -263,9 +263,9 @@ class Document(OpenClip):
     def accept_undecided(self, at_least: float | None = None) -> bool:
         """Accept undecided intervals of high confidence in one step. Returns False if that failed.
 
-        If a person chose the lowest confidence `at_least`, the acceptances are the person's
-        decisions. Without it, the detector's own limit applies, and the acceptances are automatic
-        corrections.
+        If a person has chosen the lowest confidence `at_least`, they are recorded as decisions of
+        this person. Without it, the detector's limit for automatic corrections is used, and they
+        are recorded as automatic corrections.
         """
         ids = self.automatic_ids(at_least)
         if at_least is None:
@@ -341,7 +341,7 @@ class Document(OpenClip):
         elif self._follows_review():
             try:
                 found = tuple(i for n, t in tau.items() for i in self.detector.intervals(n, t))
-            except TwistError as error:  # a detector by another author may raise anything
+            except TwistError as error:  # a detector by another author may fail
                 self.message.emit(of_core(error), True)
             else:
                 self.do(Redetect(dict(tau), found, drag=drag))

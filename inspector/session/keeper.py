@@ -102,7 +102,7 @@ class Keeper(QObject):
         return PutAside(self._kept, self.journal.path, self.journal.steps, tuple(self.leftovers))
 
     def go_on(self, aside: PutAside) -> None:
-        """Continue a review that was put aside, in its own journal."""
+        """Continue a review that was put aside, in its previous journal."""
         self._watch(aside.kept)
         if self.read_only:
             return
@@ -146,7 +146,7 @@ class Keeper(QObject):
         self._kept = None
 
     def continue_with(self, leftover: Leftover) -> None:
-        """Continue a recovered review in its own journal.
+        """Continue a recovered review in the journal from which it was read.
 
         If limbs were added to the review, a new journal is started instead. The old journal is
         deleted when the new one is on disk.

@@ -43,7 +43,7 @@ class Borrowed:
     why
         A sentence that says why its review is not saved.
     signed
-        True if decisions carry the reviewer's name nevertheless, as in a class exercise.
+        True if decisions have the reviewer's name nevertheless, as in a class exercise.
     over
         True if the lesson has ended, so that the clip is open only for viewing.
     """

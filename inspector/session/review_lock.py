@@ -60,7 +60,7 @@ class ReviewLock:
         self._handle: int | None = None
 
     def take(self) -> bool:
-        """Take the lock. Returns False if another program holds it.
+        """Try to lock the review. Returns False if another program holds the lock.
 
         Raises OSError if the file cannot be written.
         """
@@ -148,7 +148,7 @@ def _same(path: Path, handle: int) -> bool:
 
 
 def _read(handle: int) -> Holder | None:
-    """Return the holder named in the file, or None if it names none."""
+    """Return the holder that is written in the file, or None if there is none."""
     os.lseek(handle, 0, os.SEEK_SET)
     lines = os.read(handle, 4096).decode("utf-8", "replace").splitlines()
     if len(lines) < 3 or not lines[0].strip().isdecimal():

@@ -69,7 +69,7 @@ def _refuge() -> Path:
 def at_first(
     places: Iterable[Path], make: Callable[[Path], _Made]
 ) -> tuple[Path, _Made, OSError | None]:
-    """Call `make` at each path until it works; return the path, the result and the last error.
+    """Call `make` with each path until it succeeds; return the path, the result and the last error.
 
     Raises the last OSError if no path works.
     """

@@ -1,7 +1,7 @@
 """The settings of the program, stored in one JSON file.
 
-Each feature of the window declares its own settings in its folder, as objects of FeatureSetting.
-Settings can therefore be read only after the window's modules are imported.
+Each feature of the window declares its settings in its folder, as objects of FeatureSetting. The
+settings can therefore be read only after the window's modules were imported.
 """
 
 from __future__ import annotations

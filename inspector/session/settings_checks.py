@@ -117,12 +117,12 @@ def list_of(entry: Check, most: int) -> Check:
 
 
 def first_of(entry: Check, most: int) -> Check:
-    """Return a check that accepts a list and keeps its first `most` valid entries."""
+    """Return a check that accepts a list and returns its first `most` valid entries."""
     return _of(list, keep=lambda some: _good(entry, some)[:most])
 
 
 def last_by(key: Check, entry: Check, most: int) -> Check:
-    """Return a check that accepts an object and keeps its last `most` valid entries."""
+    """Return a check that accepts an object and returns its last `most` valid entries."""
     pair = both(key, entry)
     return _of(dict, keep=lambda some: dict(_good(pair, some.items())[-most:]))
 

@@ -246,7 +246,7 @@ def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
 def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
     """Return the number of frames covered by the intervals to which the rule applies.
 
-    Kinds that cannot be corrected are included only if the rule names them, as in a result's
+    Kinds that cannot be corrected are included only if the rule lists them, as in a result's
     affected frames.
     """
     if not (rule.kinds or rule.confidence):

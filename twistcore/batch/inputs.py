@@ -100,7 +100,7 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
     """Return the sources with their existing names, and with new names for sources without one.
 
-    `names` maps paths to existing names. No new name equals one of them.
+    `names` maps paths to existing names. New names differ from all of them.
     """
     known: list[Source] = []
     new: list[Source] = []

@@ -76,7 +76,7 @@ def _case(
 ) -> ElementTree.Element:
     """Add a test case whose class name is the folder, with dots instead of '/'.
 
-    Readers group test cases by their class names.
+    Programs that show the results group test cases by class name.
     """
     folder = of or ".".join(("clips", *PurePosixPath(name).parent.parts))
     return ElementTree.SubElement(

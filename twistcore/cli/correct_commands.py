@@ -116,7 +116,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
 
 
 def _refuse_decided(path: Path) -> None:
-    """Raise TwistError if `path` exists and is not a session, or contains a person's work."""
+    """Raise TwistError if the file at `path` is a session with decisions, or not a session."""
     if is_stream(path) or not is_there(path):
         return
     state = read_session(path).state

@@ -52,8 +52,8 @@ class FidelityCheck:
     Attributes
     ----------
     what
-        The units of the comparison: 'columns' of numbers, compared byte by byte, or 'joints', whose
-        rotations are compared bit by bit.
+        The compared units: 'columns' of numbers, compared byte by byte, or 'joints', with rotations
+        compared bit by bit.
     total
         Number of columns or joints.
     same

@@ -68,7 +68,7 @@ class ClassExercise:
 
 @dataclass(frozen=True, eq=False)
 class HandedIn:
-    """A student's answer: a verdict on each interval, and the time taken."""
+    """A student's answer: a verdict on each interval, and the time needed."""
 
     name: str
     seconds: float

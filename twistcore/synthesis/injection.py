@@ -27,7 +27,7 @@ from twistcore.work.frozen import dataclass
 
 _APART = 2  # frames between two intervals of a chain
 _TRIES = 50
-LEAST = float(np.radians(0.1))  # fraction of δ below which the tail of a filtered offset is cut off
+LEAST = float(np.radians(0.1))  # smaller offsets at the ends of an error are cut off
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +144,7 @@ def draw_errors(
     chains
         The chains to draw errors for; only limbs for a protocol of limb flips.
     first
-        The first frame of the capture. 1 leaves a T-pose in frame 0 unchanged.
+        The first frame that may be changed, such as 1 for a clip with a T-pose in frame 0.
     """
     errors: list[InjectedError] = []
     shared: list[Place] = []
@@ -281,7 +281,7 @@ def inject(
     TypeError
         If `clip` is neither a clip nor a motion.
     TwistError
-        If an error ends after the last frame or names an unknown chain.
+        If an error ends after the last frame or is for an unknown chain.
 
     Examples
     --------

@@ -1,9 +1,9 @@
-"""Choose τ for each joint, from the clips' own noise and from errors injected into these clips.
+"""Choose the threshold τ of each joint from the noise of clips and from errors injected into them.
 
 [Choi26] uses a threshold τ but gives no value. This package chooses τ by its cost. At every τ of a
-grid, the cost consists of the share of injected error frames that is corrected (FSR), and of the
-false alarms in the clips after their own errors are removed. `twistcore tune` and the window's
-tuning tab both use it.
+grid, the cost depends on the share of injected error frames that are corrected (FSR), and on the
+number of false alarms in the clips after their existing errors were removed. `twistcore tune` and
+the window's tuning tab use this package.
 """
 
 from twistcore.tuning.cleaning import Verdicts, cleaned

@@ -40,7 +40,7 @@ class ClipTuning:
     first
         The frame of the given clip at which `clean` begins.
     left_out
-        Half-open spans of the given clip that do not count, including blends at its ends.
+        Half-open spans of the given clip that are not used, including the blends at its ends.
     given
         The analysis of the whole clip with its existing errors, whose intervals are counted. None
         if there are no verdicts on them.
@@ -153,7 +153,7 @@ def clip_curves(
 
     The result is empty if all frames are left out, since every τ would then cost the same.
     `session` is a session of this clip whose chains, verdicts and left-out frames are used, as in
-    the window. `words` are a person's words for joints, from
+    the window. `words` are the user's words for joints, from
     :func:`twistcore.skeleton.joint_names.read_words`. Raises TwistError.
     """
     clip = read_clip(path)

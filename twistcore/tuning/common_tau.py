@@ -168,7 +168,7 @@ def common_tau(
     chains = []
     for name in names:
         mine, gain = own[name], apart.get(name, 0.0)
-        # The common τ changes as chains are excluded, and may suit an excluded chain at the end.
+        # The common τ has changed as chains were excluded, and may now suit an excluded chain.
         better = mine and common and max(_differences(curves[name], mine, common)) > 0
         needs = name in apart and bool(better)
         chains.append(ChainTau(name, curves[name], mine, needs, gain if needs else 0.0))

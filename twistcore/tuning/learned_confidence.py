@@ -5,11 +5,11 @@ call fewer or more intervals errors, depending on rig, performer and taste. The 
 
     learned = 1 / (1 + exp(−(shift + scale · log(c / (1 − c)))))
 
-of the detector's confidence c has two parameters and keeps the order of intervals (scale is above
-0). The parameters are the likeliest given the verdicts and a prior at the built-in map (shift 0,
-scale 1), so that a few verdicts change the map only a little. The form of the map and the prior
-were chosen on the first four passes of `benchmarks/learned_confidence.py`, which reports the
-results for others.
+of the detector's confidence c has two parameters and does not change the order of intervals (scale
+is above 0). The parameters are the most likely ones given the verdicts and a prior around the
+built-in map (shift 0, scale 1), so that a few verdicts change the map only a little. The form of
+the map and the prior were chosen on the first four passes of `benchmarks/learned_confidence.py`,
+which reports the results of the remaining passes.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class LearnedConfidence:
         return _logistic(self.shift + self.scale * _logit(confidence))
 
     def __call__(self, confidence: float | None) -> float | None:
-        """Return the learned confidence of one interval, or None if the detector gives none."""
+        """Return the learned confidence of one interval, or None for None."""
         return None if confidence is None else float(self.of(np.array([confidence]))[0])
 
 

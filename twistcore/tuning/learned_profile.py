@@ -73,7 +73,7 @@ class LearnedProfile:
 def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedProfile:
     """Return a profile with the τ in `found` for every reviewed chain.
 
-    The profile names the rig and the performer if they are the same in all clips.
+    The profile contains the rig and the performer if they are the same in all clips.
     """
     assert found.common is not None
     names = sorted({name for clip in clips for name in clip.reviewed})

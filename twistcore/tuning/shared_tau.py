@@ -19,7 +19,7 @@ class SharedTau:
     Parameters
     ----------
     best
-        Names of the chains whose own suggestion equals the shared τ.
+        Names of the chains for which exactly the shared τ is suggested.
     served
         Chains for which the shared τ is almost as good as their own.
     apart

@@ -129,12 +129,12 @@ class TauCurve:
     ) -> float:
         """Return the τ, in radians, with the lowest :meth:`loss`, or `present` if that is as good.
 
-        An alarm costs a person one key press, but nobody sees a missed error. By default, an alarm
-        therefore costs as much as 5 percentage points of FSR, and no τ misses half of the errors to
-        avoid one alarm. If several τ cost the same, the largest one up to the size of the smallest
-        errors to find is chosen, since the injected errors say little about sizes in between. The
-        result is never below the clips' noise. If `present`, the τ used so far, is above the
-        noise, it is replaced only by a τ with a lower loss.
+        A false alarm costs a person one key press, but nobody notices a missed error. By default,
+        an alarm therefore costs as much as 5 percentage points of FSR, so that no τ misses half of
+        the errors to avoid one alarm. If several τ cost the same, the largest one up to the size of
+        the smallest errors to find is chosen, since the injected errors say little about sizes in
+        between. The result is never below the clips' noise. If `present`, the τ used so far, is
+        above the noise, it is replaced only by a τ with a lower loss.
         """
         usable = np.flatnonzero(self.tau >= self.floor)
         if not len(usable):

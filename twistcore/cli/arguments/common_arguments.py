@@ -1,6 +1,6 @@
 """Arguments that several commands share, and a function that imports a command when it runs.
 
-Commands are imported late because importing numpy and scipy takes long.
+Commands are imported late because importing numpy and scipy is slow.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def add_clips(parser: argparse.ArgumentParser) -> None:
 
 
 def add_reference(parser: argparse._ActionsContainer) -> None:
-    """Add the option --reference, another take of the same skeleton to compare with."""
+    """Add the option --reference: another take of the same skeleton to compare with."""
     parser.add_argument(
         "--reference",
         type=Path,
@@ -72,7 +72,7 @@ def add_reference(parser: argparse._ActionsContainer) -> None:
 
 
 def add_fps(parser: argparse._ActionsContainer) -> None:
-    """Add the option --fps, a frame rate to use instead of the file's."""
+    """Add the option --fps: a frame rate to use instead of the file's."""
     parser.add_argument(
         "--fps",
         type=rate,
@@ -94,7 +94,7 @@ def add_output(parser: argparse.ArgumentParser, what: str = "clip to write") -> 
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add the option --workers, the number of processes that work on a folder."""
+    """Add the option --workers: the number of processes to use for a folder."""
     parser.add_argument(
         "--workers",
         type=workers,

@@ -34,7 +34,7 @@ class BenchmarkSettings:
 
     @property
     def auditor(self) -> str:
-        """Return the detector whose detections in the clean clip are natural events."""
+        """Return the name of the detector that finds the natural events in the clean clip."""
         if AUDITOR in DETECTORS:
             return AUDITOR
         return next((m for m in self.methods if m in DETECTORS), next(iter(DETECTORS)))

@@ -75,8 +75,8 @@ def apply_method(
 ) -> MethodResult:
     """Apply a method to a motion, changing only joints of `chains`.
 
-    For a detector, these are its automatic corrections, or the offsets that its analysis returns,
-    such as the paper's running sum.
+    For a detector, apply its automatic corrections or, if its analysis returns offsets such as the
+    paper's running sum, remove these offsets.
 
     Parameters
     ----------
@@ -181,8 +181,8 @@ def run_item(
 ) -> Tallies:
     """Run all passes of a clip with one method and one seed, one target at a time.
 
-    Only the target's group is evaluated. No detector and no single-joint filter connects groups, so
-    the results for the other groups are the same as in the clean run.
+    Only the target's group is evaluated. In all detectors and single-joint filters, groups are
+    independent of each other, so the results for other groups are the same as in the clean run.
     """
     clean = clean or clean_run(scene, method, tau)
     total: Tallies = {}
@@ -242,7 +242,7 @@ def _run_pass(
 def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
     """Return the desired rotations: the clean clip's, without the flips that limbs already have.
 
-    A method that corrects such a flip makes no error.
+    Correcting such a flip is therefore not counted as an error.
     """
     truth = scene.motion.rotations
     for limb in scene.limbs:

@@ -176,7 +176,7 @@ def why_of(method: str) -> str:
 
 
 def protocol_text(name: str) -> str:
-    """Return a line that describes a protocol. P0 is called P0-all here."""
+    """Return a line that describes a protocol, with the name P0-all for P0."""
     protocol = parse_protocol(name)
     if protocol.clean:
         return protocol.text

@@ -151,7 +151,7 @@ def _moved(torch: Any, q: Tensor, phi: Tensor, exact: bool) -> Tensor:
 def relative_places(torch: Any, q: Tensor, offsets: Array) -> Tensor:
     """Return positions relative to the root, (windows, frames, 23, 3)."""
     bone = tensor(torch, offsets)[:, None].expand(-1, q.shape[1], -1, -1)
-    local, bones = q.unbind(dim=2), bone.unbind(dim=2)  # one gradient, not 24
+    local, bones = q.unbind(dim=2), bone.unbind(dim=2)  # one gradient for all joints, not 24
     turned, place = [local[0]], [torch.zeros_like(bones[0])]
     for k in range(1, JOINTS):
         above = turned[PARENTS[k]]

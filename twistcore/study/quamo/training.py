@@ -74,7 +74,8 @@ def train(
 ) -> Network:
     """Train on clips. `checkpoint` is a file to store the progress in and to continue from.
 
-    Raises TwistError if PyTorch is not installed or if no clip is as long as a window.
+    Raises TwistError if PyTorch is not installed, if no clip is as long as a window, or if the
+    checkpoint was written with other settings.
     """
     torch = import_torch()
     starts = _starts(sequences, settings)
