@@ -69,10 +69,10 @@ class Costs(QObject):
         self._poll.timeout.connect(self._look)
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settle.timeout.connect(self._start)
-        document.opened.connect(self._check)
-        document.intervals_changed.connect(self._check)
+        document.opened.connect(self._stop_if_outdated)
+        document.intervals_changed.connect(self._stop_if_outdated)
         document.chain_changed.connect(self._prefer)
-        wishes.changed.connect(self._check)
+        wishes.changed.connect(self._stop_if_outdated)
         # The parts of the key, cached because computing the key on every change of τ is slow.
         self._judged: tuple[object, ...] | None = None
         # The counts of the current detector, keyed by capture, chain and τ.
@@ -178,7 +178,7 @@ class Costs(QObject):
         """Start measuring if a view is visible, or stop if none is."""
         self._watching = on
         if on:
-            self._check()
+            self._stop_if_outdated()
             self._start()
         else:
             self.stop()
@@ -196,7 +196,7 @@ class Costs(QObject):
                 self._process.close()
         self._process = self._pipe = None
 
-    def _check(self) -> None:
+    def _stop_if_outdated(self) -> None:
         """Stop a running measurement if it is out of date."""
         data = self._document.data
         if data is None:

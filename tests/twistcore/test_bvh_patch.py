@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from twistcore.formats.bvh.channels import JointChannels, motion_from_channels
-from twistcore.formats.bvh.patch import moved_numbers, turned_numbers, with_numbers
+from twistcore.formats.bvh.patch import changed_positions, turned_numbers, with_numbers
 from twistcore.formats.clip import ChannelJump
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, quaternion_from_euler
@@ -70,14 +70,14 @@ def values():
 
 def test_positions_that_differ_are_told_where_they_stand():
     before = motion_from_channels(SKELETON, LAYOUTS, values(), 0.1)
-    tokens, numbers = moved_numbers(LAYOUTS, COLUMNS, before, before)
+    tokens, numbers = changed_positions(LAYOUTS, COLUMNS, before, before)
     assert (len(tokens), len(numbers)) == (0, 0)
     assert tokens.dtype == np.int64
     moved = values()
     for frame, column, number in ((0, 0, -1.0), (2, 1, -2.0), (5, 2, -3.0), (3, 8, -4.0)):
         moved[frame, column] = number
     after = motion_from_channels(SKELETON, LAYOUTS, moved, 0.1)
-    tokens, numbers = moved_numbers(LAYOUTS, COLUMNS, before, after)
+    tokens, numbers = changed_positions(LAYOUTS, COLUMNS, before, after)
     told = dict(zip(tokens.tolist(), numbers.tolist(), strict=True))
     assert told == {0: -1.0, 2 * 9 + 1: -2.0, 5 * 9 + 2: -3.0, 3 * 9 + 8: -4.0}
 

@@ -1,4 +1,4 @@
-"""Analysis of clips: chains, detectors, corrections, reasons and quality measures."""
+"""What is known about one clip: its detections, corrections, their reasons, and its quality."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

@@ -14,7 +14,7 @@ from twistcore.analysis.clip_analysis import detect
 from twistcore.analysis.quality.figure import quality_before_and_after
 from twistcore.cli.interval_words import tell_jumps
 from twistcore.cli.output import count_of, note, refuse_overwrite, remark
-from twistcore.cli.quamo_words import SPLINE_WAY, cut_words, how_words, lost_sentences, way_words
+from twistcore.cli.quamo_words import SPLINE_WAY, cuts_as_text, how_words, lost_sentences, way_words
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
@@ -96,7 +96,7 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     remark(f"  {SPLINE_WAY if spline else way}")
     if first:
         remark(f"  frames before {first} are not captured motion and were left as they are")
-    if not arguments.causal and (cut := cut_words(motion, first)):
+    if not arguments.causal and (cut := cuts_as_text(motion, first)):
         remark(f"  {cut}: not smoothed across")
     _tell_quality(motion, made, first, unit)
     return 0

@@ -19,7 +19,7 @@ SPLINE_WAY = (
 )
 
 
-def cut_words(motion: Motion, first: int) -> str:
+def cuts_as_text(motion: Motion, first: int) -> str:
     """Return 'cut at frame 120' or 'cuts at frames 120, 300–305' (305 excluded), or '' for no
     cut.
     """

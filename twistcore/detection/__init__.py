@@ -1,4 +1,4 @@
-"""Find the intervals in which a parent and its child twist against each other.
+"""Detectors and finders: counter-twists, carried rolls, limb flips, jumps, spikes and noise.
 
 A detector analyses a motion once, without a threshold. The resulting analysis returns the intervals
 for any τ, fast enough for a person to drag the threshold line.

@@ -67,7 +67,9 @@ def lone_jumps(
         whole = motion if refined is None else refined(0, motion.frames)
         if (held := without_held(whole)) is not None:
             found = lone_jumps(held.motion, [chain.at(held.first) for chain in chains])
-            return {name: tuple(_as_written(i, held) for i in own) for name, own in found.items()}
+            return {
+                name: tuple(_in_clip_frames(i, held) for i in own) for name, own in found.items()
+            }
     cut = find_cuts(motion)
     cut[:1] = True
     names = motion.skeleton.names
@@ -123,7 +125,7 @@ def _turns_too_fast(
     return found
 
 
-def _as_written(jump: Interval, held: DistinctFrames) -> Interval:
+def _in_clip_frames(jump: Interval, held: DistinctFrames) -> Interval:
     """Return a jump with the frame numbers of the whole clip, which includes held frames."""
     start, stop = held.end(jump.start), held.end(jump.stop - 1) + 1
     return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))

@@ -1,5 +1,4 @@
-"""QuaMo: optional tracking of noisy motion with quaternions [Le26], after the review of twist
-errors.
+"""QuaMo: tracking and smoothing of noisy motion [Le26], also of poses on SMPL's skeleton.
 
 The tracker runs causally, on a stream (`Tracker`) or on a clip (`track`), or without lag over a
 whole clip (`track_both_ways`).

@@ -93,14 +93,14 @@ class DrawnErrors:
         """
         p = self.fsr
         n = np.full(len(p), self.frames.sum() ** 2 / np.square(self.frames).sum())
-        spread = self._spread(p)
+        spread = self._variance_between_draws(p)
         seen = (spread > 0.0) & (p > 0.0) & (p < 1.0)
         n[seen] = np.minimum(n[seen], np.maximum((p * (1.0 - p))[seen] / spread[seen], 1.0))
         middle = (p + _Z**2 / (2.0 * n)) / (1.0 + _Z**2 / n)
         half = _Z * np.sqrt(p * (1.0 - p) / n + _Z**2 / (4.0 * n**2)) / (1.0 + _Z**2 / n)
         return np.clip(middle - half, 0.0, p), np.clip(middle + half, p, 1.0)
 
-    def _spread(self, p: Array) -> Array:
+    def _variance_between_draws(self, p: Array) -> Array:
         """Return the variance of the FSR between draws, (n,), or 0 for fewer than two draws."""
         _, which = np.unique(self.draw, return_inverse=True)
         draws = int(which.max()) + 1

@@ -55,13 +55,13 @@ class Parser(argparse.ArgumentParser):
         if self._subparsers is not None:
             return f"expected a command before its options, found {option}"
         known = [word for word in self._option_string_actions if word.startswith("--")]
-        return f"unknown option {option}{_similar(option, known)}"
+        return f"unknown option {option}{_did_you_mean(option, known)}"
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is None or value in action.choices:
             return
         known = [str(choice) for choice in action.choices]
-        text = _similar(str(value), known) or f"; expected {', '.join(known)}"
+        text = _did_you_mean(str(value), known) or f"; expected {', '.join(known)}"
         if isinstance(action, argparse._SubParsersAction):
             raise argparse.ArgumentError(None, f"unknown command {value!r}{text}")
         raise argparse.ArgumentError(action, f"unknown value {value!r}{text}")
@@ -70,7 +70,7 @@ class Parser(argparse.ArgumentParser):
         return f"See `{self.prog} --help`."
 
 
-def _similar(word: str, known: Sequence[str]) -> str:
+def _did_you_mean(word: str, known: Sequence[str]) -> str:
     """Return text such as '; did you mean detect?' if `known` has similar words, or else ''."""
     from difflib import get_close_matches  # slow to load, and seldom needed
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from twistcore.formats.amc.asf import Asf
 from twistcore.formats.bvh.channels import motion_from_channels
 from twistcore.formats.bvh.clip import token_spans
-from twistcore.formats.bvh.patch import moved_numbers, turned_numbers, with_numbers
+from twistcore.formats.bvh.patch import changed_positions, turned_numbers, with_numbers
 from twistcore.formats.clip import Clip, Patch
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, conjugate, multiply
@@ -123,7 +123,7 @@ class AmcClip(Clip):
             numbers = np.radians(numbers)
         if positions:
             raw = [replace(m, positions=m.positions - self._start) for m in (self.motion, motion)]
-            places, there = moved_numbers(layouts, self.columns, *raw)
+            places, there = changed_positions(layouts, self.columns, *raw)
             tokens, numbers = np.concatenate([tokens, places]), np.concatenate([numbers, there])
         if not len(tokens):
             return Patch(self.data)

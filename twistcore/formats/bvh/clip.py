@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from twistcore.files.wide_text import WideText
 from twistcore.formats.bvh.channels import JointChannels, motion_from_channels
-from twistcore.formats.bvh.patch import moved_numbers, turned_numbers, with_numbers
+from twistcore.formats.bvh.patch import changed_positions, turned_numbers, with_numbers
 from twistcore.formats.clip import Clip, Patch
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
@@ -87,7 +87,7 @@ class BvhClip(Clip):
         found = turned_numbers(self.values, self.channels, names, motion, changed)
         tokens, numbers, jumps = found
         if positions:
-            places, there = moved_numbers(self.channels, self.columns, self.motion, motion)
+            places, there = changed_positions(self.channels, self.columns, self.motion, motion)
             tokens, numbers = np.concatenate([tokens, places]), np.concatenate([numbers, there])
         if not len(tokens):
             return Patch(self.data)

@@ -60,7 +60,7 @@ def _neighbours(angles: Array, start: int, stop: int) -> tuple[Array | None, Arr
     return before, angles[stop] if stop < len(angles) else None
 
 
-def moved_numbers(
+def changed_positions(
     channels: Sequence[JointChannels], columns: int, before: Motion, motion: Motion
 ) -> tuple[NDArray[np.int64], Array]:
     """Return the position numbers that differ, as indices in reading order and new values."""
