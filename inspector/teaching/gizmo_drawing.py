@@ -136,9 +136,7 @@ class GizmoGuest:
         if shapes is None or d is None or chain is None:
             return None
         points = [p.points for p in shapes.parts if p.look != CLEAR]
-        if (
-            data := self._taught.document.data
-        ) is not None:  # a counter-twist does not move G
+        if (data := self._taught.document.data) is not None:  # a counter-twist does not move G
             own = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
             points.append(data.positions[self._taught.document.frame, own])
         q_parent = pose.rotations[chain.parent]

@@ -196,7 +196,7 @@ class Hold(QObject):
             self._draw()
 
     def _drop(self) -> None:
-        """End the drag and keep its result."""
+        """End the drag and keep the changed frame."""
         self._let_go()
         self._hover("")
 

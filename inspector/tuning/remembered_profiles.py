@@ -98,7 +98,7 @@ class Performers:
 
 
 class ProfileOffers(QObject):
-    """Offers the saved profile when a clip with the same skeleton is opened."""
+    """Offer the saved profile when a clip with the same skeleton is opened."""
 
     def __init__(
         self,

@@ -102,7 +102,7 @@ class OneTask(QObject):
 
     @property
     def running(self) -> bool:
-        """True until the result has been delivered."""
+        """True until the result of the task has been delivered."""
         return self._task is not None
 
     def run(
@@ -125,7 +125,7 @@ class OneTask(QObject):
         self._task.start()
 
     def cancel(self) -> None:
-        """Cancel the running task."""
+        """Cancel the running task, if any."""
         if self._task is not None:
             self._task.cancel()
             self._task = None

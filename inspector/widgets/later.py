@@ -19,7 +19,7 @@ class Latest(QObject):
         self._timer.timeout.connect(self.flush)
 
     def ask(self, work: Callable[[], None]) -> None:
-        """Replace the pending request."""
+        """Set the function to call, and replace the pending one."""
         self._work = work
         self._timer.start()
 
@@ -29,7 +29,7 @@ class Latest(QObject):
         self._work = None
 
     def flush(self) -> None:
-        """Execute the pending request now."""
+        """Execute the pending request now, if there is one."""
         self._timer.stop()
         work, self._work = self._work, None
         if work is not None:
@@ -58,7 +58,7 @@ class Stale(QObject):
             self._requested.emit()
 
     def mark_all(self, *_: object) -> None:
-        """Request a redraw of everything."""
+        """Request that the view redraws everything, not only what has changed."""
         self._all = True
         self.mark()
 

@@ -93,7 +93,7 @@ class Typesetter(QObject):
 def outlines(texts: Iterable[str]) -> dict[str, Any]:
     """Return the vertices (y upwards) and the path codes of each formula. Thread-safe.
 
-    Texts that are not valid TeX are left out.
+    The result has no entries for texts that are not valid TeX.
     """
     out = {}
     with _one_at_a_time:

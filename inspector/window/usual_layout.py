@@ -133,7 +133,10 @@ class UsualLayout(QObject):
         return super().eventFilter(watched, event)
 
     def restore(self, geometry: str, layout: str) -> None:
-        """Restore a saved layout, given as Qt's bytes in hex, or the initial layout for ''."""
+        """Restore a saved layout, or the initial layout for ''.
+
+        Both parameters are Qt's bytes as hexadecimal text.
+        """
         window = self._window
         room = window.screen().availableSize()  # including the window's frame
         pairs = zip(_SIZE, room.toTuple(), _FRAME, strict=True)
