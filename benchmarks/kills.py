@@ -1,6 +1,6 @@
 """Kill the program at random moments: python -m benchmarks.kills [--decisions N] [--exports N] …
 
-Needs Linux and a screen (such as `xvfb-run`), because the program is killed with kill -9. There are
+Needs Linux and a screen (such as `xvfb-run`). The program is killed with kill -9. There are
 three kinds of trials:
 
 - Decisions: the program carries out random commands in its real window and is killed between them.

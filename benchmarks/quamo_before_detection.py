@@ -47,7 +47,7 @@ SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # degrees
 
 @dataclass
 class Count:
-    """Sums over clips.
+    """Counts that are summed over clips.
 
     These are the found errors and all errors by size, the repaired frames, and the intervals.
     """

@@ -54,7 +54,7 @@ class Hit:
 
 
 class Gestures:
-    """Turn the mouse events of all plots into changes of the document.
+    """Turns the mouse events of all plots into changes of the document.
 
     `plots` is a function that takes the key of a plot and returns additional menu entries.
     `tau_plot` is the key of the plot that shows τ. While an edge is dragged or an interval is

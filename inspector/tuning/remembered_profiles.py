@@ -98,7 +98,7 @@ class Performers:
 
 
 class ProfileOffers(QObject):
-    """Offer the saved profile when a clip with the same skeleton is opened."""
+    """Offers the saved profile when a clip with the same skeleton is opened."""
 
     def __init__(
         self,

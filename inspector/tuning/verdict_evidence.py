@@ -74,7 +74,7 @@ class Evidence:
 
 
 class VerdictEvidence(QObject):
-    """Count the verdicts of the open clip and its folder, while a view of them is visible."""
+    """Counts the verdicts of the open clip and its folder, while a view of them is visible."""
 
     changed = Signal()
 

@@ -10,7 +10,7 @@ _BURST_MS = 800
 
 
 class Latest(QObject):
-    """Execute only the last of several requests, after the pending events are handled."""
+    """Executes only the last of several requests, after the pending events are handled."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -37,7 +37,7 @@ class Latest(QObject):
 
 
 class Stale(QObject):
-    """Collect requests to redraw a view, and emit `due` once for all of them.
+    """Collects requests to redraw a view, and emits `due` once for all of them.
 
     The signal is queued. It arrives after the change and before Qt's next repaint, so tables, plots
     and the 3D view are painted together. The view calls `take` when it draws.
@@ -73,7 +73,7 @@ class Stale(QObject):
 
 
 class Burst(QObject):
-    """Combine quick steps, such as those of a spin box, into one undo step."""
+    """Combines quick steps, such as those of a spin box, into one undo step."""
 
     def __init__(self, begin_drag: Callable[[], int], parent: QObject) -> None:
         """Prepare a burst. `begin_drag` is a function that returns a new id for combined steps."""

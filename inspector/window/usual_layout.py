@@ -88,7 +88,7 @@ def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
 
 
 class UsualLayout(QObject):
-    """Arrange the docks, and reserve at least a third of the window's width for the 3D view."""
+    """Arranges the docks, and reserves at least a third of the window's width for the 3D view."""
 
     def __init__(
         self,
