@@ -104,7 +104,7 @@ class Rig:
 
 @dataclass
 class _Making:
-    """The joints created so far."""
+    """A rig under construction, with the joints created so far."""
 
     motion: Motion
     rig: Rig

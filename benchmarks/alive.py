@@ -58,7 +58,7 @@ class Alive:
 
     @classmethod
     def heads(cls) -> str:
-        """Return the column headings, each as wide as its numbers."""
+        """Return the column headings, each padded to the width of its numbers."""
         first, *rest = (f.name for f in fields(cls))
         return f"{first:>8}" + "".join(f"{name:>10}" for name in rest)
 

@@ -1,12 +1,12 @@
-"""Measure what it costs if an AMASS file has no body, so that a template's bones must be used.
+"""Measure the effect of an AMASS file without a body, for which a template's bones are used.
 
     python -m benchmarks.amass_template FOLDER [--tilt DEG]…
 
-Each BVH in the folder becomes an AMASS clip whose limbs at rest are DEG away from those of the
-template, each bone in another direction, and gets errors of protocol P0. The table shows the
-counter-twists found with the body available, those found in the same frames without it, and how far
-joints of the real body move when the latter are corrected about the template's bones. The limbs of
-a real body are up to 8° away from the axes of a T-pose.
+Each BVH in the folder becomes an AMASS clip and gets errors of protocol P0. In this clip, the limbs
+at rest are rotated by DEG from those of the template, each bone in another direction. The table
+shows the counter-twists found with the body, the ones also found in the same frames without it, and
+how far joints of the real body move when these are corrected about the template's bones. The limbs
+of a real body are up to 8° away from the axes of a T-pose.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Read and write AMC clips: python -m benchmarks.amc_round_trip FOLDER [--flip]
 
 Every clip in the folder is searched and corrected as with `twistcore refine`, and the output is
-compared with the source word by word: the only words that may differ are numbers of a bone in a
-frame that an accepted interval changes. --flip: before this, a flip of 170° about the right leg's
-line, including the foot, is injected into 12 frames, because few clips have errors that can be
+compared with the source word by word. The only words that may differ are the numbers of a bone in a
+frame that an accepted interval changes. With --flip, a flip of 170° about the right leg's line,
+including the foot, is first injected into 12 frames, because few clips have errors that can be
 corrected with the channels of their bones. The exit status is 1 if any other word differs, or if an
 injected flip is not corrected.
 """

@@ -5,16 +5,17 @@
 
 FOLDER contains one folder for each set of captures. Every clip is read and searched for errors with
 default settings. For each set, the table shows its clips, minutes and failures, and the number of
-intervals by kind, in total and per hour; the column `applied` counts automatic corrections. A clip
-that cannot be read or searched is listed and does not stop the others; the exit status is then 1.
+intervals by kind, in total and per hour. The column `applied` counts automatic corrections. A clip
+that cannot be read or searched is listed and does not stop the survey, but the exit status is then
+1.
 
 --blind draws the finds for judges who see neither the set nor the confidence
 (:mod:`benchmarks.blind_verdicts`). --pictures draws contact sheets with at most --most finds
 (:mod:`benchmarks.atlas_pictures`), chosen at random from all sets and kinds. --kinds searches for
 other kinds, of the capture or of one joint, which --blind draws with the whole body and the marked
-joint (:mod:`benchmarks.joint_pictures`). --verdicts prints how
-many finds are *error*, *doubtful* and *alarm* in a table of visual verdicts with the columns of
-docs/atlas-verdicts.csv, and Wilson's interval for the share of errors.
+joint (:mod:`benchmarks.joint_pictures`). --verdicts reads a table of visual verdicts with the
+columns of docs/atlas-verdicts.csv. It prints how many finds are *error*, *doubtful* and *alarm*,
+and Wilson's interval for the share of errors.
 """
 
 from __future__ import annotations

@@ -2,12 +2,12 @@
 
     python -m benchmarks.backward_bends FOLDER… [--seed N] [--list]
 
-The first line for a folder shows how many backward bends a minute are found in the original clips,
-and in how many knees and elbows the clip shows the hinge. Then, for every size from 5° to 60°, each
-knee and elbow is bent backward once, for 0.3-1.2 s with borders of a quarter of that time, in a
-place where the limb is nearly straight. A bend counts as found if a backward bend of that joint
-overlaps it. Counter-twists and flips, which would explain some bends, are not searched for.
---list: also print the finds in the original clips.
+The first line for a folder shows how many backward bends per minute are found in the original
+clips, and in how many knees and elbows the clip shows the hinge. Then, for every size from 5° to
+60°, each knee and elbow is bent backward once, for 0.3-1.2 s, where the limb is nearly straight.
+The bend begins and ends gradually, in a quarter of that time each. It counts as found if a backward
+bend of that joint overlaps it. Counter-twists and flips, which would explain some bends, are not
+searched for. --list also prints the finds in the original clips.
 """
 
 from __future__ import annotations

@@ -2,11 +2,11 @@
 
     python -m benchmarks.blender_check FILE-OR-FOLDER… [--blender PYTHON]
 
-Two files are written for each clip: one in which every rotation number is computed again from
-quaternions, and one in which all finds of `refine` are also corrected. Blender imports both files,
-and the heads of its bones are compared with our joints in up to 40 frames; for the corrected file,
-these include corrected frames. The distances are shares of the skeleton's height (expected ≤ 1e-3).
-The exit status is 1 if any distance is larger.
+Two files are written for each clip. In the first one, every rotation number is computed again from
+quaternions. In the second one, all finds of `refine` are also corrected. Blender imports both
+files, and the heads of its bones are compared with our joints in up to 40 frames. For the corrected
+file, these include corrected frames. The distances are shares of the skeleton's height (expected ≤
+1e-3). The exit status is 1 if any distance is larger.
 
 PYTHON is an interpreter that can import bpy. It may differ from this one, because bpy exists for
 only one version of Python: python3.11 -m venv v && v/bin/pip install bpy==4.5.* numpy

@@ -2,11 +2,11 @@
 
     python -m benchmarks.branch_coverage [--html FOLDER] [WORD …]
 
-The words are passed to `dev.py test` to select tests; without any, all tests run. Every process is
+The words are passed to `dev.py test` to select tests. Without any, all tests run. Every process is
 measured, including workers, programs that are forked or started, and Qt's threads
 (tests/conftest.py), but not processes that are killed. The output shows the share of covered
 statements and branches, and of branches alone, for each package, and the modules with the most
-uncovered ones; --html also shows every line. The exit code is 1 if the coverage of twistcore is
+uncovered ones. --html also shows every line. The exit code is 1 if the coverage of twistcore is
 below 95 % or the coverage of inspector is below 88 %. A run takes twice as long as the tests.
 """
 

@@ -2,17 +2,17 @@
 
     python -m benchmarks.bvh_io [--runs N]
 
-The times are for a program that is started for a single clip: each is the median over processes
+The times are for a program that is started for a single clip. Each is the median over processes
 that carry out each step once, excluding imports, with the tools in turn. The clip is a sample
-repeated up to 20,000 frames of 96 channels, in three forms: with 6 decimals throughout; as the
-sample is written (4 decimals, and a row of integers in every 435); and with 6 digits as written by
+repeated up to 20,000 frames of 96 channels. It has three forms: with 6 decimals throughout, as the
+sample is written (4 decimals, and a row of integers in every 435), and with 6 digits as written by
 %g, so that the number of decimals varies. Other libraries that are not installed (pip install
 'twist-inspector[peers]') are skipped with a message.
 
-parse: from the file to skeleton and numbers. fk: from the numbers to the positions of all joints in
-all frames, in our case including quaternions. write: writing a file in which 2 joints (6 of 96
-columns) have changed in every frame; the other libraries can only write all columns. memory: peak
-during parsing, excluding imports.
+The steps are parse, fk and write. parse is from the file to skeleton and numbers. fk is from the
+numbers to the positions of all joints in all frames, in our case including quaternions. write is
+writing a file in which 2 joints (6 of 96 columns) have changed in every frame, although the other
+libraries can only write all columns. memory is the peak during parsing, excluding imports.
 """
 
 from __future__ import annotations

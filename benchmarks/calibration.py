@@ -3,12 +3,12 @@
     python -m benchmarks.calibration FOLDER [--seed N] [--step N]
 
 FOLDER contains clips named SUBJECT_TRIAL.bvh. Errors of eleven protocols, plain and rich, are
-injected into each chain in turn; candidates are the intervals found down to 0.3 τ. A candidate is
-right if its IoU with an injected interval is ≥ 0.5 and if ≥ 80 % of that interval's frames are
+injected into one chain at a time. The candidates are the intervals found down to 0.3 τ. A candidate
+is right if its IoU with an injected interval is ≥ 0.5 and if ≥ 80 % of that interval's frames are
 corrected by ≥ 80 %. The logistic map is refitted on one subject, and its weights are printed for
 comparison with twistcore.detection.consistency.confidence. The tables evaluate the shipped map on
-all *other* subjects, first as injected, and then with a tenth of the errors, where nine clean
-chains stand for each chain with errors. They show the area under the ROC curve (AUC), the expected
+all *other* subjects, first as injected, and then with a tenth of the errors, where there are nine
+clean chains for each chain with errors. They show the area under the ROC curve (AUC), the expected
 calibration error over ten bins (ECE), and the reliability in each bin.
 """
 

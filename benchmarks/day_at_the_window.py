@@ -2,14 +2,13 @@
 
     python -m benchmarks.day_at_the_window FOLDER [--clips N] [--log FILE]
 
-Copies of the folder's clips get random errors and are reviewed in the way a person would: the
-program starts with new settings under a window manager, and all input comes from the keyboard and
-mouse of the X server. Half of the clips are judged with the keyboard only, the other half with the
-mouse only. Meanwhile the program is killed three times, another program overwrites a file, and one
-clip changes on disk. The output shows keys and clicks per decision, dialogs that blocked the
-review, keys that went to another widget, and whether every decision is in the sessions at the end.
---log: write a line of JSON for each event. --look: choose the theme, and whether there is a
-compositor.
+Copies of the folder's clips get random errors and are reviewed as by a real user. The program
+starts with new settings under a window manager, and all input comes from the keyboard and mouse of
+the X server. Half of the clips are judged with the keyboard only, the other half with the mouse
+only. Meanwhile the program is killed three times, another program overwrites a file, and one clip
+changes on disk. The output shows keys and clicks per decision, dialogs that blocked the review,
+keys that went to another widget, and whether every decision is in the sessions at the end. --log
+writes a line of JSON for each event. --look chooses the theme, and whether there is a compositor.
 """
 
 from __future__ import annotations

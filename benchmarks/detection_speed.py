@@ -4,7 +4,7 @@ Repeats a sample up to 10,000 frames, injects errors into all ten chains, and pr
 ms of four durations: (a) the analysis, which is everything that does not depend on τ, and its part
 without the tables of pairs of edges (signals and predictions); (b) the first τ of ten chains; (c) a
 new τ of ten chains; (d) a new τ of one chain. An analysis caches its solutions, so every τ is
-measured once and lets a new set of edges pass. Set OMP_NUM_THREADS=1 to use one core. Targets: 100
+measured once and selects a new set of edges. Set OMP_NUM_THREADS=1 to use one core. Targets: 100
 for signals and predictions, 20, 20, 2.
 
 Then rigs of N joints in one line (--line N…) are measured, with 1,000 frames and an error in each

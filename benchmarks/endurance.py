@@ -1,12 +1,14 @@
 """Use the window for an hour: python -m benchmarks.endurance FOLDER [--minutes 60] [--seed 1].
 
-Copies of the folder's clips, with random errors, are reviewed repeatedly in the real window. They
-are opened, judged with the keyboard, edited, dragged, undone and redone; τ is dragged; the teaching
-tab with its gizmo and what-if sliders is used, and so is the tuning tab; clips are exported with a
-report and switched while they are being analysed; the folder queue, dialogs and lessons are opened
-and left. Every minute, while the first clip is open and nothing is running, living objects are
-counted. The run fails if the memory at the end is more than 5 % above its value in minute ten (or
-after a fifth of the time, if that is sooner), if the number of windows, widgets, threads,
+Copies of the folder's clips, with random errors, are reviewed repeatedly in the real window.
+Intervals are judged with the keyboard, edited and dragged, and steps are undone and redone. τ is
+dragged, and the tuning tab and the teaching tab with its gizmo and what-if sliders are used. Clips
+are exported with a report, and other clips are opened while they are being analysed. The folder
+queue, dialogs and lessons are opened and closed.
+
+Every minute, while the first clip is open and nothing is running, living objects are counted. The
+run fails in three cases: if the memory at the end is more than 5 % above its value in minute ten
+(or after a fifth of the time, if that is sooner), if the number of windows, widgets, threads,
 processes, files, clips, reviews or intervals grows, or if there was an exception or a warning of
 Qt.
 """

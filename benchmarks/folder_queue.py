@@ -4,8 +4,8 @@ Copies of the folder's clips get random errors in some of their chains, and are 
 in the real window. The clips are analysed in the background while the first one is open. The output
 shows the seconds until the first clip can be reviewed, the longest time and the 99th percentile of
 the times for which the GUI thread is blocked, the clips analysed per second, and how well the order
-by severity agrees with the true one. --scrub: the playhead moves all the time, so that drawing is
-included.
+by severity agrees with the true one. With --scrub, the playhead moves all the time, so that drawing
+is included.
 """
 
 from __future__ import annotations

@@ -2,15 +2,15 @@
 
     python -m benchmarks.large_clips [--frames N] [--joints N]
 
-Two clips are opened in the real window: the sample with eight errors, repeated to 200,000 frames;
-and a generated skeleton of many short limbs (300 joints, 3,000 frames) with one error in each of
-ten limbs. The output shows the cost of opening; the cost of each user action until its last pixel
-is drawn, as median and 95th percentile, for moving the playhead, dragging a border, dragging τ,
-deciding an interval and undoing this, and zooming the plots; the memory at the end; and the size of
-the file.
+Two clips are opened in the real window. The first is the sample with eight errors, repeated to
+200,000 frames. The second is a generated skeleton of many short limbs (300 joints, 3,000 frames)
+with one error in each of ten limbs. The output shows the cost of opening, the memory at the end,
+the size of the file, and the cost of each user action until its last pixel is drawn, as median and
+95th percentile. The actions are moving the playhead, dragging a border, dragging τ, deciding an
+interval and undoing this, and zooming the plots.
 
 The times are CPU times of the whole process with all its threads, so that other work on the machine
-does not count; on a machine with a graphics card the 3D view costs less.
+does not count. On a machine with a graphics card, the 3D view costs less.
 """
 
 from __future__ import annotations

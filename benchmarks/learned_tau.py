@@ -3,12 +3,12 @@
 The folder contains clips named SUBJECT_TRIAL.bvh. τ is learned from the clips of some subjects in
 two ways: from errors injected into them, and from the verdicts of a simulated reviewer on 200
 listed intervals, a tenth of which are wrong (false alarms of the detector, or decoys, which this
-reviewer considers natural). Both values are tested on clips of other subjects by the benchmark of
-the study at a given τ, with its own injection into each chain in turn and its own evaluation, for
-P0 and small errors (H6), with other seeds. Clips are not corrected first: every find in an original
-clip counts as a false alarm, however certain it is. Each number is followed by the number of clips
-without a fault, and by the 90 % interval (Wilson) of the share of such clips, because a fault that
-occurs in no clip here may still occur in a few others.
+reviewer considers natural). Both values are tested on clips of other subjects. The test is the
+benchmark of the study at a given τ, which injects errors into one chain at a time, for P0 and small
+errors (H6), with other seeds. Clips are not corrected first. Every find in an original clip
+therefore counts as a false alarm, however certain it is. Each number is followed by the number of
+clips without a fault, and by the 90 % interval (Wilson) of the share of such clips, because a fault
+that occurs in no clip here may still occur in a few others.
 """
 
 from __future__ import annotations

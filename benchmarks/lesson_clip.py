@@ -45,7 +45,7 @@ def lesson_motion(motion: Motion) -> Motion:
 
 
 def main() -> None:
-    """Write the clip."""
+    """Write the clip to the path given on the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", type=Path)
     clip = read_clip(ASSETS / "walk.bvh")

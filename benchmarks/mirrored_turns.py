@@ -1,11 +1,11 @@
 """Find limbs whose upper and lower parts turn against each other, from their motion in the world.
 
-The judge :mod:`benchmarks.real_flips` uses this; the detectors' signals are not used. A mirrored
-transition is a window of 0.13 s in which P (upper arm or thigh) and C turn about P's bone by at
-least 10° each, in opposite directions, where the angles differ by at most 35 % of the larger one;
-overlapping windows count once. A limb counts as bent if the angle between the bones of C and P is
-more than 30°, and as straight if it is less than 18°. A frame counts as changed if P turned about
-its bone by more than 2°.
+The judge :mod:`benchmarks.real_flips` uses this module. It does not use the detectors' signals. A
+mirrored transition is a window of 0.13 s in which P (upper arm or thigh) and C turn about P's bone
+by at least 10° each, in opposite directions, and the angles differ by at most 35 % of the larger
+one. Overlapping windows count once. A limb counts as bent if the angle between the bones of C and P
+is more than 30°, and as straight if it is less than 18°. A frame counts as changed if P turned
+about its bone by more than 2°.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ TAILS = (b"", _ZEROS, b"\xff\xfe{]\x00rubbish", b'{"do": "Decide", "ids": [1]\n\
 
 @dataclass(frozen=True)
 class MadeJournal:
-    """The bytes of a journal, and the bytes of the session after each of the journal's lines."""
+    """The bytes of a journal, and the bytes of the session after each line of the journal."""
 
     data: bytes
     states: tuple[bytes, ...]

@@ -5,10 +5,10 @@
 Twist errors of a protocol are injected into every clip of a folder. Detection runs on the raw clip
 and on the same clip after tracking with QuaMo's hand-tuned gains. An error counts as found if an
 interval in its chain overlaps it by at least half of their union, and as touched if they share a
-frame; an interval counts as elsewhere if it shares no frame with any error in its chain. The FSR
+frame. An interval counts as elsewhere if it shares no frame with any error in its chain. The FSR
 [Choi26 §4.2.1] is measured after the refinement. The raw clip is compared with the clean clip, and
 the tracked clip with the clean clip after tracking, so that the lag of the tracker itself does not
-count. --both-ways: track in both directions of time instead of causally.
+count. --both-ways tracks in both directions of time instead of causally.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # degrees
 
 @dataclass
 class Count:
-    """Sums over clips.
+    """Counts that are summed over clips.
 
     These are the found errors and all errors by size, the repaired frames, and the intervals.
     """

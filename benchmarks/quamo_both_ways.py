@@ -3,11 +3,11 @@
     python -m benchmarks.quamo_both_ways FOLDER
 
 Uses clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate`, drawn with seeds
-that were not used for any table in the docs nor for choosing gains. The table shows ratios output /
-input against the truth, and the lag without noise in ms. --native N: also every N-th clip at its
-own rate, with noise drawn at that rate; jitter is the third difference at that rate in mm per
-frame³, followed by the jitter of the clean clip. --by-clip: print instead one row per clip, for the
-tracker in both directions and for the spline.
+that were used neither for any table in the docs nor for choosing gains. The table shows ratios
+output / input against the truth, and the lag without noise in ms. --native N also measures every
+N-th clip at its own rate, with noise drawn at that rate. Its jitter is the third difference at that
+rate in mm per frame³, followed by the jitter of the clean clip. --by-clip prints one row per clip
+instead, for the tracker in both directions and for the spline.
 """
 
 from __future__ import annotations

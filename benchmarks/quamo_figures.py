@@ -2,7 +2,7 @@
 
 A bundled clip at 25 Hz with synthetic noise of level A is tracked as a stream with hand-tuned
 gains, and smoothed as a file. The figures show one second before and after, compared with the truth
-[Le26 Fig. 3]; onion-skin trails coloured by the error [Le26 Fig. 7]; and the path of the root [Le26
+[Le26 Fig. 3], onion-skin trails coloured by the error [Le26 Fig. 7], and the path of the root [Le26
 Fig. 8].
 """
 

@@ -1,4 +1,4 @@
-"""Fit the filters, regressions and oracles that benchmarks.quamo_bounds compares with QuaMo."""
+"""The filters, regressions and oracles that benchmarks.quamo_bounds compares with QuaMo."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ Steps = Callable[[Sequence24, Array, Array], Array]  # a clip, q̂, r̂ -> the r
 
 
 def history(x: Array) -> Array:
-    """Return past values of x (frames, 3) relative to x, (3, frames, taps)."""
+    """Return the past values of x (frames, 3), relative to x, as (3, frames, taps)."""
     frames = len(x)
     near = [np.maximum(np.arange(frames) - k, 0) for k in range(1, ROOT_TAPS + 1)]
     return np.moveaxis(np.stack([x[at] - x for at in near], axis=-1), 1, 0)

@@ -3,10 +3,10 @@
     python -m benchmarks.quamo_other_rigs FOLDER
 
 Works with any BVH that has rotations and a position. All joints get the noise of `quamo noise` at
-the frame rate of the clip, and are tracked causally, tracked in both directions, or smoothed by the
-spline, with default settings. The table shows the ratios output / input at 25 Hz over all joints of
-the rig, as means over clips and seeds, and the largest ratio of any clip; every figure is assumed
-to be 1.75 m tall.
+the frame rate of the clip. They are tracked causally, tracked in both directions, or smoothed by
+the spline, with default settings. The table shows the ratios output / input at 25 Hz over all
+joints of the rig, as means over clips and seeds, and the largest ratio of any clip. Every figure is
+assumed to be 1.75 m tall.
 """
 
 from __future__ import annotations

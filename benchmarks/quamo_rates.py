@@ -4,7 +4,7 @@
 
 Every fourth clip, at its native 120 Hz and at 60 Hz, gets synthetic noise drawn at that rate. It is
 tracked with the gains for 25 Hz and with gains that depend on the rate, or smoothed. The metrics
-are ratios output / input against the truth at 25 Hz; jitter is the mean third difference of
+are ratios output / input against the truth at 25 Hz. Jitter is the mean third difference of
 positions at the clip's own rate.
 """
 

@@ -2,10 +2,11 @@
 
     python -m benchmarks.review_steps [--clip CLIP] [--rounds N] [--against CHECKOUT]
 
-The whole window is measured, with the default skin side by side: N goes to the next interval, and a
-step moves the playhead by a frame; both end when everything is painted. The third figure is a step
-of the 3D view alone. Processor time is less affected by other programs than time on a clock; with
-`--against`, another checkout is measured in turns with this one, and the last column is the ratio.
+The whole window is measured, with the default skin side by side. The key N goes to the next
+interval, and a step moves the playhead by a frame. Both end when everything is painted. The third
+figure is a step of the 3D view alone. Processor time is less affected by other programs than
+elapsed time. With `--against`, another checkout is measured in turns with this one, and the last
+column is the ratio.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ class Reviewed:
     about: tuple[str, ...]
 
     def keep(self, which: Sequence[int]) -> Reviewed:
-        """Return the clip with only some of its verdicts."""
+        """Return the clip with only the verdicts at these indices."""
         verdicts = tuple(self.clip.verdicts[k] for k in which)
         return Reviewed(replace(self.clip, verdicts=verdicts), tuple(self.about[k] for k in which))
 

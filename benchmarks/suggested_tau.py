@@ -1,9 +1,9 @@
 """Test the suggested τ: python -m benchmarks.suggested_tau FOLDER [--seed N] [--seeds N].
 
-τ is suggested for every chain from each clip by itself, and from all clips of the folder together
-(a profile), with the seeds of `twistcore tune`. Then errors with other seeds are injected. The
-table compares the FSR at the suggested τ with the FSR at the best fixed τ, which is determined
-afterwards from all clips and chains, and shows the false alarms in all original clips.
+τ is suggested for every chain from each single clip, and from all clips of the folder together (a
+profile), with the seeds of `twistcore tune`. Then errors with other seeds are injected. The table
+compares the FSR at the suggested τ with the FSR at the best fixed τ, which is determined afterwards
+from all clips and chains, and shows the false alarms in all original clips.
 """
 
 from __future__ import annotations

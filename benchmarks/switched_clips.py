@@ -1,10 +1,9 @@
 """Switch clips in quick succession: python -m benchmarks.switched_clips [--times 400] [--seed 1].
 
-Again and again, another clip is opened before the previous one is analysed. Meanwhile the mouse
-holds borders, intervals and empty areas of the plots, rows are clicked, numbers and notes are
-typed, menus and palettes are answered, and actions of the table are triggered at random. The output
-shows every exception and every warning of Qt, of which there should be none, and the memory at the
-end.
+Another clip is repeatedly opened before the previous one is analysed. Meanwhile, random input is
+given: borders, intervals and empty areas of the plots are dragged, rows are clicked, numbers and
+notes are typed, menus and palettes are answered, and actions of the table are triggered. The output
+shows the memory at the end, and every exception and every warning of Qt. There should be none.
 """
 
 from __future__ import annotations

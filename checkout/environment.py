@@ -53,7 +53,7 @@ def venv_version() -> str:
 def fingerprint() -> str:
     """Return a hash that changes whenever the packages must be installed again.
 
-    It depends on the lock file, the Python version and the path of the checkout.
+    It depends on pyproject.toml, the lock file, the Python version and the path of the checkout.
     """
     files = [places.ROOT / "pyproject.toml", places.LOCK]
     parts = [*(file.read_text("utf-8") for file in files), venv_version(), str(places.ROOT)]

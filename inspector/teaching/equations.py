@@ -123,7 +123,7 @@ class SymbolButton(QAbstractButton):
             self.setAccessibleDescription(value)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Make a screen reader read the value."""
+        """Make a screen reader read the value when the button gets the focus."""
         self.setAccessibleDescription(self._value)
         super().focusInEvent(event)
 
@@ -132,7 +132,7 @@ class SymbolButton(QAbstractButton):
         return self._formula.size()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the symbol on a rounded box, filled when highlighted."""
+        """Draw the symbol on a rounded box, which is filled while the symbol is highlighted."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(self.rect()).adjusted(1.0, 0.5, -1.0, -0.5)
@@ -280,7 +280,7 @@ class Equations(QWidget):
 
     @property
     def whole_width(self) -> int:
-        """The width in pixels at which no visible row needs a second line."""
+        """The width in pixels at which every visible row fits into one line."""
         cells = [row[2] for row in self._rows.values() if not row[2].isHidden()]
         least = max((cell.minimumSizeHint().width() for cell in cells), default=0)
         beside = max((cell.beside for cell in cells), default=0)

@@ -38,7 +38,7 @@ _BESIDE = QPointF(18.0, -22.0)  # pixels from the mouse to the number
 
 
 class Hold(QObject):
-    """Handle mouse events on the gizmo before the camera gets them, and pass on all others."""
+    """Handles mouse events on the gizmo before the camera gets them, and passes on all others."""
 
     def __init__(self, viewport: Viewport, taught: TaughtFrame) -> None:
         super().__init__(viewport)
@@ -196,7 +196,7 @@ class Hold(QObject):
             self._draw()
 
     def _drop(self) -> None:
-        """End the drag and keep its result."""
+        """End the drag and keep the changed frame."""
         self._let_go()
         self._hover("")
 

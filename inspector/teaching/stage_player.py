@@ -73,7 +73,7 @@ class StagePlayer(QWidget):
         return QSize(least.width() - gone, least.height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show the label if there is enough room."""
+        """Show the label if there is enough room for it."""
         super().resizeEvent(event)
         wanted = self.minimumSizeHint().width() + self._words.sizeHint().width() + _GAP
         self._words.setVisible(self.width() >= wanted)

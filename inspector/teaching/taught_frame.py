@@ -45,7 +45,10 @@ class FrameNumbers(NamedTuple):
 
     @property
     def is_event(self) -> bool:
-        """True if the displayed pose passes the paper's test: opposite signs and m ≥ τ."""
+        """True if the displayed pose passes the paper's test.
+
+        The signs of the changes must be opposite, and m ≥ τ.
+        """
         d, tau = self.frame, self.correction.tau
         return not self.staged and d.strength_is_defined and d.strength >= tau > 0.0
 
@@ -99,7 +102,7 @@ class TaughtFrame(QObject):
 
     @property
     def numbers(self) -> FrameNumbers | None:
-        """All quantities of section 3 of the paper at the frame, or None without a chain."""
+        """All quantities of section 3 of the paper for the frame, or None without a chain."""
         data, chain, frame = self.document.data, self.chain, self.document.frame
         if data is None or chain is None:
             return None
@@ -202,7 +205,7 @@ class TaughtFrame(QObject):
         self.set_what_if(WhatIf())
 
     def set_rows(self, symbols: Iterable[str]) -> None:
-        """List only the rows of these symbols, or all rows if empty."""
+        """Show only the rows of these symbols. An empty collection shows all rows."""
         rows = frozenset(symbols)
         if rows != self.rows:
             self.rows = rows

@@ -90,7 +90,7 @@ class SpokenSlider(QSlider):
             self.setAccessibleDescription(value)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Make a screen reader read the value."""
+        """Make a screen reader read the value when the slider gets the focus."""
         self.setAccessibleDescription(self._value)
         super().focusInEvent(event)
 

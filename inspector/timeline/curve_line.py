@@ -39,13 +39,13 @@ class Line(pg.GraphicsObject):
         return self._points
 
     def boundingRect(self) -> QRectF:
-        """Return the visible range."""
+        """Return the visible range as the bounding box."""
         return QRectF(self._view.viewRect())
 
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Draw the line."""
+        """Draw the points as a line, broken at NaN."""
         if self._path is None:
             x, y = self._points
             self._path = pg.arrayToQPath(x, y, connect="finite", finiteCheck=True)

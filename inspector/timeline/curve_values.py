@@ -1,4 +1,4 @@
-"""Prepare angles for drawing as curves."""
+"""Angles prepared for drawing as curves."""
 
 from __future__ import annotations
 

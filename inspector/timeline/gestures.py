@@ -54,7 +54,7 @@ class Hit:
 
 
 class Gestures:
-    """Turn the mouse events of all plots into changes of the document.
+    """Turns the mouse events of all plots into changes of the document.
 
     `plots` is a function that takes the key of a plot and returns additional menu entries.
     `tau_plot` is the key of the plot that shows τ. While an edge is dragged or an interval is
@@ -144,7 +144,7 @@ class Gestures:
     # -- dragging -----------------------------------------------------------------------------
 
     def drag(self, view: TimeView, event: Any, *, pan: bool) -> None:
-        """Handle one mouse event of a drag."""
+        """Handle a mouse event of a drag. If `pan` is True, the drag pans in time."""
         if not self._document.frames:
             return
         frame, button = view.frame_at(event.pos()), event.button()
@@ -295,7 +295,7 @@ class Gestures:
         return menu
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
-        """Zoom in time around a frame, or pan."""
+        """Zoom in time around `frame`, or pan. `notches` is the movement of the wheel."""
         first, last = self._visible.ends
         if pan:
             self._visible.pan(-notches * _PAN * (last - first))

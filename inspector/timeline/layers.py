@@ -90,7 +90,7 @@ class Scenery:
         return font
 
     def set_intervals(self, intervals: tuple[Judged, ...]) -> None:
-        """Set the intervals to show."""
+        """Set the intervals that the plots show, sorted by start."""
         self.intervals = intervals
         self._regions.clear()
         self.starts = np.array([j.interval.start for j in intervals], dtype=np.float64)
@@ -144,7 +144,7 @@ class Layer(QGraphicsItem):
         self.setPos(self._view.pos())
 
     def boundingRect(self) -> QRectF:
-        """Return the view's rectangle."""
+        """Return the view's rectangle, which this item covers."""
         return QRectF(self._view.rect())
 
     def place(self, frame: float) -> float:
@@ -216,7 +216,7 @@ class FrontLayer(Layer):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Paint the parts that need to be repainted."""
+        """Paint everything in front of the curves, but title and axis labels only where exposed."""
         painter.save()
         painter.setFont(self.scenery.font())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)

@@ -96,7 +96,7 @@ class OverviewStrip(QWidget):
         self._redraw()
 
     def show_frame(self, frame: int) -> None:
-        """Move the playhead."""
+        """Move the playhead to a frame, and repaint only where it was and is."""
         for at in (self._frame, frame):
             self.update(round(self._x(at)) - 5, 0, 11, self.height())
         self._frame = frame
@@ -271,7 +271,7 @@ class OverviewStrip(QWidget):
         return min(found, key=lambda f: f[:2])[2] if found else None
 
     def _grip_at(self, x: float) -> _Grip:
-        """Return the part that a drag starting at x would move."""
+        """Return the part that a drag would move if it began at the pixel `x`."""
         if abs(x - self._x(self._frame)) <= _NEAR or self._shows_all():
             return _Grip.PLAYHEAD
         left, right = (self._x(f) for f in self._view)
@@ -281,13 +281,13 @@ class OverviewStrip(QWidget):
         return _Grip.WINDOW if left < x < right else _Grip.PLAYHEAD
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Start to drag the part under the mouse."""
+        """Start to drag the part of the strip under the mouse."""
         if event.button() == Qt.MouseButton.LeftButton and self._frames:
             x = event.position().x()
             self._pressed, self._from, self._dragged = self._grip_at(x), (x, *self._view), False
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Drag the part, or set the cursor for the part under the mouse."""
+        """Continue a drag. Without a drag, set the cursor for the part under the mouse."""
         x = event.position().x()
         if not self._frames:
             return
@@ -310,7 +310,7 @@ class OverviewStrip(QWidget):
         self.ranged.emit(first, last)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End the drag, or handle a click."""
+        """End a drag. If the mouse was not moved, handle a click."""
         if event.button() != Qt.MouseButton.LeftButton or self._pressed is None:
             return
         self._pressed = None

@@ -169,7 +169,7 @@ class Pane(Canvas):
         self.light(other._lit)
 
     def set_curve(self, name: str, y: Array, seams: NDArray[np.int64] = _NO_SEAMS) -> None:
-        """Set the values of a curve, degrees, (frames,), NaN for gaps.
+        """Set the values of a curve in degrees, (frames,), with NaN for gaps.
 
         The line is broken after each frame in `seams`.
         """
@@ -222,7 +222,7 @@ class Pane(Canvas):
         self.time.show_part(low, high)
 
     def show_frames(self, first: float, last: float) -> None:
-        """Show a range of frames."""
+        """Show a range of frames on the time axis."""
         smooth = last - first <= _SMOOTH
         if smooth != self._smooth:
             self._smooth = smooth
@@ -241,9 +241,10 @@ class Pane(Canvas):
         self._bottom_shown = shown
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Respond to a double-click on the title or on the left axis.
+        """Handle a double-click on the title or on the left axis.
 
-        On the title, enlarge this plot or show all plots again; on the left axis, fit all values.
+        On the title, it enlarges this plot or shows all plots again. On the left axis, it shows all
+        values.
         """
         if event.button() == Qt.MouseButton.LeftButton and self.view.width() > 0:
             if event.position().y() < self._title_height:
@@ -255,6 +256,6 @@ class Pane(Canvas):
         super().mouseDoubleClickEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:
-        """Remove the tooltip."""
+        """Remove the tooltip when the mouse leaves the plot."""
         self.view.setToolTip("")
         super().leaveEvent(event)

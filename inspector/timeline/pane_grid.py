@@ -69,7 +69,7 @@ class PaneGrid(QStackedWidget):
         return self._alone in self.chosen
 
     def show_panes(self, applicable: Collection[str]) -> None:
-        """Show the chosen panes among `applicable`, the keys of panes that suit the selection.
+        """Show the chosen panes that apply to the selection. `applicable` are their keys.
 
         This also removes the hint.
         """

@@ -78,7 +78,7 @@ class Plot:
     build: Callable[[Document, Scenery, QWidget], Pane] | None = None
 
     def pane(self, document: Document, scenery: Scenery, parent: QWidget) -> Pane:
-        """Return an empty widget for the pane."""
+        """Return a new, empty widget for the pane."""
         if self.build is not None:
             return self.build(document, scenery, parent)
         return Pane(

@@ -14,7 +14,7 @@ _REST_MS = 400  # no description while the playhead moves
 
 
 class PlotDescriptions(QObject):
-    """Set the accessible name of every plot, and its description when the playhead has stopped."""
+    """Sets the accessible names of plots, and their descriptions when the playhead has stopped."""
 
     def __init__(self, document: Document, panes: Mapping[str, Pane], parent: QObject) -> None:
         """Set up the descriptions. `panes` are the panes, keyed by title."""

@@ -150,7 +150,7 @@ def wide_enough(spans: Array, pixel: float) -> Array:
 
 
 def _inside(places: _Spans, width: int) -> list[int]:
-    """Return the borders that are inside the view."""
+    """Return the left and right borders that are inside the view, in pixels."""
     return [x for pair in places for x in pair if 0 < x < width - 1]
 
 

@@ -46,7 +46,7 @@ class ChainTauLine(TauLine):
         return bool(self._drag)
 
     def show_tau(self, degrees: float) -> None:
-        """Show τ, unless the line is being dragged."""
+        """Move the line to τ, unless the user is dragging it."""
         self.words = tau_words(degrees)
         place = float(root_scale(degrees))
         if not self.held and self.value() != place:
@@ -84,13 +84,13 @@ def set_tau_at(document: Document, place: float, drag: int = 0) -> None:
 
 
 def set_tau_degrees(document: Document, degrees: float, drag: int = 0) -> None:
-    """Set τ of the selected chain in degrees."""
+    """Set τ of the selected chain in degrees, limited to the allowed range."""
     degrees = min(max(degrees, SMALLEST_TAU), LARGEST_TAU)
     document.set_tau(float(np.radians(degrees)), document.chain, drag)
 
 
 def tau_words(degrees: float) -> str:
-    """Return the label of a τ line."""
+    """Return the label of a τ line, such as 'τ 12.0°'."""
     return f"τ {degrees:.1f}°"
 
 

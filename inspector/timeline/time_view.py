@@ -17,13 +17,13 @@ class Mouse(Protocol):
     """The interface of the mouse gestures in a plot."""
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
-        """Zoom in time around a position in frames, or pan."""
+        """Zoom in time around a frame, or pan if `pan` is True."""
 
     def drag(self, view: TimeView, event: Any, *, pan: bool) -> None:
         """Handle one mouse event of a drag."""
 
     def click(self, view: TimeView, event: Any) -> None:
-        """Handle a click."""
+        """Handle a click in `view`."""
 
     def hover(self, view: TimeView, event: Any) -> None:
         """Handle a mouse movement without a button."""
@@ -75,7 +75,7 @@ class TimeView(pg.ViewBox):
         self.zoomed, self._part = False, None
 
     def fit(self) -> None:
-        """Show all values."""
+        """Show all values, and discard the user's zoom."""
         self.forget_zoom()
         low, high = self._all
         if self._beyond is not None:

@@ -115,7 +115,7 @@ class Timeline(QWidget):
         PlotDescriptions(self.document, titled, self)
 
     def show_plot(self, key: str, *, shown: bool) -> None:
-        """Show or hide a plot. Some plots apply only to limbs or only to chains."""
+        """Show or hide a plot, given its key. Some plots apply only to limbs or only to chains."""
         self.grid.show_pane(key, shown=shown)
         if shown and self.document.limb is not None and (hint := self.plots[key].no_limb):
             self.document.message.emit(hint, False)
@@ -131,7 +131,7 @@ class Timeline(QWidget):
         self.visible.show(*other.visible.ends)
 
     def become_figure(self) -> None:
-        """Turn into a figure: plots with titles and the frame number, but no controls."""
+        """Turn the timeline into a figure with titles and the frame number, without controls."""
         for part in (self.overview, self.plots_button):
             part.hide()
         self._head.setAlignment(self.readout, Qt.AlignmentFlag.AlignLeft)
@@ -220,7 +220,7 @@ class Timeline(QWidget):
         self.dots.show(self._curves, self.document.frame, self._what_if)
 
     def set_scale(self, scale: float) -> None:
-        """Scale text and lines; 1 is the normal size."""
+        """Scale text and lines. A scale of 1 is the normal size."""
         self.readout.setFont(figures_font(9.0 * scale))
         for scenery in self._sceneries:
             scenery.scale = scale
@@ -242,7 +242,7 @@ class Timeline(QWidget):
         self._stale.mark_all()
 
     def refresh(self) -> None:
-        """Apply all pending changes."""
+        """Apply all pending changes of the document to the plots."""
         anything, everything = self._stale.take()
         if not anything:
             return

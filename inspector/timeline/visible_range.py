@@ -42,11 +42,11 @@ class VisibleRange(QObject):
         self.show(-1e9, 1e9)
 
     def pan(self, frames: float) -> None:
-        """Move the range by a number of frames."""
+        """Move the range by a number of frames, which may be negative."""
         self.show(self.ends[0] + frames, self.ends[1] + frames)
 
     def zoom_to_interval(self, judged: Judged | None = None) -> None:
-        """Show an interval, by default the selected one, with half a second on either side.
+        """Show an interval with half a second on either side. The default is the selected interval.
 
         The margin of a short interval is smaller, so that the interval fills at least an eighth of
         the width.
@@ -71,14 +71,14 @@ class VisibleRange(QObject):
         return interval.stop >= self.ends[0] and interval.start <= self.ends[1]
 
     def reach_frame(self, frame: int) -> None:
-        """Scroll to a frame if it is not visible."""
+        """Scroll so that a frame is visible."""
         first, last = self.ends
         if not first <= frame <= last:
             span = last - first
             self.show(frame - 0.1 * span, frame + 0.9 * span)
 
     def reach_interval(self, interval: Interval) -> None:
-        """Centre an interval if it is not visible."""
+        """Scroll to centre an interval, unless it is already visible."""
         first, last = self.ends
         if not self._sees(interval):
             self.pan(0.5 * (interval.start + interval.stop - first - last))

@@ -72,7 +72,7 @@ class BarFrames:
 
     @property
     def words(self) -> str:
-        """The current position in words, or '' if the playhead is not in the chosen bar."""
+        """A text with the current position, or '' if the playhead is not in the chosen bar."""
         if self.chosen is None:
             return ""
         own = self._frames[self._bars == self.chosen]

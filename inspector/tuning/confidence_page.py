@@ -140,7 +140,7 @@ class ConfidencePage(QWidget):
     # -- drawing ------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Update the page."""
+        """Update the page after a change of the document or the verdicts."""
         document, evidence = self._document, self._evidence
         data = document.data
         if data is None:

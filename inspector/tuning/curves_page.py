@@ -93,7 +93,7 @@ class CurvesPage(QWidget):
     # -- content ------------------------------------------------------------------------------
 
     def show_chain(self) -> None:
-        """Show the selected chain."""
+        """Show the strength and the cost of the selected chain."""
         document, data = self._document, self._document.data
         assert data is not None
         name = document.chain

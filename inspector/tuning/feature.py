@@ -45,7 +45,7 @@ class Tuning(FeatureParts):
         self.tuning_actions.leave_out_visible(self._visible.ends)
 
     def close(self) -> None:
-        """Stop all computations."""
+        """Stop all computations when the window closes."""
         self.tuning.set_seen(False)
 
 

@@ -135,7 +135,7 @@ class ProfilesPage(QWidget):
             header.setSectionResizeMode(0, mode.Stretch if wide else mode.ResizeToContents)
 
     def show_chain(self, name: str) -> None:
-        """Select the row of a chain."""
+        """Select the row of a chain in the table."""
         if (row := self.model.row_of(name)) is not None:
             self.table.selectRow(row)
         if (row := rows_of(self.detectors.things, name)) is not None:

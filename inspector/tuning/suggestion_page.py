@@ -80,13 +80,13 @@ class SuggestionPage(QWidget):
         )
 
     def show_wishes(self) -> None:
-        """Show the current settings."""
+        """Show the current settings in their fields."""
         self.points.setValue(self._wishes.points)
         self.smallest.setValue(self._wishes.smallest_degrees)
         self.draws.setValue(self._wishes.draws)
 
     def refresh(self) -> None:
-        """Update the page."""
+        """Update the common τ and the frames that are used."""
         data = self._document.data
         if data is None:
             return

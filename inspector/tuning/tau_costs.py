@@ -91,7 +91,10 @@ class Costs(QObject):
 
     @property
     def capture(self) -> Capture | None:
-        """The frames of the clip without blends at its ends, or None before any measurement."""
+        """The frames that are measured, without blends at the clip's ends.
+
+        Before the first measurement, this is None.
+        """
         return self._here.capture
 
     def counts(self, method: str, chain: str, tau: float) -> ListCounts | None:
@@ -175,7 +178,7 @@ class Costs(QObject):
     # -- following the document ---------------------------------------------------------------
 
     def watch(self, on: bool) -> None:
-        """Start measuring if a view is visible, or stop if none is."""
+        """Start measuring if a view of the costs is visible (`on`), or else stop."""
         self._watching = on
         if on:
             self._stop_if_outdated()

@@ -54,7 +54,7 @@ def suggestion_text(
 
 
 def difference_text(costs: Costs, method: str, chain: str, before: float, now: float) -> str:
-    """Return how the cost of a chain differs between two τ, both in radians, as text."""
+    """Return a text on how the cost of a chain changes between two τ, both in radians."""
     old, new = (costs.cost(method, {chain: tau}) for tau in (before, now))
     curve = costs.by(method).get(chain)
     if old is None or new is None or curve is None:

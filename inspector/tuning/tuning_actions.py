@@ -40,7 +40,7 @@ class TuningActions:
     window: QWidget
 
     def load_profile(self) -> None:
-        """Ask for a profile file and use its τ."""
+        """Let the user choose a profile file, and use its τ."""
         ask_files(self.window, tr("Load profile"), _PATTERN, lambda p: self.load_profile_from(p[0]))
 
     def load_profile_from(self, path: Path) -> None:
@@ -116,7 +116,7 @@ class TuningActions:
         ask_files(self.window, tr("Compare profiles"), _PATTERN, self.compare_with, several=True)
 
     def compare_with(self, paths: Sequence[Path]) -> None:
-        """Compare one profile with the current τ, or two profiles."""
+        """Compare one profile with the current τ, or two profiles with each other."""
         if len(paths) > 2:
             self.bar.show_message(tr("Choose one or two profiles to compare."), False)
             return

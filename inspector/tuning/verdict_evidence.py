@@ -74,7 +74,7 @@ class Evidence:
 
 
 class VerdictEvidence(QObject):
-    """Count the verdicts of the open clip and its folder, while a view of them is visible."""
+    """Counts the verdicts of the open clip and its folder, while a view of them is visible."""
 
     changed = Signal()
 
@@ -108,7 +108,7 @@ class VerdictEvidence(QObject):
         return self._wishes.points / 100.0, math.radians(self._wishes.smallest_degrees)
 
     def watch(self, on: bool) -> None:
-        """Start counting if a view is visible, or stop if none is."""
+        """Start counting if a view of the verdicts is visible (`on`), or else stop."""
         self._watching = on
         if on:
             self._check()
@@ -118,7 +118,7 @@ class VerdictEvidence(QObject):
             self._state = ()
 
     def count_again(self) -> None:
-        """Count the verdicts again, because the performer of the clip has changed."""
+        """Count the verdicts again, after a change of the clip's performer."""
         self._state = ()
         self._check()
 

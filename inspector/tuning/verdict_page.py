@@ -244,7 +244,7 @@ class VerdictPage(QWidget):
     # -- drawing ------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Update the page."""
+        """Update the table, the plots and the sentences."""
         evidence, document = self._evidence, self._document
         present = evidence.present
         scopes = present.scopes if present else ()
@@ -273,7 +273,7 @@ class VerdictPage(QWidget):
         return {c.name: of_core(c.label) for c in data.chains} if data else {}
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """Show the current τ of the selected chain."""
+        """Show the current τ of the selected chain, in degrees, in the plot."""
         self.plot.show_tau(degrees, held=held and self.plot.tau_line.moving)
 
     def _show_scope(self) -> None:

@@ -235,7 +235,7 @@ class VideoPanel(QWidget):
         self._show_time()
 
     def _show_facts(self) -> None:
-        """Show the properties of the video, and enable the controls that apply to it."""
+        """Show the properties of the video, and enable or disable the controls."""
         reader = self.reader
         for widget in (self.back, self.forth, self._hold):
             widget.setEnabled(reader is not None)

@@ -1,1 +1,1 @@
-"""General-purpose widgets that know nothing about twist."""
+"""General-purpose widgets, which are independent of the rest of the program."""

@@ -14,7 +14,7 @@ from twistcore.work.progress import Cancelled, Tell
 
 
 class _Post(QObject):
-    """Execute calls from other threads in the GUI thread.
+    """Executes calls from other threads in the GUI thread.
 
     This object outlives every task. A signal of the task itself would not be safe: a thread could
     still be emitting it while the GUI thread, which already has the result, deletes the task.
@@ -34,7 +34,7 @@ _post: _Post | None = None
 
 
 class Task(QObject):
-    """Run `work(tell)` in a thread, and then emit `finished` with the result.
+    """Runs `work(tell)` in a thread, and then emits `finished` with the result.
 
     If the work raises an exception, `failed` is emitted with it. Long work reports its progress by
     calling `tell(share)`, which emits `progress(share)`. All signals are emitted in the GUI thread.
@@ -94,7 +94,7 @@ class Task(QObject):
 
 
 class OneTask(QObject):
-    """Run one task at a time. A new task replaces the running one."""
+    """Runs one task at a time. A new task replaces the running one."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -102,7 +102,7 @@ class OneTask(QObject):
 
     @property
     def running(self) -> bool:
-        """True until the result has been delivered."""
+        """True until the result of the task has been delivered."""
         return self._task is not None
 
     def run(
@@ -125,7 +125,7 @@ class OneTask(QObject):
         self._task.start()
 
     def cancel(self) -> None:
-        """Cancel the running task."""
+        """Cancel the running task, if any."""
         if self._task is not None:
             self._task.cancel()
             self._task = None

@@ -139,8 +139,7 @@ def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
 def action_button(action: QAction, short: str = "") -> QToolButton:
     """Return a button for an action.
 
-    `short` is a text that replaces the action's own one, for use where the context explains the
-    rest.
+    `short` is a short text for the button, used where the context explains the rest.
     """
     if short:
         action.setIconText(short)

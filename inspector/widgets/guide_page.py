@@ -174,7 +174,7 @@ class Pages(MarkdownPage):
         self._settled.timeout.connect(self._reload)
 
     def go(self, file: str) -> None:
-        """Show a page of the folder."""
+        """Show a page, given its file name."""
         self._follow(QUrl.fromLocalFile(str(self._docs / file)))
 
     def _follow(self, url: QUrl) -> None:

@@ -77,16 +77,16 @@ def bold(text: str) -> str:
 
 
 def as_tip(text: str) -> str:
-    """Return plain text for a tool tip, changed so that Qt does not take it for HTML.
+    """Return plain text for a tool tip, changed so that Qt does not interpret it as HTML.
 
     Qt guesses whether the text of a tool tip is HTML. An invisible word joiner after every '<' and
-    '&' prevents that.
+    '&' prevents this.
     """
     return _TAG.sub("\\g<0>\u2060", legible(text, lines=True, most=_MOST))
 
 
 def as_entry(text: str) -> str:
-    """Return plain text for menus and buttons, with '&' escaped so that it marks no mnemonic."""
+    """Return plain text for menus and buttons, with '&' escaped so that it is no mnemonic."""
     return legible(text, most=_MOST).replace("&", "&&")
 
 

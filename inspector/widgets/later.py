@@ -10,7 +10,7 @@ _BURST_MS = 800
 
 
 class Latest(QObject):
-    """Execute only the last of several requests, after the pending events are handled."""
+    """Executes only the last of several requests, after the pending events are handled."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -19,7 +19,7 @@ class Latest(QObject):
         self._timer.timeout.connect(self.flush)
 
     def ask(self, work: Callable[[], None]) -> None:
-        """Replace the pending request."""
+        """Set the function to call, and replace the pending one."""
         self._work = work
         self._timer.start()
 
@@ -29,7 +29,7 @@ class Latest(QObject):
         self._work = None
 
     def flush(self) -> None:
-        """Execute the pending request now."""
+        """Execute the pending request now, if there is one."""
         self._timer.stop()
         work, self._work = self._work, None
         if work is not None:
@@ -37,7 +37,7 @@ class Latest(QObject):
 
 
 class Stale(QObject):
-    """Collect requests to redraw a view, and emit `due` once for all of them.
+    """Collects requests to redraw a view, and emits `due` once for all of them.
 
     The signal is queued. It arrives after the change and before Qt's next repaint, so tables, plots
     and the 3D view are painted together. The view calls `take` when it draws.
@@ -58,7 +58,7 @@ class Stale(QObject):
             self._requested.emit()
 
     def mark_all(self, *_: object) -> None:
-        """Request a redraw of everything."""
+        """Request that the view redraws everything, not only what has changed."""
         self._all = True
         self.mark()
 
@@ -73,7 +73,7 @@ class Stale(QObject):
 
 
 class Burst(QObject):
-    """Combine quick steps, such as those of a spin box, into one undo step."""
+    """Combines quick steps, such as those of a spin box, into one undo step."""
 
     def __init__(self, begin_drag: Callable[[], int], parent: QObject) -> None:
         """Prepare a burst. `begin_drag` is a function that returns a new id for combined steps."""

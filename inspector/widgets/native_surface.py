@@ -24,7 +24,7 @@ def own_surface(view: QWidget) -> None:
 
 
 class _Along(QObject):
-    """Move the surface when the view's parent moves, because Qt does not do this."""
+    """Moves the surface when the view's parent moves, because Qt does not do this."""
 
     def __init__(self, view: QWidget) -> None:
         super().__init__(view)
@@ -41,7 +41,7 @@ class _Along(QObject):
 
 
 class _Uncovered(QObject):
-    """Copy the window to the screen again after something has covered it.
+    """Copies the window to the screen again after something has covered it.
 
     Without a compositor, the screen does not store the covered parts of a window. Qt does not
     restore a window with an OpenGL view, because it expects OpenGL to compose it. Without this

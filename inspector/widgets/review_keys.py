@@ -75,7 +75,7 @@ class ReviewKeys(QObject):
             widget.installEventFilter(self)
 
     def go_home(self) -> None:
-        """Return the focus to the review."""
+        """Move the focus back to the review."""
         self._home().setFocus(Qt.FocusReason.OtherFocusReason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:

@@ -367,7 +367,10 @@ class RowDelegate(QStyledItemDelegate):
         return self._model.row(source.row())
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
-        """Fill in the style option from the description, as Qt would from `data`."""
+        """Fill in the style option from the row's description.
+
+        Qt would call `data` for each property instead.
+        """
         row, column = self.described(index), index.column()
         assert isinstance(index, QModelIndex)
         option.index = index

@@ -29,7 +29,7 @@ class Formula:
 
 
 class Typesetter(QObject):
-    """Typeset formulas in a thread. Formulas requested together become ready together.
+    """Typesets formulas in a thread. Formulas requested together become ready together.
 
     This takes half a second, or several seconds if matplotlib must first index the fonts.
     """

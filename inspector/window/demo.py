@@ -22,10 +22,10 @@ _GIVE_UP_MS = 120_000
 
 
 class Script(QObject):
-    """Open a file and, when the clip is loaded, run steps with time to redraw between them.
+    """A script that opens a file and, when the clip is loaded, operates the window in steps.
 
-    At the end, the script closes the window. `code` is 0, or 2 after an error message. A question
-    or a dialog is an error, because no user can answer it.
+    Between the steps, the window has time to redraw. At the end, it is closed. `code` is 0, or 2
+    after an error message. A question or a dialog is an error, because no user can answer it.
     """
 
     def __init__(

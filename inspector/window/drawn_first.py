@@ -15,7 +15,7 @@ from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QWindow
 
 
 class DrawnFirst(QObject):
-    """Ignore the keys of actions until the selected interval is visible to the user.
+    """Ignores the keys of actions until the selected interval is visible to the user.
 
     `is_drawn` is a function that returns True if the selected interval was painted.
     """

@@ -1,4 +1,4 @@
-"""The list of all features of the window, and the menus with the features' rows."""
+"""The list of all features of the window, and the menus that contain their actions."""
 
 from __future__ import annotations
 

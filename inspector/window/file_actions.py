@@ -350,7 +350,7 @@ class FileActions(Saving):
         self.exporter.start(choice)
 
     def _exported(self, export: Export, text: str) -> None:
-        """Save the session with a record of the export, and open the folder's next clip."""
+        """Save the session with a record of the export, then open the next clip of the folder."""
         path, data = export.clip.path, self.document.data
         own = data is not None and data.clip is export.clip
         if own and not self.document.review.saved and not self.document.keeper.read_only:

@@ -218,7 +218,7 @@ class JointNamesDialog(QDialog):
             self.table.setRowHidden(row, text.casefold() not in words)
 
     def _check(self) -> None:
-        """Show the current role of each joint, and the resulting chains."""
+        """Show the roles of the joints that result from the user's choices, and the chains."""
         data = self._document.data
         if data is None:
             return

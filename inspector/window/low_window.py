@@ -29,7 +29,7 @@ class Compact(Protocol):
 
 
 class LowWindow:
-    """Switch the window and its parts between the normal layout and the one for low windows."""
+    """Switches the window and its parts between the normal layout and the one for low windows."""
 
     def __init__(
         self, window: QMainWindow, docks: Mapping[str, QDockWidget], parts: Sequence[Compact]

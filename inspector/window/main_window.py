@@ -221,7 +221,7 @@ class MainWindow(Parts):
     # -- Qt events ----------------------------------------------------------------------------
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Resize the panels with the window, unless the user has set their sizes."""
+        """Resize the panels together with the window, unless the user has set their sizes."""
         super().resizeEvent(event)
         self.usual_layout.follow()
 

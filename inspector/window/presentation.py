@@ -94,7 +94,7 @@ class Presentation:
             self._docks["intervals"].raise_()
 
     def set_full_screen(self, on: bool) -> None:
-        """Turn full screen on or off. A maximised window is maximised again afterwards."""
+        """Turn full screen on or off. A window that was maximised before is maximised again."""
         full, now = Qt.WindowState.WindowFullScreen, self._window.windowState()
         self._window.setWindowState(now | full if on else now & ~full)
 

@@ -385,7 +385,7 @@ class ReviewActions:
         self.document.insert_interval(frame, faint if there else None)
 
     def remove_interval(self) -> None:
-        """Remove the selected interval."""
+        """Remove the selected interval if it was inserted by hand."""
         if judged := self.document.interval:
             self.document.do(Remove(judged.id))
 

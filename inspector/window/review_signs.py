@@ -13,7 +13,7 @@ from twistcore.review import Decision
 
 
 class ReviewSigns:
-    """Show the state of the review in the title, in undo and redo, and in the status bar."""
+    """Shows the state of the review in the title, in undo and redo, and in the status bar."""
 
     def __init__(self, window: HostWindow) -> None:
         self._window = window

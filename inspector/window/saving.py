@@ -23,7 +23,7 @@ _AUTOSAVE_MS = 60_000  # after the last step
 
 @dataclass(eq=False, kw_only=True)
 class Saving:
-    """Save decisions or leave them in the journal, without a modal dialog during a review.
+    """Saves decisions or leaves them in the journal, without a modal dialog during a review.
 
     `tell_saved` is a function that is called when the session is on disk.
     """

@@ -21,7 +21,7 @@ _LOOKS = "skin", "side_by_side"
 
 
 class KeptLooks(QObject):
-    """Draw the figure in the way that the user has chosen for the selected kind of error."""
+    """Draws the figure in the way that the user has chosen for the selected kind of error."""
 
     def __init__(
         self,
@@ -61,7 +61,7 @@ class KeptLooks(QObject):
 
 
 class SettingsKeeper(QObject):
-    """Check the settings regularly, and write the changed ones to disk."""
+    """Checks the settings regularly, and writes the changed ones to disk."""
 
     def __init__(
         self,

@@ -88,7 +88,7 @@ def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
 
 
 class UsualLayout(QObject):
-    """Arrange the docks, and reserve at least a third of the window's width for the 3D view."""
+    """Arranges the docks, and reserves at least a third of the window's width for the 3D view."""
 
     def __init__(
         self,
@@ -133,7 +133,10 @@ class UsualLayout(QObject):
         return super().eventFilter(watched, event)
 
     def restore(self, geometry: str, layout: str) -> None:
-        """Restore a saved layout, given as Qt's bytes in hex, or the initial layout for ''."""
+        """Restore a saved layout, or the initial layout for ''.
+
+        Both parameters are Qt's bytes as hexadecimal text.
+        """
         window = self._window
         room = window.screen().availableSize()  # including the window's frame
         pairs = zip(_SIZE, room.toTuple(), _FRAME, strict=True)
