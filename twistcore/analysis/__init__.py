@@ -1,4 +1,4 @@
-"""What is known about one clip: its detections, corrections, their reasons, and its quality."""
+"""Analysis of one clip: its detections, corrections, their reasons, and its quality."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
