@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from PySide6.QtWidgets import QWidget
-from pyvistaqt import QtInteractor
 from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
 
 from inspector.viewport import opengl
 from inspector.viewport.bone_colours import mix
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.rotation import Array
+
+if TYPE_CHECKING:
+    from pyvistaqt import QtInteractor
 
 
 def light(renderer: vtkRenderer) -> None:
@@ -33,6 +37,8 @@ def make_plotter(parent: QWidget) -> QtInteractor | None:
     """Return an empty VTK widget with lights, or None without OpenGL."""
     if not opengl.renderer_name():
         return None
+    from pyvistaqt import QtInteractor  # slow to load, and the pictures of reports do not need it
+
     plotter = QtInteractor(parent, auto_update=False, multi_samples=opengl.multisamples())
     plotter.setAcceptDrops(False)  # the window handles drops
     plotter.reset_key_events()

@@ -31,7 +31,9 @@ from twistcore.skeleton.rotation import (
 from twistcore.synthesis import draw_errors, enrich, generator, inject, parse_protocol, prepare
 
 CLIPS = sorted(
-    p.relative_to(ASSETS).as_posix() for p in ASSETS.glob("**/*.bvh") if "injected" not in p.name
+    p.relative_to(ASSETS).as_posix()
+    for p in ASSETS.glob("**/*.bvh")
+    if p.stem not in ("walk_injected", "walk_noisy")
 )
 FPS = 120.0
 THIRTY = np.radians(30.0)

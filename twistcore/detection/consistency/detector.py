@@ -232,7 +232,7 @@ def _line_analyses(
 
     `budget` is the work allowed for the search for soft errors.
     """
-    fps, limbs = motion.fps, _prepared_limbs(lines, motion, keys)
+    fps, limbs = motion.fps, _limbs(lines, motion, keys)
     strung = [c for same in zip(*lines, strict=True) for c in same]
     jumps = find_jumps(limbs, fps, cut, segments, tell)
     straight = {}
@@ -395,7 +395,7 @@ def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
     return list(kinds.values())
 
 
-def _prepared_limbs(lines: list[list[Chain]], motion: Motion, keys: Keys | None = None) -> Limbs:
+def _limbs(lines: list[list[Chain]], motion: Motion, keys: Keys | None = None) -> Limbs:
     """Return the rotations and axes of lines of equal length.
 
     `keys` are the linear keys, or None.
