@@ -1,4 +1,4 @@
-"""The question for the reviewer's name, after the first decision without a name."""
+"""The line that asks for the reviewer's name after the first unsigned decision."""
 
 from __future__ import annotations
 

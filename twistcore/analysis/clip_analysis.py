@@ -997,8 +997,8 @@ class Detection:
         Returns
         -------
         list of dict
-            Values are numbers, texts, lists and None; frames from 0, `stop` is exclusive, angles in
-            degrees.
+            Values are numbers, strings, lists or None; frames from 0, `stop` is exclusive, angles
+            in degrees.
 
         Examples
         --------

@@ -7,8 +7,8 @@ A bone is compared with
 - the same bone on the other side of the body, because a body is symmetric on average, and mirrored
   twists about the outgoing bone have opposite signs
 - its rest pose, but only in legs, because arms are far from their rest pose in many
-  sound clips
-- the same bone in another take of the same skeleton, if a person names one
+  clips without errors
+- the same bone in another take of the same skeleton, if the user names one
 """
 
 from __future__ import annotations

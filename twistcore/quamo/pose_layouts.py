@@ -153,7 +153,10 @@ def _check_persons(path: Path, count: int) -> None:
 
 
 def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
-    """Split rows of mixed persons and frames by person, preferably in world coordinates."""
+    """Split rows that mix people and frames into arrays for each person.
+
+    World coordinates are used if the file has them.
+    """
     wanted = ("smpl_thetas", "world_trans", "world_global_rots", "cam_trans", "track_ids", _ROWS_AT)
     arrays = {n: _numbers(path, names, n) for n in wanted if n in names}
     rows = len(arrays["smpl_thetas"]) if arrays["smpl_thetas"].ndim else 0

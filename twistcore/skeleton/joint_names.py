@@ -337,7 +337,7 @@ def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName
     """Choose roles by comparing joints.
 
     A joint loses a role if another name on that side fits the role better. If a name has several
-    meanings, a meaning that no other name on its side has comes first.
+    meanings, a meaning that no other name on the same side has is preferred.
     """
     ranks = [_rank(p) for p in pieces]
     best: dict[tuple[str, str], int] = {}

@@ -105,7 +105,8 @@ def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
 def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]:
     """Return the meaning of each joint's name, read without the part that identifies the person.
 
-    Joints above several people belong to no person, and their names are read as written.
+    Joints that are ancestors of several people belong to no person, and their names are read as
+    written.
     """
     names = [JointName("", "", "")] * len(skeleton)
     for person in people:

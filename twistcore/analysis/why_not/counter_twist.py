@@ -173,7 +173,7 @@ def _error_nearby(
 
 
 def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
-    """Return the joint whose turn was removed because another chain's error causes it.
+    """Return the joint whose rotation another chain's error explains and which was not counted.
 
     The result is 1 for the parent, 2 for the child and 0 for neither.
     """

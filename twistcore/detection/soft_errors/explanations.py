@@ -229,10 +229,10 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
 
 
 def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
-    """Return the softened levels near a seed that explain u best, with their widening.
+    """Return softened levels near a seed, each with the factor by which the scales are widened.
 
-    There is one level for each widening of the scales. `length` and `middle` describe the span of
-    the seed, in frames of the stretch.
+    For each factor, the level is the one that best explains the departures u. `length` and
+    `middle` describe the span of the seed, in frames of the stretch.
     """
     n, shift, onset = (v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS))
     start = middle + shift * np.maximum(n, length) - 0.5 * n

@@ -183,7 +183,7 @@ class Search:
         return before - after
 
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
-        """Return the explanation of the shortest span after which no seed remains nearby.
+        """Return the explanation with the shortest span that leaves no seed nearby.
 
         If a seed remains after each explanation, for example because of another error nearby,
         return the explanation with the highest gain relative to the square root of its length.

@@ -1,6 +1,4 @@
-"""The ratios that QuaMo must reach, with their bounds, and the best observed ratios for missed
-bounds.
-"""
+"""The ratios that QuaMo must reach. For a bound that was missed, the best ratio so far."""
 
 from __future__ import annotations
 
