@@ -54,6 +54,16 @@ def test_a_stretch_goes_with_its_jumps(walk):
     ]
 
 
+@pytest.mark.parametrize("frames", [40, 560])
+def test_a_group_names_an_error_that_is_far_longer_than_the_others(walk, frames):
+    flips = [flip(20, 26), flip(40, 46), flip(60, 66)]
+    stretch = made(FOOT, 66, 66 + frames, Kind.STRETCH, joint="RightFoot")
+    ((members, name),) = groups_of(walk, *flips, jump(66), stretch)
+    assert len(members) == 5
+    long = "RightFoot is turned wrongly for 560 frames, and 4 more errors"
+    assert (name == long) is (frames == 560)
+
+
 @pytest.mark.parametrize("gap", [-2, -1, 0, 1, 2])
 def test_edges_touch_if_they_are_at_most_one_frame_apart(walk, gap):
     assert bool(groups_of(walk, flip(20, 30), jump(30 + gap))) == (abs(gap) <= 1)

@@ -133,6 +133,24 @@ def test_a_lone_jump_suggests_the_shorter_side(start, stop):
         assert np.degrees(made.delta) == pytest.approx(-170.0, abs=2.0)
 
 
+def test_a_lone_jump_suggests_the_side_that_is_off():
+    """The longer one here: the right level between two errors is shorter than each of them."""
+    motion = turned("LeftFoot", 120, 160, degrees=-170.0)
+    stay = turned("LeftFoot", 175, 215, degrees=-170.0)
+    rotations = motion.rotations.copy()
+    rotations[175:215] = stay.rotations[175:215]
+    both = motion.with_rotations(rotations)
+    jumps = [
+        replace(jump, start=at, stop=at + 1)
+        for jump in [next(i for i in tc.detect(motion) if i.kind == tc.Kind.LONE_JUMP)]
+        for at in (120, 160, 175, 215)
+    ]
+    spans = [(120, 160), (120, 160), (175, 215), (175, 215)]
+    for jump, span in zip(jumps, spans, strict=True):
+        made = proposed_stretch(both, jump, jumps)
+        assert (made.start, made.stop) == span
+
+
 def test_a_joint_that_is_kept_stays_where_it_is():
     motion = turned("RightHand", 100, 180, kept=True)
     refined = tc.refine(motion, accepted(motion, tc.Kind.STRETCH))

@@ -36,6 +36,9 @@ _SHARED = 0.8  # share of the longer interval's frames
 _SERIES = 3  # minimum number of groups in a series
 _SIMILAR = 1.3  # maximum ratio of the largest to the smallest size in a series
 _JUMP = 4  # maximum number of frames of a jump
+_FAR_LONGER = (
+    10  # ratio to the frames of the first error from which a group has the name of another
+)
 
 
 @dataclass(frozen=True)
@@ -303,6 +306,11 @@ def _name(
 ) -> str:
     """Return a group's name, such as 'Left knee flips and the 2 jumps at its edges'."""
     lead = intervals[members[0]]
+    longest = max((intervals[k] for k in members), key=lambda i: i.frames)
+    if longest.kind.info.happens and longest.frames >= _FAR_LONGER * lead.frames:
+        part = _part(longest, chains[longest.chain], False)
+        what = longest.kind.info.happens.format(part=part)
+        return f"{what} for {longest.frames} frames, and {len(members) - 1} more errors"
     part, info = _part(lead, chains[lead.chain], repeated > 1), lead.kind.info
     what = info.happens.format(part=part) if info.happens else f"{part}: {info.name}"
     if repeated > 1:

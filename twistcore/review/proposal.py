@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,11 +11,11 @@ from twistcore.analysis.correction.joint_repairs import joint_of
 from twistcore.detection import Interval, Kind
 from twistcore.detection.interval import circular_median
 from twistcore.detection.limb_flips import BENT, LimbFlips
-from twistcore.detection.stretches import goes_along, turn_at_jumps
+from twistcore.detection.stretches import OFF, defined_roll, goes_along, turn_at_jumps
 from twistcore.review.model import constant, off_line
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.rotation import Array, wrap
 from twistcore.skeleton.signals import TwistSignals
 
 _REACH = 0.5  # seconds before and after the frame in which edges are searched for
@@ -73,8 +73,10 @@ def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
 def proposed_stretch(motion: Motion, jump: Interval, others: Iterable[Interval]) -> Interval:
     """Return the stretch that a lone jump begins or ends, as a suggestion that is not confirmed.
 
-    The stretch ends at the nearest other lone jump of the joint, or at the nearest end of the clip.
-    `others` are the other intervals of the clip. Raises TwistError if the clip has no such joint.
+    It reaches from the jump to the next or the previous lone jump of the joint, or to an end of the
+    clip: to the side on which the joint's roll is far from its roll in the rest of the clip, or
+    else to the shorter side. `others` are the other intervals of the clip. Raises TwistError if the
+    clip has no such joint.
     """
     joint, frames = joint_of(motion.skeleton, jump), motion.frames
     same = (i.start for i in others if (i.kind, i.joint) == (jump.kind, jump.joint))
@@ -83,7 +85,9 @@ def proposed_stretch(motion: Motion, jump: Interval, others: Iterable[Interval])
     spans = [(jump.start, edges[at + 1], jump.residual)]
     if at:
         spans.append((edges[at - 1], jump.start, -jump.residual))
-    start, stop, turn = min(spans, key=lambda span: span[1] - span[0])
+    off = _off_spans(motion, joint, [(start, stop) for start, stop, _ in spans])
+    likely = [span for span in spans if span[:2] in off] if len(off) == 1 else spans
+    start, stop, turn = min(likely, key=lambda span: span[1] - span[0])
     delta = turn_at_jumps(motion, joint, (start, stop), turn)
     return replace(
         constant(jump.chain, start, stop, delta),
@@ -93,6 +97,21 @@ def proposed_stretch(motion: Motion, jump: Interval, others: Iterable[Interval])
         carried=goes_along(motion, joint, (start, stop)),
         joint=jump.joint,
     )
+
+
+def _off_spans(
+    motion: Motion, joint: int, spans: Sequence[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """Return the spans in which a joint's roll is far from its roll outside all spans."""
+    roll = defined_roll(motion, joint)
+    rest = np.isfinite(roll)
+    for start, stop in spans:
+        rest[start:stop] = False
+    levels = {(a, b): roll[a:b][np.isfinite(roll[a:b])] for a, b in spans}
+    if not rest.any() or not all(map(len, levels.values())):
+        return []
+    usual = circular_median(roll[rest])
+    return [at for at, own in levels.items() if abs(wrap(circular_median(own) - usual)) > OFF]
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:

@@ -24,7 +24,7 @@ KIND = KindInfo(
         "{joint} turns suddenly about its own bone and does not turn back. Accept the "
         "detection to turn the joint back"
     ),
-    why="Between two jumps, {joint} is turned by {size} about its own bone",
+    why="From a jump to the next one or to an end of the clip, {joint} is turned by {size}",
     offer=(
         "Accept the detection to turn {joint} back in all these frames. This is never done "
         "automatically"
