@@ -62,7 +62,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    tool=Tool(tr_as("tool", "Export"), 12),
                    needs="clip", do=lambda p: p.files.export_dialog()),
         ActionSpec("export_at_once", tr("Export at once"), ("Ctrl+Shift+E",),
-                   tr("Export with the usual options; ask only if a file would be replaced"),
+                   tr("Export with the usual options; ask before replacing files of others"),
                    needs="clip", do=lambda p: p.files.export_dialog(at_once=True)),
         None,
         ActionSpec("close", tr("Quit"), ("Ctrl+Q",), do=lambda p: p.close()),
