@@ -25,6 +25,7 @@ from inspector.widgets.write_dialog import WriteDialog
 from twistcore.analysis.correction import SURE_ENOUGH
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import EXPORT_MARK
+from twistcore.export.interrupted import interrupted_exports
 from twistcore.files.marks import file_mark
 from twistcore.review import Decision, Tracking
 from twistcore.review.model import APPLIED, SEEN
@@ -137,8 +138,12 @@ class ExportDialog(WriteDialog):
     def _show_replaced(self) -> None:
         there = replaced(self.choice(), self._document.exported)
         foreign = [path for path, ours in there.items() if not ours]
+        data = self._document.data
+        interrupted = data is not None and bool(interrupted_exports(data.clip.path))
         whose = (
-            tr("not written by this program, or changed later"),
+            tr("perhaps left by the interrupted export")
+            if interrupted
+            else tr("not written by this program, or changed later"),
             tr("written by this program"),
         )
         lines = [f"{path.name} ({whose[ours]})" for path, ours in there.items()]

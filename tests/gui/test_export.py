@@ -1,5 +1,6 @@
 """An export with tracking is written off the GUI thread: told, usable meanwhile, safe to close."""
 
+import os
 import shutil
 import threading
 
@@ -9,9 +10,12 @@ from PySide6.QtCore import QTimer
 import inspector.session.export_files as export_module
 from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
+from inspector.window.export_dialog import ExportDialog
 from inspector.window.main_window import MainWindow
 from tests.conftest import ASSETS
+from tests.faults.test_interrupted_export import begin
 from tests.gui.windows import act, wait_until_active
+from tests.twistcore.batch_folders import KILL
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion
 from twistcore.formats.clip import write_clip
@@ -110,3 +114,22 @@ def test_the_window_stays_open_if_the_file_could_not_be_written(qtbot, window, h
     assert not window.close()
     assert window.isVisible()
     assert "No space left" in window.bar.label.text()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows has no lasting names of open files")
+def test_files_of_an_interrupted_export_are_named_as_such(qtbot, window):
+    document = window.document
+    clip = document.data.clip.path
+    out = clip.with_name("walk_injected_refined.bvh")
+    out.write_bytes(b"half")
+    dialog = ExportDialog(document, window)
+    foreign = dialog.replaces.text()
+    with begin(clip.with_name("walk_injected_refined.replay.json"), clip) as process:
+        os.kill(process.pid, KILL)
+    dialog = ExportDialog(document, window)
+    assert out.name in foreign
+    assert out.name in dialog.replaces.text()
+    assert dialog.replaces.text() != foreign
+    assert not dialog.do_it.isEnabled()  # nobody has said that it may be replaced
+    dialog.replace.setChecked(True)
+    assert dialog.do_it.isEnabled()
