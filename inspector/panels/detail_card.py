@@ -334,7 +334,7 @@ class DetailCard(QWidget):
             start, stop = self.start.value() - first, self.stop.value() - first
             edited = resized(judged.interval, start, stop)
             self._document.edit(judged.id, edited, self._burst.drag())
-            if not start <= self._document.frame < stop:  # so that the interval is seen before its decision
+            if not start <= self._document.frame < stop:  # see what will be decided
                 self._document.go_to(start)
 
     def _delta_edited(self, degrees: float) -> None:
