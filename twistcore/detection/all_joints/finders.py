@@ -168,6 +168,9 @@ class _Others:
     ----------
     errors
         The errors that can be corrected, listed under each joint that they turn.
+    edges
+        For each joint, the positions of its errors in that list, keyed by their first frame and by
+        the frame after their last.
     of_joints
         Masks of the frames with lone jumps or noise, keyed by joint.
     of_body
@@ -177,6 +180,7 @@ class _Others:
 
     search: KindSearch
     errors: dict[int, list[Interval]]
+    edges: dict[int, dict[int, list[int]]]
     of_joints: dict[int, Mask]
     of_body: dict[int, Array]
 
@@ -204,7 +208,12 @@ class _Others:
             for step in steps:
                 size[max(step.start - 1, 0) : step.stop + 1] = step.degrees
             of_body |= dict.fromkeys(person.joints, size) if steps else {}
-        return _Others(search, errors, of_joints, of_body)
+        edges: dict[int, dict[int, list[int]]] = {joint: {} for joint in errors}
+        for joint, listed in errors.items():
+            for k, error in enumerate(listed):
+                for edge in (error.start, error.stop):
+                    edges[joint].setdefault(edge, []).append(k)
+        return _Others(search, errors, edges, of_joints, of_body)
 
     def explain(self, step: JointStep, *, jump: bool) -> bool:
         """Return True if another error explains a step.
@@ -229,14 +238,9 @@ class _Others:
 
     def _near(self, joint: int, step: JointStep) -> list[Interval]:
         """Return the errors that turn a joint and begin or end near a step."""
-        return [
-            error
-            for error in self.errors.get(joint, ())
-            if any(
-                step.start - _BESIDE <= edge <= step.stop + _BESIDE
-                for edge in (error.start, error.stop)
-            )
-        ]
+        errors, edges = self.errors.get(joint, []), self.edges.get(joint, {})
+        frames = range(step.start - _BESIDE, step.stop + _BESIDE + 1)
+        return [errors[k] for k in sorted({k for t in frames for k in edges.get(t, ())})]
 
     def _turned(self, error: Interval) -> tuple[int, ...]:
         """Return the joints that an error turns; of the children of P, only C is included."""
