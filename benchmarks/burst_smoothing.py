@@ -6,8 +6,8 @@ Every clip, at 20, 30 and 120 frames per second, gets the bursts of `benchmarks.
 `quamo refine --where noisy` smooths what it finds, and a Butterworth filter of second order at 3.5
 Hz, run in both directions, smooths all frames of all joints. The output shows the mean distance of
 the joints from the truth in mm for a figure of 1.75 m, inside the burst and in all other frames; in
-how many bursts the distance inside is at most that of the filter; and how many numbers changed
-outside the frames that were treated.
+how many bursts the result is at least as close to the truth as with the filter; and how many
+numbers changed outside the treated frames.
 """
 
 from __future__ import annotations

@@ -161,7 +161,7 @@ _STEPS: dict[str, Callable[[str, str], Steps]] = {
 def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float]:
     """Return the seconds of each step of one tool in this process, and its peak memory in MB.
 
-    The peak is that of parsing.
+    The peak is measured while the file is parsed.
     """
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:

@@ -204,7 +204,7 @@ def cold_seconds(command: Sequence[str]) -> float:
 
 
 def say_cold(path: Path, with_pybvh: str) -> None:
-    """Print the cost of a cold start, compared with that of only reading the same clip."""
+    """Print the cost of a cold start as a ratio to the cost of reading the same clip."""
     nothing = cold_seconds([sys.executable, "-c", "import numpy"])
     plain = cold_seconds(
         [with_pybvh or sys.executable, "-c", _PYBVH if with_pybvh else _PLAIN, str(path)]

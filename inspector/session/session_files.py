@@ -49,7 +49,7 @@ def replay_path(export: Path) -> Path:
 
 
 def is_session(path: Path) -> bool:
-    """Return True if the file name is that of a session, including `.twist.json.earlier`."""
+    """Return True if a session can have this file name, such as `.twist.json.earlier`."""
     return _SESSION.fullmatch(path.name) is not None
 
 

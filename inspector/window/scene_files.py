@@ -38,7 +38,7 @@ class SceneFiles(QObject):
         if clip.exists():
             self._open_clip(clip)
             text = tr(
-                "{clip} from an earlier conversion was opened. Rename it to convert {scene} again.",
+                "{clip} is next to {scene} and was opened instead. Rename it to convert the scene.",
                 clip=clip.name,
                 scene=path.name,
             )

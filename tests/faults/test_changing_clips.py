@@ -1,4 +1,4 @@
-"""Clips that somebody changes while a batch reads them: each result is that of bytes that were."""
+"""Clips that change while a batch reads them: each result belongs to bytes that existed."""
 
 import hashlib
 import itertools
@@ -141,7 +141,10 @@ def test_a_clip_that_is_still_being_copied_is_tried_again(rest, tmp_path, monkey
 
     sources = find_inputs([str(folder)]).sources
     monkeypatch.setattr(clip_result, "processed", copied_meanwhile)
-    one_by_one = lambda tasks, _: ((task, process(task)) for task in tasks)  # noqa: E731
+
+    def one_by_one(tasks, _):
+        return ((task, process(task)) for task in tasks)
+
     summary = run_batch(out, sources, Parameters(), one_by_one)
     assert (summary.done, len(summary.failed)) == (0, 1)
     monkeypatch.undo()

@@ -169,7 +169,7 @@ def test_broken_files_say_where_and_what(damage, line, column, fact):
     ],
 )  # fmt: skip
 def test_the_column_is_that_of_the_word(end, before, wanted, found, line):
-    """From 1, whatever ends the lines, after whatever is before the word on its line."""
+    """Columns count from 1, for each line ending and for any text before the word."""
     lines = small(np.arange(27).reshape(3, 9)).splitlines()
     assert wanted in lines[line - 1]
     left = lines[line - 1].index(wanted)

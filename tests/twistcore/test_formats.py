@@ -289,10 +289,10 @@ def test_no_document_is_missing_from_the_page(real):
 
 def test_the_journal_s_lines_are_those_that_are_written():
     lines = [json.loads(line) for line in JOURNAL.splitlines()]
-    told = [line for line in lines if "do" in line]
+    commands = [line for line in lines if "do" in line]
     kinds = {kind.__name__ for kind in Command.__subclasses__()}
-    assert {line["do"] for line in told} == kinds | {"TrackBothWays", "Smooth"}
-    for line in told:
+    assert {line["do"] for line in commands} == kinds | {"TrackBothWays", "Smooth"}
+    for line in commands:
         assert command_to_json(command_from_json(line)) == line
     head, *others = (line for line in lines if "do" not in line)
     assert others == [UNDO, REDO, {"session": head["session"]}]

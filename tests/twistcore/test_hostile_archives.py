@@ -138,8 +138,8 @@ def test_a_signalling_nan_is_a_number_that_is_not_finite(where, tmp_path):
     data = packed(**{name: npy(array) for name, array in names.items()}, fps=npy(25.0))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for told in both_readers(data, tmp_path):
-            assert "frame 1" in told
+        for sentence in both_readers(data, tmp_path):
+            assert "frame 1" in sentence
 
 
 def bomb(size, compress=zipfile.ZIP_DEFLATED, name="poses"):

@@ -194,19 +194,19 @@ def test_refine_warns_of_twist_errors_that_tracking_would_smear(capsys, tmp_path
 def test_a_file_is_smoothed_by_the_spline_unless_an_option_of_the_tracker_is_given(
     capsys, tmp_path, options, method
 ):
-    code, told, _ = run_quamo(capsys, "refine", WALK, "-o", tmp_path / "out.bvh", *options)
-    assert (code, method in told) == (0, True)
+    code, printed, _ = run_quamo(capsys, "refine", WALK, "-o", tmp_path / "out.bvh", *options)
+    assert (code, method in printed) == (0, True)
 
 
 def test_only_bursts_are_smoothed_and_every_other_line_keeps_its_bytes(capsys, tmp_path):
     clip, source, out = read_bvh(WALK), tmp_path / "noisy.bvh", tmp_path / "out.bvh"
     made = noisy(ARM, HAND)
     write_clip(clip, made, source)
-    code, told, err = run_quamo(capsys, "refine", source, "-o", out, "--where", "noisy")
+    code, printed, err = run_quamo(capsys, "refine", source, "-o", out, "--where", "noisy")
     assert (code, err) == (0, "")
     spans = noisy_spans(read_bvh(source).motion)
     start, stop = spans[0].start, spans[0].stop
-    assert f"frames {start}–{stop}: LeftArm, LeftForeArm" in told
+    assert f"frames {start}–{stop}: LeftArm, LeftForeArm" in printed
     before, after = (path.read_bytes().splitlines(keepends=True) for path in (source, out))
     head = len(before) - clip.frames
     changed = [

@@ -307,6 +307,7 @@ def _name(
     """Return a group's name, such as 'Left knee flips and the 2 jumps at its edges'."""
     lead = intervals[members[0]]
     longest = max((intervals[k] for k in members), key=lambda i: i.frames)
+    # Only a series begins with another error than its longest, so there are several more.
     if longest.kind.info.happens and longest.frames >= _FAR_LONGER * lead.frames:
         part = _part(longest, chains[longest.chain], False)
         what = longest.kind.info.happens.format(part=part)

@@ -142,10 +142,13 @@ def burst_sentences(
     if len(spans) > _MOST:
         said.append(f"{len(spans) - _MOST} more bursts of noise are outside the chains.")
     if count:
-        one = "A burst of noise was found (kind 'noise burst'). Smooth it with Track this burst."
+        one = (
+            "A burst of noise was found (kind 'noise burst'). Smooth it with 'Track this burst' in "
+            "the window or with `quamo refine --where noisy`."
+        )
         many = (
-            f"{count} bursts of noise were found (kind 'noise burst'). Smooth them with Track "
-            "this burst."
+            f"{count} bursts of noise were found (kind 'noise burst'). Smooth them with 'Track "
+            "this burst' in the window or with `quamo refine --where noisy`."
         )
         said.insert(0, one if count == 1 else many)
     return tuple(said)

@@ -223,9 +223,8 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
     This is the median over the block of `width` frames that contains the frame.
     """
     blocks = max(len(off) // width, 1)
-    wanted = np.unique(np.clip(frames[:, None] // width + np.arange(-1, 2), 0, blocks - 1))
-    usual = {b: medians(off[b * width : (b + 1) * width], axis=0) for b in wanted.tolist()}
     at = np.minimum(frames // width, blocks - 1).tolist()
+    usual = {b: medians(off[b * width : (b + 1) * width], axis=0) for b in set(at)}
     return np.array([usual[b] for b in at])
 
 
