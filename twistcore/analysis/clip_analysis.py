@@ -445,7 +445,8 @@ class ClipAnalysis:
                 chains = ()  # without confidence, it is unclear which counter-twists to remove
             elif twists := [i for i in self._sure_by(method) if not self.carried_along(i)]:
                 motion = refine(motion, chains, twists)
-            self._carried[method] = analyse_carried_rolls(motion, chains)
+            reuse = motion is not self.motion
+            self._carried[method] = analyse_carried_rolls(motion, chains, reuse=reuse)
         return self._carried[method]
 
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:

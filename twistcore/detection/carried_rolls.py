@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
 from twistcore.detection.consistency.detector import analyse_chains
 from twistcore.detection.consistency.notated import NotatedAnalysis
-from twistcore.detection.evidence.witnesses import PACE, Mask, Witnesses, wrapped
+from twistcore.detection.evidence.witnesses import PACE, Mask, Witnesses, keep_few, wrapped
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.prediction import Index
 from twistcore.skeleton.chain import Chain
@@ -79,7 +79,7 @@ class CarriedRolls:
 class RollsOfChains:
     """A test of whether the child C of a chain rolls with its parent P.
 
-    The signals of a chain are computed on first use.
+    The signals of a chain are computed on first use. In a long clip, only the latest few are kept.
     """
 
     motion: Motion
@@ -90,28 +90,36 @@ class RollsOfChains:
         if not may_carry(chain):
             return False
         if chain.name not in self._signals:
-            self._signals[chain.name] = Witnesses.of(self.motion, chain)
+            known = keep_few(self._signals, self.motion.frames, fewest=2)
+            known[chain.name] = Witnesses.of(self.motion, chain)
         return is_carried(self._signals[chain.name], twist)
 
 
-def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRolls:
+def analyse_carried_rolls(
+    motion: Motion, chains: Iterable[Chain], *, reuse: bool = False
+) -> CarriedRolls:
     """Analyse carried rolls, up to the point where τ is needed.
 
-    `motion` is the motion without its counter-twists, which would be found a second time.
+    `motion` is the motion without its counter-twists, which would be found a second time. If
+    `reuse` is True, its rotations are overwritten, which saves the memory of a copy.
     """
     signals = {}
     for chain in chains:
         if may_carry(chain):
             own = Witnesses.of(motion, chain)
             if _some_edge(own):
-                signals[chain.name] = own, chain
+                signals[chain.name] = own.detached(), chain
+    rotations = motion.rotations if reuse else motion.rotations.copy()
     known: dict[str, ConsistencyAnalysis | NotatedAnalysis] = {}
     for group in _apart([chain for _, chain in signals.values()]):
-        unrolled = without_roll(motion, {chain: signals[chain.name][0] for chain in group})
+        for chain in group:
+            rotations[:, chain.child] = signals[chain.name][0].unrolled
         # Without the roll, C's rotation turns P's axis to C's bone.
         as_twists = [replace(chain, arm=chain.axis) for chain in group]
-        analysis = analyse_chains(unrolled, as_twists, effort=_EFFORT)
-        known |= dict.fromkeys((chain.name for chain in group), analysis)
+        analysis = analyse_chains(motion.with_rotations(rotations), as_twists, effort=_EFFORT)
+        known |= dict.fromkeys((chain.name for chain in group), analysis.detached())
+        for chain in group:
+            rotations[:, chain.child] = signals[chain.name][0].q_child
     return CarriedRolls(known, {name: own for name, (own, _) in signals.items()})
 
 
@@ -132,17 +140,6 @@ def bent_frames(motion: Motion, chain: Chain) -> Mask:
     if not may_carry(chain):
         return np.zeros(motion.frames, dtype=bool)
     return np.asarray(Witnesses.of(motion, chain).bend >= LEAST_BEND)
-
-
-def without_roll(motion: Motion, signals: Mapping[Chain, Witnesses]) -> Motion:
-    """Return the motion without the roll of every C about its own bone.
-
-    No joint may be C of one of these chains and P of another.
-    """
-    rotations = motion.rotations.copy()
-    for chain, own in signals.items():
-        rotations[:, chain.child] = own.unrolled
-    return motion.with_rotations(rotations)
 
 
 def _apart(chains: Iterable[Chain]) -> list[list[Chain]]:

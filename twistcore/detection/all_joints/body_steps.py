@@ -14,7 +14,7 @@ from twistcore.detection.runs import runs
 from twistcore.skeleton.medians import median, medians
 from twistcore.skeleton.motion import Motion, once_each
 from twistcore.skeleton.notation import linear_keys, without_held
-from twistcore.skeleton.people import find_people
+from twistcore.skeleton.people import Person, find_people
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
@@ -91,26 +91,28 @@ def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
     found = (
         one
         for person in find_people(motion.skeleton)
-        for one in _of_person(motion, every[:, person.joints], person.name, first, last)
+        for one in _of_person(motion, every, person, first, last)
     )
     return tuple(sorted(found, key=lambda one: one.start))
 
 
 def _of_person(
-    motion: Motion, step: Array, person: str, first: int, last: int
+    motion: Motion, every: Array, person: Person, first: int, last: int
 ) -> Iterator[BodyStep]:
     """Yield the steps of one person's body.
 
-    `step` is the angle by which each joint of the person turns, in degrees, shape (frames, joints).
+    `every` is the angle by which each joint of the skeleton turns, in degrees, (frames, joints).
     Only frames [first, last) are examined.
     """
-    off = np.abs(step - _pace(step))
-    moves = medians(step, axis=0) > _MOVES
-    if moves.sum() < FEWEST:
+    moving = [j for j in person.joints if median(every[:, j]) > _MOVES]
+    if len(moving) < FEWEST:
         return
     least = _least_step(motion)
-    wanted = max(FEWEST, int(np.ceil(SHARE * moves.sum())))
-    off, step = off[:, moves], step[:, moves]
+    wanted = max(FEWEST, int(np.ceil(SHARE * len(moving))))
+    step = every[:, moving]
+    off = _pace(step)
+    off -= step
+    np.abs(off, out=off)
     suspected = np.flatnonzero((off > least).sum(axis=1) >= wanted)
     suspected = suspected[(suspected >= first) & (suspected < last)]
     if not len(suspected):
@@ -128,7 +130,7 @@ def _of_person(
         share = max(float(over[k].mean()) for k in rows)
         turns = max(median(step[suspected[k]][over[k]]) for k in rows)
         if turns >= _SHOWS:
-            yield BodyStep(start, stop, share, turns, person)
+            yield BodyStep(start, stop, share, turns, person.name)
 
 
 def _pace(step: Array) -> Array:

@@ -216,6 +216,10 @@ class ConsistencyAnalysis:
     # keyed by id: the interval, kept alive, the judged interval, and whether it is motion
     _judged: dict[int, tuple[Interval, Interval, bool]] = field(default_factory=dict)
 
+    def detached(self) -> ConsistencyAnalysis:
+        """Return the analysis without references to the motion, which can then be freed."""
+        return replace(self, witnesses={n: own.detached() for n, own in self.witnesses.items()})
+
     def automatic_tau(self, chain: str) -> float:
         """Return the automatic τ of a chain, max(1.5°, 6·median σ), in radians."""
         return self.chains[chain].automatic_tau()

@@ -42,6 +42,11 @@ class NotatedAnalysis:
     fine: ConsistencyAnalysis | None = None
     _known: dict[Interval, Interval] = field(default_factory=dict)  # a cache
 
+    def detached(self) -> NotatedAnalysis:
+        """Return the analysis without references to the motion, except for the kept frames."""
+        fine = self.fine and self.fine.detached()
+        return replace(self, coarse=self.coarse.detached(), fine=fine)
+
     def automatic_tau(self, chain: str) -> float:
         """Return the automatic τ of a chain, in radians.
 

@@ -7,7 +7,7 @@ angles are in degrees.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -74,6 +74,11 @@ class Witnesses:
         hinged = chain.grandchild >= 0
         segment = chain.segment if chain.ends else ""  # pieces of a bone have no joint between them
         return cls(q_parent, q_child, chain.axis, chain.arm, hinged, motion.fps, segment, noise)
+
+    def detached(self) -> Witnesses:
+        """Return the signals with rotations of their own, so that they do not keep the motion."""
+        q_parent, q_child = self.q_parent.copy(), self.q_child.copy()
+        return replace(self, q_parent=q_parent, q_child=q_child, _series={})
 
     @property
     def frames(self) -> int:
@@ -195,12 +200,13 @@ class Witnesses:
         return np.asarray(np.minimum(before, after) > ALONG)
 
 
-def keep_few(made: dict[_K, _V], frames: int) -> dict[_K, _V]:
+def keep_few(made: dict[_K, _V], frames: int, fewest: int = _FEWEST_KEPT) -> dict[_K, _V]:
     """Remove the oldest entries of a cache until there is room for one more, and return the cache.
 
-    `frames` is the length of the arrays in the cache.
+    `frames` is the length of the arrays in the cache. It keeps at least `fewest` entries, including
+    the new one.
     """
-    while len(made) >= max(_FEWEST_KEPT, _KEPT // max(frames, 1)):
+    while len(made) >= max(fewest, _KEPT // max(frames, 1)):
         del made[next(iter(made))]
     return made
 
