@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.folder.informative_intervals import InformativeIntervals
 from inspector.folder.queue import FolderQueue
 from inspector.folder.queued_clip import ClipState, QueuedClip, reason_text
 from inspector.language import plural, tr, tr_as
@@ -189,9 +190,15 @@ class ClipsPanel(QWidget):
 
     chosen = Signal(object)  # Path
 
-    def __init__(self, queue: FolderQueue, document: Document, colours: Colours) -> None:
+    def __init__(
+        self,
+        queue: FolderQueue,
+        document: Document,
+        colours: Colours,
+        informative: InformativeIntervals,
+    ) -> None:
         super().__init__()
-        self._queue, self._document = queue, document
+        self._queue, self._document, self._informative = queue, document, informative
         self._model = _ClipModel(colours)
         self._order: tuple[int, bool] | None = None  # column, descending; None is worst first
         self.table = RowTable(self._model, room=2)
@@ -211,16 +218,18 @@ class ClipsPanel(QWidget):
         self.bar = QProgressBar(textVisible=False)
         self.bar.setAccessibleName(tr("Clips analysed"))
         self.bar.setMaximumHeight(6)
-        self.status, self.tau = soft(QLabel()), soft(QLabel())
-        for label in (self.status, self.tau):  # a long text must not widen the dock
+        self.status, self.tau, self.precision = soft(QLabel()), soft(QLabel()), soft(QLabel())
+        for label in (self.status, self.tau, self.precision):  # a long text must not widen the dock
             label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.stop = QPushButton(tr("Stop"))
         self.stop.setToolTip(tr("Stop analysing; the results so far are kept"))
         self.stop.clicked.connect(queue.cancel)
         above = hbox((self.text, 1), self.wanted, margins=(4, 2, 4, 0))
         foot = hbox((self.status, 1), self.stop, margins=(4, 0, 4, 0))
+        self.precision.setWordWrap(True)
         under = hbox((self.tau, 1), margins=(4, 0, 4, 0))
-        parts = (above, (self.table, 1), self.bar, foot, under)
+        last = hbox((self.precision, 1), margins=(4, 0, 4, 0))
+        parts = (above, (self.table, 1), self.bar, foot, under, last)
         vbox(*parts, owner=self, margins=(0, 0, 0, 3), spacing=2)
         # Enter or a double click. With `doubleClicked` too, a clip would open twice.
         self.table.activated.connect(lambda at: self.chosen.emit(self._model.things[at.row()].path))
@@ -229,12 +238,14 @@ class ClipsPanel(QWidget):
         queue.changed.connect(self._take_news)
         queue.finished.connect(self._refresh)
         queue.profile_changed.connect(self._refresh)
+        informative.changed.connect(self._show_precision)
         document.opened.connect(self._mark_open)
         self._count = QTimer(self, singleShot=True, interval=_COUNT_MS)
         self._count.timeout.connect(self._count_open)
         document.opened.connect(self._count_open)
         document.intervals_changed.connect(self._count.start)
         self._refresh()
+        self._show_precision()
 
     def sizeHint(self) -> QSize:
         """Return a size with space for a few rows."""
@@ -351,6 +362,11 @@ class ClipsPanel(QWidget):
         )
         parts += [f"{count} {what}" for count, what in counts if count]
         return "; ".join(parts)
+
+    def _show_precision(self) -> None:
+        text = self._informative.words()
+        self.precision.setText(text)
+        self.precision.setVisible(bool(text))
 
     def _mark_open(self) -> None:
         data = self._document.data

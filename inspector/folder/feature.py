@@ -15,6 +15,8 @@ from inspector.feature import (
 )
 from inspector.folder.clips_panel import ClipsPanel
 from inspector.folder.folder_actions import FolderActions
+from inspector.folder.informative_intervals import InformativeIntervals
+from inspector.folder.informative_step import InformativeStep
 from inspector.folder.queue import FolderQueue
 from inspector.folder.remembered_folders import NEXT_AFTER_EXPORT
 from inspector.language import tr
@@ -25,7 +27,9 @@ class Folder(FeatureParts):
 
     def __init__(self, window: HostWindow) -> None:
         self.queue = FolderQueue(parent=window)
-        self.clips = ClipsPanel(self.queue, window.document, window.colours)
+        self.informative = InformativeIntervals(self.queue, window.document, window)
+        self.clips = ClipsPanel(self.queue, window.document, window.colours, self.informative)
+        self.informative_step = InformativeStep(self.informative, self.queue, window)
         self.clips.chosen.connect(window.open_path)
 
     def connect(self, window: HostWindow) -> None:
@@ -50,12 +54,20 @@ _FILE: tuple[ActionRow[Folder] | None, ...] = (
                tr("Write the report of a folder made by `twistcore batch`, with your decisions"),
                do=lambda p: p.folder_actions.write_report()),
 )
+_GO: tuple[ActionRow[Folder] | None, ...] = (
+    ActionSpec("next_informative", tr("Next informative interval"), ("Shift+M",),
+               tr("The automatic correction in the folder whose verdict tells most about the rest"),
+               do=lambda p: p.informative_step.next()),
+)
 # fmt: on
 
 feature = Feature(
     "folder",
     Folder,
-    rows=(MenuRows("File", _FILE, after="export_at_once"),),
+    rows=(
+        MenuRows("File", _FILE, after="export_at_once"),
+        MenuRows("Go", _GO, after="next_faint"),
+    ),
     panels=(
         DockPanel(
             "clips",

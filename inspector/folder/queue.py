@@ -375,6 +375,7 @@ class FolderQueue(QObject):
                 unchecked=bool(answer.unchecked),
                 missing=answer.missing_frames,
                 unexamined=answer.unexamined,
+                automatic=answer.automatic,
             )
 
     def _end(self, worker: _Worker, reason: str) -> None:

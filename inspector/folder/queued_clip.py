@@ -7,6 +7,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from inspector.language import of_core, tr
+from twistcore.tuning.stated_precision import AutomaticCorrection
 
 GONE = "no longer in the folder"
 FAR_AWAY = "not on a disk of this machine; open a copy of it"
@@ -47,6 +48,7 @@ class QueuedClip:
     - waits: True if there are unsaved decisions that can be restored
     - missing: number of frames that the header declares but the file does not contain
     - unexamined: number of arms and legs without a chain
+    - automatic: the automatic corrections, empty if the results come from a batch
     """
 
     path: Path
@@ -61,6 +63,7 @@ class QueuedClip:
     label: str = ""
     missing: int = 0
     unexamined: int = 0
+    automatic: tuple[AutomaticCorrection, ...] = ()
 
     @property
     def title(self) -> str:

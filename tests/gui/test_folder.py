@@ -11,6 +11,7 @@ import pytest
 from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer
 
 from inspector.folder.clips_panel import ClipsPanel
+from inspector.folder.informative_intervals import InformativeIntervals
 from inspector.folder.queue import FolderQueue
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.session.document import Document
@@ -152,7 +153,9 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
     assert queue.totals == (1, 3, 2, 5), "clips with nothing to decide are not among those decided"
     failed = known("f", -1.0)
     queue.clips[failed] = replace(queue.clips[failed], state=ClipState.FAILED)
-    panel = ClipsPanel(queue, Document(), Colours(LIGHT))
+    document = Document()
+    informative = InformativeIntervals(queue, document)
+    panel = ClipsPanel(queue, document, Colours(LIGHT), informative)
     told = "1 of 3 clips, 2 of 5 intervals decided; 1 clean; 1 partly checked; 1 cut short; "
     told += "1 not checked; 1 failed"
     assert panel.status.text() == told

@@ -8,6 +8,7 @@ from PySide6.QtGui import QAccessible
 from PySide6.QtWidgets import QAbstractSpinBox, QComboBox, QWidget
 
 from inspector.folder.clips_panel import ClipsPanel
+from inspector.folder.informative_intervals import InformativeIntervals
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.panels.end_choice import EndChoice
 from inspector.panels.history_panel import HistoryPanel
@@ -27,7 +28,8 @@ def name(widget):
 
 
 def test_bars_and_ticks_of_the_table_of_clips_are_said(qtbot, queue):
-    panel = ClipsPanel(queue, Document(), Colours(DARK))
+    document = Document()
+    panel = ClipsPanel(queue, document, Colours(DARK), InformativeIntervals(queue, document))
     qtbot.addWidget(panel)
     path = Path("walk.bvh")
     clip = QueuedClip(

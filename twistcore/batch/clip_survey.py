@@ -16,6 +16,7 @@ from twistcore.formats.reading import read_clip
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.tuning import Profile
+from twistcore.tuning.stated_precision import AutomaticCorrection, corrections_in
 from twistcore.work.processes import each, reason
 from twistcore.work.progress import Tell
 
@@ -44,6 +45,8 @@ class ClipSurvey:
         Number of frames that the header declares but the file does not have.
     unexamined : int
         Number of arms and legs that no chain examines.
+    automatic : tuple of AutomaticCorrection
+        The intervals that are corrected automatically, with their confidences.
 
     Examples
     --------
@@ -62,6 +65,7 @@ class ClipSurvey:
     unchecked: str = ""
     missing_frames: int = 0
     unexamined: int = 0
+    automatic: tuple[AutomaticCorrection, ...] = ()
 
 
 def survey(
@@ -78,8 +82,17 @@ def survey(
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps
     bad, missing = severity(found), clip.missing_frames
-    left_out = len(analysis.unexamined)
-    return ClipSurvey(path, frames, fps, len(found), bad, "", found.not_examined, missing, left_out)
+    return ClipSurvey(
+        path,
+        frames,
+        fps,
+        len(found),
+        bad,
+        unchecked=found.not_examined,
+        missing_frames=missing,
+        unexamined=len(analysis.unexamined),
+        automatic=corrections_in(found),
+    )
 
 
 def survey_folder(

@@ -1,0 +1,165 @@
+"""The automatic corrections of a folder, in the order in which verdicts say most about the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from inspector.folder.queue import FolderQueue
+from inspector.folder.queued_clip import QueuedClip
+from inspector.language import plural, tr
+from inspector.session.document import Document
+from inspector.session.session_files import kept_sessions, written
+from inspector.widgets.background import OneTask
+from twistcore.errors import TwistError
+from twistcore.review import read_session
+from twistcore.tuning.stated_precision import (
+    ENOUGH_STATED,
+    AutomaticCorrection,
+    StatedPrecision,
+    informative_order,
+    stated_precision,
+    verdicts_on,
+)
+from twistcore.work.progress import Tell
+
+_SETTLE_MS = 400  # wait until a series of verdicts or results has ended
+
+_Verdicts = tuple[bool | None, ...]
+_Known = dict[tuple[Path, int], _Verdicts]  # by session and time
+
+
+@dataclass(frozen=True)
+class Informative:
+    """An automatic correction of a clip, with the verdict on it, or None."""
+
+    path: Path
+    correction: AutomaticCorrection
+    verdict: bool | None
+
+
+class InformativeIntervals(QObject):
+    """Orders the automatic corrections of a folder and estimates how many of them are errors.
+
+    Sessions are read in the background, once the whole folder has been analysed. The signal `found`
+    is emitted after :meth:`look` with the next correction to judge, or None.
+    """
+
+    changed = Signal()
+    found = Signal(object)  # Informative | None
+
+    def __init__(
+        self, queue: FolderQueue, document: Document, parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._queue, self._document = queue, document
+        self.ordered: tuple[Informative, ...] = ()
+        self.stated: StatedPrecision | None = None
+        self._cache: _Known = {}
+        self._asked = False
+        self._task = OneTask(self)
+        self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
+        self._settle.timeout.connect(self._start)
+        for signal in (queue.changed, queue.finished, document.intervals_changed):
+            signal.connect(self._wait)
+
+    @property
+    def verdicts(self) -> int:
+        """The number of automatic corrections with a verdict."""
+        return sum(one.verdict is not None for one in self.ordered)
+
+    def look(self) -> None:
+        """Ask for the next correction to judge, see the signal `found`."""
+        self._asked = True
+        self._start()
+
+    def words(self) -> str:
+        """Return a sentence about the precision of the corrections that nobody has judged."""
+        if (stated := self.stated) is not None:
+            return tr(
+                "About {share:.0f} % of the other {left} automatic corrections are right "
+                "({low:.0f}–{high:.0f} %, from {n} verdicts).",
+                share=100.0 * stated.share,
+                left=stated.left,
+                low=100.0 * stated.low,
+                high=100.0 * stated.high,
+                n=stated.verdicts,
+            )
+        missing = ENOUGH_STATED - self.verdicts
+        if not self.verdicts or len(self.ordered) <= ENOUGH_STATED or missing <= 0:
+            return ""
+        return plural(
+            "{n} more verdict shows how reliable the automatic corrections are.",
+            "{n} more verdicts show how reliable the automatic corrections are.",
+            missing,
+        )
+
+    def _wait(self) -> None:
+        if self._queue.folder is None or self._queue.running:
+            self._show(())
+        else:
+            self._settle.start()
+
+    def _start(self) -> None:
+        self._settle.stop()
+        if self._queue.folder is None or self._queue.running:
+            self._show(())
+            self._answer()
+            return
+        data, state = self._document.data, self._document.review.state
+        clips = sorted((c for c in self._queue.clips.values() if c.automatic), key=lambda c: c.path)
+        own = {
+            c.path: verdicts_on(c.automatic, state)
+            for c in clips
+            if data is not None and c.path == data.clip.path
+        }
+        self._task.run(partial(_judged, clips, own, dict(self._cache)), self._take)
+
+    def _take(self, result: tuple[tuple[Informative, ...], _Known]) -> None:
+        ordered, self._cache = result
+        self._show(ordered)
+        self._answer()
+
+    def _show(self, ordered: tuple[Informative, ...]) -> None:
+        self.ordered = ordered
+        confidence = np.array([one.correction.confidence for one in ordered])
+        verdicts = [one.verdict for one in ordered]
+        self.stated = stated_precision(confidence, verdicts, ENOUGH_STATED)
+        self.changed.emit()
+
+    def _answer(self) -> None:
+        if self._asked:
+            self._asked = False
+            self.found.emit(next((one for one in self.ordered if one.verdict is None), None))
+
+
+def _judged(
+    clips: Sequence[QueuedClip], own: Mapping[Path, _Verdicts], known: _Known, tell: Tell
+) -> tuple[tuple[Informative, ...], _Known]:
+    """Return the corrections of all clips in informative order, and the cache of verdicts.
+
+    `own` has the verdicts on the open clip, whose session may be older than its review.
+    """
+    rows: list[Informative] = []
+    still = _Known()
+    for k, clip in enumerate(clips):
+        tell(k / len(clips))
+        verdicts = own.get(clip.path, (None,) * len(clip.automatic))
+        if clip.path not in own and (sessions := kept_sessions(clip.path)):
+            key = sessions[0], written(sessions[0])
+            if key not in known:
+                try:
+                    known[key] = verdicts_on(clip.automatic, read_session(sessions[0]).state)
+                except TwistError:  # the clip's row in the table shows that it cannot be read
+                    known[key] = verdicts
+            verdicts = still[key] = known[key]
+        rows += (
+            Informative(clip.path, *pair) for pair in zip(clip.automatic, verdicts, strict=False)
+        )
+    order = informative_order(np.array([one.correction.confidence for one in rows]))
+    return tuple(rows[k] for k in order), still

@@ -1,0 +1,70 @@
+"""Judge a folder in the order in which verdicts say most about its automatic corrections."""
+
+from inspector.session.settings import Settings
+from tests.gui.folders import two_takes
+from tests.gui.windows import act
+from twistcore.review import Decision
+from twistcore.tuning.stated_precision import informative_order
+
+
+def test_the_next_informative_interval_is_opened_in_any_clip(qtbot, show_window, tmp_path):
+    window = two_takes(qtbot, show_window, tmp_path)
+    informative, document = window.informative, window.document
+    qtbot.waitUntil(lambda: len(informative.ordered) > 3, timeout=60_000)
+    assert not window.clips.precision.isVisible()  # nothing is judged yet
+    clips = {one.path for one in informative.ordered}
+    assert len(clips) == 2
+    by_clip = [c for p in sorted(clips) for c in window.queue.clips[p].automatic]
+    confidence = [c.confidence for c in by_clip]
+    wanted = [by_clip[k] for k in informative_order(confidence)]
+    assert [one.correction for one in informative.ordered] == wanted
+
+    seen = []
+    for _ in range(4):
+        with qtbot.waitSignal(informative.found, timeout=60_000) as found:
+            act(window, "next_informative")
+        (one,) = found.args
+        qtbot.waitUntil(lambda one=one: _selects(document, one), timeout=60_000)
+        seen.append(one)
+        document.decide(Decision.REJECTED, [document.interval_id])
+        window.files.save_session()
+    assert [s.correction for s in seen] == wanted[:4]
+    qtbot.waitUntil(lambda: informative.verdicts == 4, timeout=60_000)
+
+
+def test_the_precision_of_the_rest_is_stated_after_enough_verdicts(
+    qtbot, show_window, tmp_path, monkeypatch
+):
+    window = two_takes(qtbot, show_window, tmp_path)
+    informative = window.informative
+    qtbot.waitUntil(lambda: len(informative.ordered) > 3, timeout=60_000)
+    monkeypatch.setattr("inspector.folder.informative_intervals.ENOUGH_STATED", 2)
+    for _ in range(2):
+        with qtbot.waitSignal(informative.found, timeout=60_000) as found:
+            act(window, "next_informative")
+        (one,) = found.args
+        qtbot.waitUntil(lambda one=one: _selects(window.document, one), timeout=60_000)
+        window.document.decide(Decision.ACCEPTED, [window.document.interval_id])
+    qtbot.waitUntil(lambda: informative.stated is not None, timeout=60_000)
+    assert informative.stated.verdicts == 2
+    assert informative.stated.left == len(informative.ordered) - 2
+    assert window.clips.precision.isVisible()
+    assert f"{informative.stated.left}" in window.clips.precision.text()
+
+
+def test_without_a_folder_the_reason_is_shown(qtbot, show_window):
+    window = show_window(Settings())
+    act(window, "next_informative")
+    qtbot.waitUntil(lambda: bool(window.bar.label.text()))
+
+
+def _selects(document, one):
+    judged, data = document.interval, document.data
+    return (
+        data is not None
+        and data.clip.path == one.path
+        and judged is not None
+        and judged.interval.chain == one.correction.chain
+        and judged.interval.start < one.correction.stop
+        and one.correction.start < judged.interval.stop
+    )

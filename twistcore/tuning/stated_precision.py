@@ -1,0 +1,119 @@
+"""Estimate from a few verdicts how many automatic corrections of a folder are real errors.
+
+Verdicts on the worst intervals say little about the rest, because large errors are more often real.
+Therefore :func:`informative_order` spreads the first verdicts evenly over all confidences. The map
+of `learned_confidence.py`, fitted to these verdicts, then gives the precision of the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from twistcore.analysis.correction.twist_removal import automatic_corrections
+from twistcore.detection.interval import Interval
+from twistcore.review.model import APPLIED, Decision, ReviewState
+from twistcore.skeleton.rotation import Array
+from twistcore.tuning.learned_confidence import Seen, learned
+from twistcore.tuning.verdict_curve import wilson
+from twistcore.work.frozen import dataclass
+
+ENOUGH_STATED = 30  # minimum number of verdicts
+
+
+@dataclass(frozen=True)
+class AutomaticCorrection:
+    """An interval that is corrected automatically, in frames [start, stop)."""
+
+    chain: str
+    start: int
+    stop: int
+    confidence: float
+
+
+@dataclass(frozen=True)
+class StatedPrecision:
+    """The estimated precision of the automatic corrections without a verdict.
+
+    Attributes
+    ----------
+    share
+        Estimated fraction of real errors, 0…1, with the limits of its 90 % confidence interval,
+        `low` and `high`.
+    verdicts
+        Number of verdicts used for the estimate.
+    left
+        Number of automatic corrections without a verdict.
+    """
+
+    share: float
+    low: float
+    high: float
+    verdicts: int
+    left: int
+
+
+def corrections_in(found: Iterable[Interval]) -> tuple[AutomaticCorrection, ...]:
+    """Return the intervals that are corrected automatically and have a confidence."""
+    return tuple(
+        AutomaticCorrection(i.chain, i.start, i.stop, i.confidence)
+        for i in automatic_corrections(found)
+        if i.confidence is not None
+    )
+
+
+def verdicts_on(
+    corrections: Sequence[AutomaticCorrection], state: ReviewState
+) -> tuple[bool | None, ...]:
+    """Return a person's verdict on each correction: True if accepted, None if undecided.
+
+    Intervals that were accepted in bulk or applied automatically have no verdict.
+    """
+    decided = [
+        j
+        for j in state.intervals
+        if j.decision != Decision.UNDECIDED and j.verdict != APPLIED and not j.in_bulk
+    ]
+    out: list[bool | None] = []
+    for one in corrections:
+        own = (j for j in decided if j.interval.chain == one.chain)
+        meets = (j for j in own if j.interval.start < one.stop and one.start < j.interval.stop)
+        verdict = next(meets, None)
+        out.append(None if verdict is None else verdict.decision == Decision.ACCEPTED)
+    return tuple(out)
+
+
+def informative_order(confidence: Array) -> list[int]:
+    """Return the order, as indices, in which verdicts on corrections say most about the others.
+
+    The first verdicts are always spread evenly over the corrections sorted by `confidence`, (n,), in
+    the sequence of van der Corput. Corrections of equal confidence keep their order.
+    """
+    if not (count := len(confidence)):
+        return []
+    by_confidence = np.argsort(confidence, kind="stable")
+    bits = max(count - 1, 1).bit_length()
+    places = (int(f"{k:0{bits}b}"[::-1], 2) * count >> bits for k in range(1 << bits))
+    return [int(by_confidence[place]) for place in dict.fromkeys(places)]
+
+
+def stated_precision(
+    confidence: Array, verdicts: Sequence[bool | None], least: int = ENOUGH_STATED
+) -> StatedPrecision | None:
+    """Return the estimated precision of the corrections without a verdict.
+
+    `confidence` and `verdicts` belong to the same corrections, (n,). The result is None if there
+    are fewer than `least` verdicts, or no correction without one.
+    """
+    known = np.array([v is not None for v in verdicts], dtype=bool)
+    count, left = int(known.sum()), int((~known).sum())
+    if count < least or not left:
+        return None
+    accepted = np.array([v for v in verdicts if v is not None], dtype=bool)
+    adjusted = learned(Seen(confidence[known], accepted, np.zeros(count)))
+    share = float(adjusted.of(confidence[~known]).mean())
+    # The rest is a finite sample, too: both are drawn from the corrections of such clips.
+    size = 1.0 / (1.0 / count + 1.0 / left)
+    low, high = wilson(np.array(share * size), np.array(size))
+    return StatedPrecision(share, float(low), float(high), count, left)
