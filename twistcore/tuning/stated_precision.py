@@ -87,7 +87,7 @@ def verdicts_on(
 def informative_order(confidence: Array) -> list[int]:
     """Return the order, as indices, in which verdicts on corrections say most about the others.
 
-    The first verdicts are always spread evenly over the corrections sorted by `confidence`, (n,), in
+    The first verdicts are always spread evenly over the corrections sorted by `confidence`, (n,).
     the sequence of van der Corput. Corrections of equal confidence keep their order.
     """
     if not (count := len(confidence)):
