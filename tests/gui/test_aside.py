@@ -256,6 +256,7 @@ def test_what_a_lesson_leaves_open_without_a_clip_of_ones_own_is_to_look_at(
     assert not window.bar.asks
 
 
+@pytest.mark.thorough
 def test_a_borrowed_clip_with_other_chains_is_still_borrowed(
     qtbot, show_window, tmp_path, monkeypatch
 ):

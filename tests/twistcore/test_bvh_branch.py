@@ -109,6 +109,7 @@ def test_a_jump_that_must_stay_is_reported():
     np.testing.assert_allclose(steps, 0.0, atol=1e-12)  # and none but that
 
 
+@pytest.mark.thorough
 def test_a_long_run_with_a_turn_left_over_is_quick():
     t = np.linspace(0, 2 * np.pi, 3000)
     angles = np.stack([t, 0.3 * np.sin(t), 0 * t], axis=1)

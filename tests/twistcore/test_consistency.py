@@ -179,6 +179,7 @@ def test_a_soft_onset_is_followed(ramp):
     assert_found(found_in(WALK, error), error)
 
 
+@pytest.mark.thorough
 @parametrize("name", ["walk", "dance", "basketball"])
 def test_ramps_at_60_hz_do_not_hide_themselves(name):
     """Every 2nd frame: where the first pass takes a ramp for motion, σ hides it for good."""
