@@ -104,6 +104,7 @@ def test_documents_hold_the_number(tmp_path, capsys):
 
 
 @pytest.mark.thorough
+@pytest.mark.usefixtures("batch_here")
 def test_a_batch_lists_them_and_a_rule_fails(tmp_path, capsys):
     folder, out, table = tmp_path / "in", tmp_path / "out", tmp_path / "t.csv"
     folder.mkdir()
@@ -139,6 +140,7 @@ def test_rules_count_them_by_clip_or_over_the_run(rule, value):
     assert broken([parse_rule("missing-frames>0")], [older]) == []
 
 
+@pytest.mark.usefixtures("batch_here")
 def test_any_number_that_a_header_declares_can_be_noted(tmp_path, capsys):
     path = cut(tmp_path)
     path.write_bytes(path.read_bytes().replace(b"Frames: 344", b"Frames: 999999999999999999"))

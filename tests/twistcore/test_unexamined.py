@@ -218,6 +218,7 @@ def test_a_t_pose_at_the_border_is_no_note(clip):
 # -- batches ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("batch_here")
 def test_a_batch_lists_them_and_rules_fail(clips, tmp_path, capsys):
     out, table, lines = tmp_path / "out", tmp_path / "t.csv", tmp_path / "t.jsonl"
     words = ["batch", clips, "-o", out, "--workers", 1, "--csv", table, "--jsonl", lines]
