@@ -201,6 +201,7 @@ def test_verdicts_for_a_class_are_asked_about_where_they_are_newer(of_a_class, t
     assert document.borrowed is None
 
 
+@pytest.mark.thorough
 def test_handing_in_on_the_way_out_closes_the_window(qtbot, of_a_class, tmp_path):
     window = of_a_class
     window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])

@@ -252,7 +252,7 @@ def test_what_is_no_manifest_is_said(tmp_path, capsys):
     assert (tmp_path / "manifest.sqlite").read_text() == "somebody's"
 
 
-@pytest.mark.parametrize(
+@parametrize(
     ("words", "said"),
     [
         ((), "--from"),
@@ -262,6 +262,7 @@ def test_what_is_no_manifest_is_said(tmp_path, capsys):
         (("x", "--fail-if", "severity"), "'severity'"),
         (("x", "--scheduler", "tcp://127.0.0.1:9"), "tcp://127.0.0.1:9"),
     ],
+    quick=3,
 )
 def test_wrong_words_are_refused(tmp_path, monkeypatch, capsys, words, said):
     monkeypatch.chdir(tmp_path)

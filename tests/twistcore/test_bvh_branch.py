@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from tests.tiers import examples
+from tests.tiers import examples, parametrize
 from tests.twistcore.strategies import orders, quaternions
 from twistcore.cli import main
 from twistcore.formats.bvh import parse_bvh, read_bvh, write_motion
@@ -158,7 +158,7 @@ def furthest(before, after):
 
 
 @pytest.mark.parametrize("beyond", [False, True])
-@pytest.mark.parametrize("words", [["--causal"], [], ["--method", "spline"]])
+@parametrize("words", [["--causal"], [], ["--method", "spline"]], quick=2)
 def test_a_clip_tracked_from_its_first_frame_keeps_its_curves(beyond, words, tmp_path):
     clip, out = clip_of(tmp_path / "in.bvh", beyond=beyond), tmp_path / "out.bvh"
     assert main(["quamo", "refine", str(clip.path), "-o", str(out), *words]) == 0

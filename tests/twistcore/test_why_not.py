@@ -65,9 +65,9 @@ def only_one(found, name, frame):
     return reason
 
 
-@pytest.mark.parametrize("share", [1.0, 0.5, 0.1])
+@parametrize("share", [1.0, 0.5, 0.1], quick=2)
 @pytest.mark.parametrize("method", ["consistency", "paper"])
-@pytest.mark.parametrize("clip", CLIPS)
+@parametrize("clip", CLIPS, quick=2)
 def test_every_peak_past_tau_has_a_reason_that_the_curve_bears_out(clip, method, share):
     analysis = analyse(read_bvh(ASSETS / f"{clip}.bvh"))
     automatic = analysis.detect(method).tau
