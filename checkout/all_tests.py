@@ -38,6 +38,7 @@ ALL_MINUTES = "15 to 25 minutes on two cores"
 EXAMPLES = "TWIST_INSPECTOR_EXAMPLES"  # set by the user, it overrides the tier's profile
 NO_TESTS = 5  # the exit status of pytest if no test was selected
 CORE_PARTS = 8
+GROUP = 8  # modules of window tests in a process, if each takes a few seconds
 
 
 @dataclass(frozen=True)
@@ -46,13 +47,15 @@ class Tier:
 
     - words: the arguments for pytest
     - examples: the profile of Hypothesis, see tests/conftest.py
+    - group: the number of modules of window tests that share a process
     """
 
     words: tuple[str, ...]
     examples: str
+    group: int = 1
 
 
-QUICK = Tier(("-m", "not thorough"), "quick")
+QUICK = Tier(("-m", "not thorough"), "quick", GROUP)
 ALL = Tier((), "patient")
 
 
@@ -71,9 +74,10 @@ class Outcome:
 def run_all(*, everything: bool = False) -> int:
     """Run the quick tests, or all tests, and return the exit status.
 
-    Every module of window tests runs in its own process, and three processes run at a time, each
-    with its own virtual screen. If there is a real screen, the window tests run one after another,
-    because several windows would receive each other's keys. The other tests run at the same time.
+    Every module of window tests runs in its own process, but the quick tests of several short
+    modules share one. Two processes run at a time for each core, each with its own virtual screen.
+    If there is a real screen, the window tests run one after another, because several windows would
+    receive each other's keys. The other tests run at the same time.
     """
     if everything:
         say(f"All tests take {ALL_MINUTES}; dev.py test runs the quick ones.")
@@ -86,16 +90,17 @@ def run_all(*, everything: bool = False) -> int:
 
     def run_twice(part: list[str], parent: Parent | None) -> None:
         with tempfile.TemporaryFile() as output:
-            done = run_part(part, output, parent, tier)
-            if done is None and not given_up:  # it crashed, or pytest stopped it after a timeout
-                notes.append(f"{part[0]}: its process did not come to its end and was run again.")
-                done = run_part(part, output, parent, tier)
+            outcomes = {part[0]: run_part(part, output, parent, tier)}
+            if outcomes[part[0]] is None and not given_up:  # a crash, or a timeout of pytest
+                again = [[module] for module in part] if len(part) <= GROUP else [part]
+                names = ", ".join(part if len(part) <= GROUP else part[:1])
+                notes.append(f"{names}: the process did not come to its end and was run again.")
+                outcomes = {few[0]: run_part(few, output, parent, tier) for few in again}
             output.seek(0)
             say(output.read().decode(errors="replace"))
-        if done is None:
-            done = Outcome(collections.Counter(failed=1), [f"{part[0]}: its process crashed."])
-        whole.counts.update(done.counts)
-        whole.failures.extend(done.failures)
+        for name, done in outcomes.items():
+            whole.counts.update(done.counts if done else {"failed": 1})
+            whole.failures.extend(done.failures if done else [f"{name}: its process crashed."])
 
     def lane(*queues: Iterator[tuple[list[str], Parent | None]]) -> None:
         for queue in queues:  # all lanes share each queue
@@ -103,13 +108,14 @@ def run_all(*, everything: bool = False) -> int:
                 if not given_up:
                     run_twice(part, parent)
 
-    with parent_of_tests() as parent, ThreadPoolExecutor(3) as lanes:
-        modules = window_tests() if everything else [m for m in window_tests() if has_quick(m)]
-        windows = iter([([module], parent) for module in modules])
+    with parent_of_tests() as parent, ThreadPoolExecutor(count := number_of_lanes()) as lanes:
+        windows = iter([(part, parent) for part in window_parts(tier)])
         core = iter([(part, None) for part in core_tests()])
         # Window tests are idle half of the time, so more processes than cores are useful.
         queues = (
-            [(core,), (windows,)] if has_screen() else [(core, windows), *[(windows, core)] * 2]
+            [(core,), (windows,)]
+            if has_screen()
+            else [(core, windows), *[(windows, core)] * (count - 1)]
         )
         running = [lanes.submit(lane, *these) for these in queues]
         try:
@@ -146,6 +152,29 @@ def window_tests() -> list[str]:
     files = sorted(places.ROOT.glob("tests/gui/test_*.py"))
     files.sort(key=lambda file: [name not in file.name for name in LONG])
     return [file.relative_to(places.ROOT).as_posix() for file in files]
+
+
+def window_parts(tier: Tier) -> list[list[str]]:
+    """Return the modules of window tests in the parts that run in one process each.
+
+    In the quick tier, modules without quick tests are left out. The slow modules run alone, and
+    the parts with several modules come first.
+    """
+    modules = [m for m in window_tests() if tier is ALL or has_quick(m)]
+    alone = [[m] for m in modules if is_long(m) or tier.group == 1]
+    short = modules[len(alone) :]
+    count = -(-len(short) // tier.group)
+    return [*(short[k::count] for k in range(count)), *alone]
+
+
+def is_long(module: str) -> bool:
+    """Return True for a slow module of window tests."""
+    return any(name in module for name in LONG)
+
+
+def number_of_lanes() -> int:
+    """Return how many processes with tests run at a time: two for each core, at most eight."""
+    return max(3, min(8, 2 * (os.cpu_count() or 1)))
 
 
 def has_quick(module: str) -> bool:
@@ -185,7 +214,14 @@ def run_part(
     """
     with tempfile.TemporaryDirectory(prefix="twist-inspector-") as folder, screen() as env:
         report = Path(folder) / "report.xml"
-        words = ["-m", "pytest", f"--junitxml={report}", *tier.words, *part]
+        words = [
+            "-m",
+            "pytest",
+            f"--junitxml={report}",
+            "--continue-on-collection-errors",
+            *tier.words,
+            *part,
+        ]
         env = {EXAMPLES: tier.examples, **env}
         forked = run_forked(parent, words, env, output) if parent and output else None
         command = [str(places.PYTHON), *words]

@@ -14,6 +14,7 @@ from hypothesis import settings
 
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip
+from twistcore.work.processes import each
 
 # A machine that is busy with something else is no reason to fail. The examples of properties are
 # the same in every run, a quarter of them in the quick one; TWIST_INSPECTOR_EXAMPLES=random takes
@@ -52,6 +53,17 @@ def walk() -> Clip:
 @pytest.fixture(scope="session")
 def dirty_walk() -> Clip:
     return read_bvh(ASSETS / "walk_injected.bvh")
+
+
+@pytest.fixture
+def batch_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`twistcore batch` takes clips in this process, because to start another takes a second."""
+    from twistcore.batch.clip_task import process
+
+    def in_this_process(tasks, seconds, *, workers):
+        return each(process, tasks, 1)
+
+    monkeypatch.setattr("twistcore.cli.batch_command._in_processes", in_this_process)
 
 
 @pytest.fixture(scope="session", params=["walk", "dance", "basketball", "walk_injected"])

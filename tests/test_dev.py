@@ -458,6 +458,19 @@ def test_every_module_is_in_one_part():
         path.relative_to(places.ROOT).as_posix() for path in places.ROOT.glob("tests/**/test_*.py")
     }
     assert every == {*core, *all_tests.window_tests()}
+    parts = all_tests.window_parts(all_tests.ALL)
+    assert parts == [[module] for module in all_tests.window_tests()]
+
+
+def test_quick_tests_of_short_modules_share_a_process():
+    parts = all_tests.window_parts(all_tests.QUICK)
+    modules = [module for part in parts for module in part]
+    quick = [m for m in all_tests.window_tests() if all_tests.has_quick(m)]
+    assert sorted(modules) == sorted(quick)
+    shared = [part for part in parts if len(part) > 1]
+    assert len(shared) >= 5
+    assert max(map(len, shared)) == all_tests.GROUP
+    assert not any(all_tests.is_long(module) for part in shared for module in part)
 
 
 def test_the_default_clip_is_the_one_with_a_truth(tmp_path, monkeypatch):

@@ -71,6 +71,7 @@ def test_what_no_test_sees_is_listed_and_the_rest_counted(tmp_path):
     assert int(survived) == len(survivors)
 
 
+@pytest.mark.thorough
 def test_tests_that_fail_anyway_are_told(tmp_path):
     (tmp_path / "conftest.py").write_text("import nothing_that_exists\n")
     done = mutation(tmp_path)

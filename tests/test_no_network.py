@@ -100,7 +100,6 @@ def test_the_watch_sees_a_socket_in_this_process_and_in_one_that_it_starts(run):
         ("quamo", "refine", "walk_injected.bvh", "-o", "out.bvh"),
         ("batch", ".", "-o", "out", "--refine", "--report", "--workers", "2"),
     ],
-    quick=3,
     ids=lambda words: words[0],
 )
 def test_commands_need_no_network(run, words):

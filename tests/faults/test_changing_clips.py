@@ -45,11 +45,17 @@ def appended(path, data):
         file.write(data[at:])
 
 
-def run(folder, out, limit=2):
+def in_two_processes(tasks, _seconds):
+    return each(process, tasks, 2)
+
+
+def one_by_one(tasks, _seconds):
+    return ((task, process(task)) for task in tasks)
+
+
+def run(folder, out, carry_out=one_by_one):
     sources = find_inputs([str(folder)]).sources
-    return run_batch(
-        out, sources, Parameters(refine=True), lambda tasks, _: each(process, tasks, limit)
-    )
+    return run_batch(out, sources, Parameters(refine=True), carry_out)
 
 
 def rows_of(out):
@@ -83,7 +89,7 @@ def test_a_result_is_that_of_the_bytes_that_it_names(change, tmp_path):
     thread = threading.Thread(target=keep_changing)
     thread.start()
     try:
-        run(folder, out)
+        run(folder, out, in_two_processes)
     finally:
         done.set()
         thread.join()
@@ -114,7 +120,7 @@ def test_a_clip_that_vanishes_is_listed_and_tried_again(tmp_path):
 
     def carry_out(tasks, _seconds):
         made[2].rename(tmp_path / "away.bvh")
-        return each(process, tasks, 1)
+        return one_by_one(tasks, _seconds)
 
     sources = find_inputs([str(folder)]).sources
     summary = run_batch(out, sources, Parameters(refine=True), carry_out)
@@ -141,9 +147,6 @@ def test_a_clip_that_is_still_being_copied_is_tried_again(rest, tmp_path, monkey
 
     sources = find_inputs([str(folder)]).sources
     monkeypatch.setattr(clip_result, "processed", copied_meanwhile)
-
-    def one_by_one(tasks, _):
-        return ((task, process(task)) for task in tasks)
 
     summary = run_batch(out, sources, Parameters(), one_by_one)
     assert (summary.done, len(summary.failed)) == (0, 1)

@@ -10,6 +10,7 @@ import pytest
 
 from inspector.folder import survey_worker
 from tests.processes import is_alive, until
+from tests.tiers import parametrize
 from tests.twistcore.batch_folders import KILL, ROOT, environment
 from twistcore.errors import TwistError
 
@@ -41,7 +42,7 @@ STARTS = {
 }
 
 
-@pytest.mark.parametrize("name", STARTS)
+@parametrize("name", STARTS)
 def test_a_child_ends_with_a_parent_that_was_killed(name, tmp_path):
     note, program = tmp_path / "pid", tmp_path / "parent.py"
     program.write_text(STARTS[name].format(note=str(note)))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.tiers import parametrize
 from tests.twistcore.batch_folders import ROOT, clips
 from tests.twistcore.reviews import CLIP, fresh
 from twistcore.cli.command_line import main
@@ -17,9 +18,9 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="Windows lets few use
 
 
 @pytest.fixture
-def folders(tmp_path):
+def folders(tmp_path, batch_here):
     """A folder of one clip within another, the batch folder, and one elsewhere."""
-    clips(tmp_path / "in" / "day", DIRTY, 1, frames=200)
+    clips(tmp_path / "in" / "day", DIRTY, 1, frames=60)
     for name in ("out", "elsewhere"):
         (tmp_path / name).mkdir()
     return tmp_path
@@ -42,7 +43,7 @@ def there(folder):
         "manifest.sqlite-wal", "report", "report/clips", "report/index.html",
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("target", ["a folder", "a file", "nothing"])
+@parametrize("target", ["a folder", "a file", "nothing"])
 def test_a_link_is_refused_and_nothing_written_to_its_end(link, target, folders, capsys):
     end = folders / "elsewhere" / "end"
     if target == "a folder":

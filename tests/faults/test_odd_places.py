@@ -12,6 +12,7 @@ import sys
 import pytest
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.cli import main
 from twistcore.files.lock import is_held
 from twistcore.files.marks import sha256_of
@@ -128,7 +129,7 @@ def test_every_clip_that_is_none_is_one_sentence(odd, ran):
         assert line.endswith(")") or "expected" in line
 
 
-@pytest.mark.parametrize(
+@parametrize(
     "words",
     [
         ("detect", "{odd}/fifo.bvh"),
@@ -151,6 +152,7 @@ def test_every_clip_that_is_none_is_one_sentence(odd, ran):
         ("batch", "@{odd}/fifo.bvh", "-o", "{out}"),
     ],
     ids=lambda words: " ".join(words),
+    quick=2,
 )
 def test_no_command_waits_for_a_writer(odd, tmp_path, ran, words):
     out = tmp_path / "out"

@@ -29,6 +29,7 @@ def test_a_journal_cut_at_some_bytes(journal, tmp_path):
     assert cut_journal(journal, sorted(places), tmp_path) == len(places) * 4
 
 
+@pytest.mark.thorough
 def test_a_session_cut_at_some_bytes(tmp_path):
     assert cut_session(tmp_path, step=211) > 50
 

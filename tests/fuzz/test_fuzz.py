@@ -1,9 +1,9 @@
 """Some damaged files of every kind; `python -m tests.fuzz all --number 10000` tries many."""
 
 from tests.fuzz.trial import FAILED, Report, kinds, tried
-from tests.tiers import parametrize
+from tests.tiers import examples, parametrize
 
-NUMBER, SEED = 60, 2026
+NUMBER, SEED = examples(60), 2026
 
 
 @parametrize("kind", kinds().values(), quick=3, ids=lambda kind: kind.name)

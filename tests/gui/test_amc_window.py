@@ -17,6 +17,7 @@ from twistcore.cli import main
 from twistcore.formats.bvh import read_bvh
 
 
+@pytest.mark.thorough
 def test_an_amc_is_reviewed_and_exported(qtbot, window, tmp_path, capsys):
     path, out, again = dirty(tmp_path / "in", False), tmp_path / "out.amc", tmp_path / "again.amc"
     open_clip(qtbot, window, path)

@@ -201,6 +201,7 @@ def test_verdicts_for_a_class_are_asked_about_where_they_are_newer(of_a_class, t
     assert document.borrowed is None
 
 
+@pytest.mark.thorough
 def test_handing_in_on_the_way_out_closes_the_window(qtbot, of_a_class, tmp_path):
     window = of_a_class
     window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
@@ -256,6 +257,7 @@ def test_what_a_lesson_leaves_open_without_a_clip_of_ones_own_is_to_look_at(
     assert not window.bar.asks
 
 
+@pytest.mark.thorough
 def test_a_borrowed_clip_with_other_chains_is_still_borrowed(
     qtbot, show_window, tmp_path, monkeypatch
 ):

@@ -2,6 +2,8 @@
 
 import csv
 import io
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,16 +19,34 @@ from twistcore.cli import main
 from twistcore.files.lock import lock
 
 
-@pytest.fixture
-def outdir(tmp_path):
+@pytest.fixture(scope="module")
+def batch(tmp_path_factory):
     """A batch of two clips in folders of their own and one that cannot be read."""
+    folder = tmp_path_factory.mktemp("batch")
     for name, chains in (("one/a.bvh", 3), ("two/a.bvh", 1)):
-        (tmp_path / name).parent.mkdir()
-        put_errors(tmp_path / name, chains)
-    (tmp_path / "two" / "broken.bvh").write_bytes(b"HIERARCHY\nROOT")
-    clips = [str(tmp_path / name) for name in ("one", "two")]
-    assert main(["batch", *clips, "-o", str(tmp_path / "out"), "--workers", "1"]) == 1
-    return tmp_path / "out"
+        (folder / name).parent.mkdir()
+        put_errors(folder / name, chains)
+    (folder / "two" / "broken.bvh").write_bytes(b"HIERARCHY\nROOT")
+    clips = [str(folder / name) for name in ("one", "two")]
+    assert main(["batch", *clips, "-o", str(folder / "out"), "--workers", "1"]) == 1
+    return folder
+
+
+@pytest.fixture
+def outdir(batch, tmp_path):
+    """The folder of its results; what a test changes there and in the clips is undone.
+
+    The files stay the same, as a batch knows a clip by its inode, too.
+    """
+    kept = shutil.copytree(batch, tmp_path / "kept")
+    yield batch / "out"
+    for path in sorted(batch.rglob("*"), reverse=True):
+        if not (kept / path.relative_to(batch)).exists():
+            path.rmdir() if path.is_dir() else path.unlink()
+    for path in filter(Path.is_file, kept.rglob("*")):
+        there = batch / path.relative_to(kept)
+        there.write_bytes(path.read_bytes())
+        shutil.copystat(path, there)
 
 
 def test_what_the_batch_found_is_listed_without_another_look(queue, outdir):
@@ -40,9 +60,9 @@ def test_what_the_batch_found_is_listed_without_another_look(queue, outdir):
     assert "broken.bvh" in broken.reason
 
 
-def test_a_clip_that_changed_since_is_analysed_again(qtbot, queue, outdir, tmp_path):
+def test_a_clip_that_changed_since_is_analysed_again(qtbot, queue, outdir):
     before = {c.path: c.severity for c in (queue.open(outdir), *queue.ordered)[1:]}
-    changed = tmp_path / "two" / "a.bvh"
+    changed = outdir.parent / "two" / "a.bvh"
     put_errors(changed, 9)
     with qtbot.waitSignal(queue.finished, timeout=60_000):
         queue.open(outdir)
@@ -100,6 +120,7 @@ def test_the_options_of_the_batch_are_those_of_the_window(qtbot, show_window, tm
     assert "τ 20°" in window.clips.tau.text()
 
 
+@pytest.mark.thorough
 def test_what_the_window_cannot_do_as_the_batch_did_it_does_itself(qtbot, queue, tmp_path):
     put_errors(tmp_path / "a.bvh", 3)
     out = tmp_path / "out"
@@ -111,8 +132,9 @@ def test_what_the_window_cannot_do_as_the_batch_did_it_does_itself(qtbot, queue,
     assert queue.ordered[0].state == ClipState.READY
 
 
-def test_what_waits_for_a_batch_at_work_is_left_to_it(qtbot, queue, outdir, tmp_path):
-    put_errors(tmp_path / "two" / "a.bvh", 9)
+@pytest.mark.thorough
+def test_what_waits_for_a_batch_at_work_is_left_to_it(qtbot, queue, outdir):
+    put_errors(outdir.parent / "two" / "a.bvh", 9)
     with (outdir / LOCK).open("r+b") as file:
         assert lock(file.fileno())
         queue.open(outdir)

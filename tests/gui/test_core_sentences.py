@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from inspector.bundled import FLIPPED, SAMPLE
 from inspector.language import catalogue, of_core, tr, use_language
-from inspector.language.extraction import texts_in_code
-from tests.gui.untranslated import waits
+from tests.gui.untranslated import code_texts, waits
 from twistcore import analyse, read_bvh
 from twistcore.analysis.why_not import peaks_without_interval, why_not
 from twistcore.errors import TwistError
@@ -59,7 +58,7 @@ def test_no_reason_has_words_of_english(clip, method, tau):
 
 _FORMS = sorted(
     text
-    for meaning, text, _ in texts_in_code()
+    for meaning, text, _ in code_texts()
     if meaning == catalogue.CORE and not re.search(r"\}\{|^ ", text)
 )
 
@@ -131,7 +130,7 @@ def test_steps_of_the_history_are_said():
 
 def test_a_text_inside_another_is_found_in_the_code():
     """`f"{tr('Strength')} "` is a text, too."""
-    assert ("", "Strength", "") in set(texts_in_code())
+    assert ("", "Strength", "") in set(code_texts())
     assert tr("Strength") == "Stärke"
 
 

@@ -60,6 +60,7 @@ def held(monkeypatch):
     gate.set()
 
 
+@pytest.mark.thorough
 def test_the_window_is_usable_and_told_how_far_it_is(qtbot, window, held, tmp_path):
     out = tmp_path / "out.bvh"
     state = window.document.review.state
@@ -96,6 +97,7 @@ def test_what_goes_wrong_is_told_and_the_next_export_works(qtbot, window, held, 
     assert out.exists()
 
 
+@pytest.mark.thorough
 def test_closing_waits_for_the_file(qtbot, window, held, tmp_path):
     out = tmp_path / "out.bvh"
     window.files.export(ExportChoice(out))
@@ -106,6 +108,7 @@ def test_closing_waits_for_the_file(qtbot, window, held, tmp_path):
     assert not window.exporter.running
 
 
+@pytest.mark.thorough
 def test_the_window_stays_open_if_the_file_could_not_be_written(qtbot, window, held, tmp_path):
     held.error = OSError(28, "No space left on device")
     window.files.export(ExportChoice(tmp_path / "out.bvh"))
@@ -116,6 +119,7 @@ def test_the_window_stays_open_if_the_file_could_not_be_written(qtbot, window, h
     assert "No space left" in window.bar.label.text()
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name != "posix", reason="Windows has no lasting names of open files")
 def test_files_of_an_interrupted_export_are_named_as_such(qtbot, window):
     document = window.document

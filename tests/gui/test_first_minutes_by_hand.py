@@ -7,9 +7,12 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from inspector.bundled import SAMPLE
 from tests.gui.real_screen import needs_real_screen, program, real_screen, wait_until, watched
 
+pytestmark = [pytest.mark.thorough, needs_real_screen]
 _SPLASH_WIDTH = 340
 _MAIN = "Twist Inspector$"
 
@@ -32,7 +35,6 @@ def widths(screen, known):
     return found
 
 
-@needs_real_screen
 def test_a_card_is_there_before_the_window_and_goes_when_it_comes(tmp_path, look):
     with real_screen(tmp_path, size=(1440, 900), look=look) as screen:
         known = set(screen.windows(""))
@@ -46,7 +48,6 @@ def test_a_card_is_there_before_the_window_and_goes_when_it_comes(tmp_path, look
             assert max(widths(screen, known)) > 2 * _SPLASH_WIDTH
 
 
-@needs_real_screen
 def test_the_sample_is_ones_own_and_opens_where_it_is_worst(tmp_path, look):
     looks = {"skin": False, "side_by_side": False}
     shipped = sorted(path.name for path in SAMPLE.parent.iterdir())
@@ -86,7 +87,6 @@ def test_the_sample_is_ones_own_and_opens_where_it_is_worst(tmp_path, look):
     assert sorted(path.name for path in SAMPLE.parent.iterdir()) == shipped
 
 
-@needs_real_screen
 def test_the_start_page_begins_the_tour_and_opens_a_folder_of_before(tmp_path, look):
     takes = tmp_path / "takes"
     takes.mkdir()

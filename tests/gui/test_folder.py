@@ -43,6 +43,7 @@ def test_the_worst_comes_first_and_the_bad_are_marked(qtbot, queue, tmp_path):
     assert queue.progress == (7, 7)
 
 
+@pytest.mark.thorough
 def test_a_clip_that_hangs_or_eats_memory_takes_only_itself_down(
     qtbot, queue, tmp_path, monkeypatch
 ):
@@ -64,6 +65,7 @@ def test_a_clip_that_hangs_or_eats_memory_takes_only_itself_down(
     assert all(states[f"{k}.bvh"].state == ClipState.READY for k in (1, 2, 3))
 
 
+@pytest.mark.thorough
 def test_a_worker_that_is_killed_is_replaced(qtbot, queue, tmp_path):
     for k in range(1, 7):
         put_errors(tmp_path / f"{k}.bvh", k)
@@ -78,6 +80,7 @@ def test_a_worker_that_is_killed_is_replaced(qtbot, queue, tmp_path):
     assert "memory" in failed[0].reason
 
 
+@pytest.mark.thorough
 def test_new_clips_are_taken_up_and_vanished_ones_marked(qtbot, queue, tmp_path):
     put_errors(tmp_path / "1.bvh", 1)
     with qtbot.waitSignal(queue.finished, timeout=60_000):

@@ -39,6 +39,7 @@ def test_the_window_opens_a_folder_reviews_and_goes_on(qtbot, show_window, tmp_p
     assert window.bar.label.text()
 
 
+@pytest.mark.thorough
 def test_the_worst_so_far_waits_for_a_tenth_and_a_worse_one_is_offered(
     qtbot, show_window, tmp_path, monkeypatch
 ):
@@ -80,6 +81,7 @@ def test_the_worst_so_far_waits_for_a_tenth_and_a_worse_one_is_offered(
     assert (shown["04"], shown["01"], shown["29"]) == ("9.0°", "3.0°", "")
 
 
+@pytest.mark.thorough
 def test_the_clips_are_shown_only_with_a_folder(qtbot, show_window, clip):
     settings = Settings(turn_ms=0)
     window = show_window(settings)

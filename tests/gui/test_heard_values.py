@@ -20,6 +20,7 @@ def heard(widget):
     return told.text(QAccessible.Text.Name), told.text(QAccessible.Text.Description)
 
 
+@pytest.mark.thorough
 def test_a_symbol_is_heard_with_its_meaning_and_value(qtbot, at_forearm, teaching):
     button, value = (
         of["theta_p"] for of in (teaching.equations.buttons, teaching.equations.values)

@@ -12,7 +12,7 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.formats.bvh.compose import bvh_text
 from twistcore.skeleton.rotation import geodesic_angle
 
-pytestmark = needs_real_screen
+pytestmark = [pytest.mark.thorough, needs_real_screen]
 NAMED = {"reviewer": "Ada"}
 DIALOG = "window.chain_actions.names"
 HELPER = "upperarm_twist_01_l"
@@ -30,7 +30,6 @@ def screen(tmp_path_factory, look):
         yield screen
 
 
-@pytest.mark.thorough
 def test_a_hand_is_named_and_its_arm_is_examined(screen, tmp_path):
     text = (ASSETS / "walk_injected.bvh").read_text("utf-8")
     text = re.sub(r"\b(?:Left|Right)(?:Shoulder|Arm|ForeArm|Hand)\b", lambda m: ODD[m[0]], text)

@@ -14,20 +14,19 @@ from tests.gui.kills import (
     killed_with_a_folder,
 )
 
+pytestmark = pytest.mark.thorough
 
-@pytest.mark.thorough
+
 @pytest.mark.parametrize("seed", range(2))
 def test_killed_at_random_moments(tmp_path, seed):
     killed_twice_among_decisions(tmp_path, seed)
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(2))
 def test_killed_in_the_midst_of_an_export(tmp_path, seed):
     killed_in_an_export(tmp_path, seed)
 
 
-@pytest.mark.thorough
 def test_exports_are_what_apply_makes_of_their_sessions(tmp_path):
     assert equal_exports(tmp_path, 0, count=3) == 3
 

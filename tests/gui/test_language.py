@@ -15,10 +15,9 @@ from pathlib import Path
 import pytest
 
 from inspector.language import codes, of_core, plural, tr, use_language, wished
-from inspector.language.extraction import texts_in_code
 from tests.conftest import ASSETS
 from tests.gui import untranslated
-from tests.gui.untranslated import assert_translated, waits
+from tests.gui.untranslated import assert_translated, code_texts, waits
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 
@@ -40,7 +39,8 @@ SAME = set(
     )
 )
 
-_ELSEWHERE = ("web_page.py",)  # its texts are those of a script, which is looked through itself
+MARKED = re.compile(r"\b(?:tr|tr_as|plural)\(")
+ELSEWHERE = ("web_page.py",)  # its texts are those of a script, which is looked through itself
 
 
 entries = untranslated.catalogue
@@ -62,8 +62,8 @@ def test_a_catalogue_has_every_text_of_the_code_translated_and_no_other(code):
 
 
 def test_a_text_that_waits_for_its_translation_is_a_warning_and_with_ci_an_error(monkeypatch):
-    texts = [("", "Nobody translated {n} of this.", ""), *texts_in_code()]
-    monkeypatch.setattr(untranslated, "texts_in_code", lambda: texts)
+    texts = [("", "Nobody translated {n} of this.", ""), *code_texts()]
+    monkeypatch.setattr(untranslated, "code_texts", lambda: texts)
     clear = untranslated.untranslated.cache_clear, untranslated._forms.cache_clear
     for forget in clear:
         forget()
@@ -119,13 +119,14 @@ def test_no_english_is_left_in_a_catalogue(code):
 
 def test_every_text_that_is_marked_is_extracted():
     """A text that is computed is none that a translator meets."""
-    known = {text for key in texts_in_code() for text in key[1:]}
+    known = {text for key in code_texts() for text in key[1:]}
     lost = []
     for module in sorted((ROOT / "inspector").rglob("*.py")):
-        for node in ast.walk(ast.parse(module.read_text("utf-8"))):
+        source = module.read_text("utf-8")
+        for node in ast.walk(ast.parse(source)) if MARKED.search(source) else ():
             name = getattr(node.func, "id", "") if isinstance(node, ast.Call) else ""
             place = {"tr": (0,), "tr_as": (1,), "plural": (0, 1)}.get(name, ())
-            if module.parent.name == "language" or module.name in _ELSEWHERE:
+            if module.parent.name == "language" or module.name in ELSEWHERE:
                 continue
             texts = [node.args[k] for k in place]
             if any(not isinstance(t, ast.Constant) or t.value not in known for t in texts):

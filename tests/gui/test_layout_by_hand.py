@@ -43,6 +43,7 @@ def test_a_panel_moves_the_shortest_way_or_stays(taken, wanted):
     assert place.size() == QRect(0, 0, 20, 20).size()
 
 
+@pytest.mark.thorough
 @needs_real_screen
 def test_a_message_moves_nothing(tmp_path, walk, look):
     with (
@@ -69,6 +70,7 @@ def test_a_message_moves_nothing(tmp_path, walk, look):
         assert (screen.picture(bar) != seen).any(axis=-1).mean() > 0.5, "the bar was not seen"
 
 
+@pytest.mark.thorough
 @needs_real_screen
 def test_restored_panels_are_usable_and_floating_ones_leave_the_controls(tmp_path, walk, look):
     with real_screen(tmp_path, size=(1440, 900), look=look) as screen:

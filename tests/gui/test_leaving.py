@@ -43,6 +43,7 @@ def full_disk(monkeypatch):
         yield patch
 
 
+@pytest.mark.thorough
 def test_what_was_not_saved_when_a_clip_was_left_is_read_in_the_next(
     qtbot, decided, other, full_disk
 ):

@@ -2,17 +2,16 @@
 
 import shutil
 
-import pytest
-
 from inspector.session.export_files import ExportChoice
 from inspector.session.session_files import journals, refuge_path
 from inspector.session.settings import Settings
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import export, open_clip
+from tests.tiers import parametrize
 from twistcore.review import Decision, read_session, recover
 
 
-@pytest.mark.parametrize("name", ["w" * 232, "ü" * 125 + "w"], ids=["232 bytes", "251 bytes"])
+@parametrize("name", ["w" * 232, "ü" * 125 + "w"], ids=["232 bytes", "251 bytes"])
 def test_a_review_of_it_is_kept_and_an_export_beside_it_is_told(qtbot, show_window, tmp_path, name):
     folder = tmp_path / "clips"
     folder.mkdir()

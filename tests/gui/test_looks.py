@@ -25,6 +25,7 @@ from inspector.window.keyboard_page import KeyboardPage
 from tests.conftest import ASSETS
 from tests.gui.looks import EVERY
 from tests.gui.windows import act, open_clip
+from tests.tiers import parametrize
 from tests.twistcore.test_capture_faults import faulty_clip
 from tests.twistcore.test_joint_repairs import SKELETON, WALK, spiked, turned
 from tests.twistcore.test_strangers import flipping_helper
@@ -97,6 +98,7 @@ def resize(qtbot, window, size):
     qtbot.wait(50)
 
 
+@pytest.mark.thorough
 def test_a_dock_alone_in_a_low_window_has_its_title(qtbot, show_window):
     window = show_window(Settings())
     window.resize(1024, 600)
@@ -155,7 +157,7 @@ def test_a_low_window_lists_four_intervals_above_a_whole_card(qtbot, show_window
     assert not card.why.label.toolTip()
 
 
-@pytest.mark.parametrize(("size", "share"), [((1440, 900), 0.35), ((1024, 700), 0.28)], ids=str)
+@parametrize(("size", "share"), [((1440, 900), 0.35), ((1024, 700), 0.28)], ids=str)
 def test_the_figure_has_a_large_share_of_the_window(qtbot, show_window, tmp_path, size, share):
     window = show_window(Settings())
     resize(qtbot, window, size)
@@ -213,6 +215,7 @@ def test_titles_are_away_where_tabs_say_the_same_and_in_a_presentation(qtbot, sh
     qtbot.waitUntil(lambda: titles(window) == everywhere)
 
 
+@pytest.mark.thorough
 def test_the_program_has_a_sign_of_its_own(qtbot, show_window):
     window = show_window(Settings())
     make_application()
@@ -244,6 +247,7 @@ def test_frame_and_interval_are_said_on_every_tab(qtbot, show_window, tmp_path):
     assert "frame 8 of 344   0.058 s" in line.text()
 
 
+@pytest.mark.thorough
 def test_a_lone_jump_says_how_far_it_goes(qtbot, show_window, tmp_path):
     window = show_window(Settings())
     open_clip(qtbot, window, shutil.copy(ASSETS / "kick.bvh", tmp_path))

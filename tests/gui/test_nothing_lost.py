@@ -11,10 +11,11 @@ import pytest
 from tests.gui.programs import beside
 from twistcore.review import read_session
 
+pytestmark = pytest.mark.thorough
+
 # -- kill, restore, kill ----------------------------------------------------------------------
 
 
-@pytest.mark.thorough
 def test_restored_and_killed_again_it_is_offered_again(clip, start):
     first = start(clip)
     first.tell("accept", "accept", "accept")
@@ -40,7 +41,6 @@ def test_restored_and_killed_again_it_is_offered_again(clip, start):
     assert beside(clip) == ["walk.twist.json", "walk.twist.json.journal.lock"]
 
 
-@pytest.mark.thorough
 def test_an_undo_of_what_was_saved_survives_a_restore_that_is_closed(clip, start):
     program = start(clip)
     program.tell("accept", "accept", "save", "undo")
@@ -54,7 +54,6 @@ def test_an_undo_of_what_was_saved_survives_a_restore_that_is_closed(clip, start
     assert start(clip).accepted == 1
 
 
-@pytest.mark.thorough
 def test_a_bar_that_was_ignored_asks_again_and_no_leftover_hides_another(clip, start):
     first = start(clip)
     first.tell("accept", "accept", "accept")
@@ -81,7 +80,6 @@ def test_a_bar_that_was_ignored_asks_again_and_no_leftover_hides_another(clip, s
     assert last.answer["says"] == ""
 
 
-@pytest.mark.thorough
 def test_restoring_beside_decisions_made_since_adds_to_them(clip, start):
     first = start(clip)
     first.tell("accept", "accept")
@@ -96,7 +94,6 @@ def test_restoring_beside_decisions_made_since_adds_to_them(clip, start):
 # -- names that are not UTF-8 -----------------------------------------------------------------
 
 
-@pytest.mark.thorough
 @pytest.mark.skipif(os.name == "nt", reason="names are text there")
 def test_a_joint_and_a_path_in_other_bytes_than_utf_8(clip, start, capfd):
     folder = Path(os.fsdecode(os.fsencode(clip.parent) + b"/\xfcbung"))
@@ -125,7 +122,6 @@ def test_a_joint_and_a_path_in_other_bytes_than_utf_8(clip, start, capfd):
 # -- another clip meanwhile -------------------------------------------------------------------
 
 
-@pytest.mark.thorough
 def test_a_note_stays_with_the_clip_it_was_typed_for(clip, start):
     other = Path(shutil.copy(clip, clip.with_name("other.bvh")))
     program = start(other)
@@ -138,7 +134,6 @@ def test_a_note_stays_with_the_clip_it_was_typed_for(clip, start):
     assert (program.answer["note"], program.answer["saved"]) == (0, True)
 
 
-@pytest.mark.thorough
 def test_a_tour_that_was_left_before_it_began_ends_no_review(clip, start):
     program = start(clip)
     program.tell("accept", "tour_and_leave", "accept", "save")
@@ -146,7 +141,6 @@ def test_a_tour_that_was_left_before_it_began_ends_no_review(clip, start):
     assert len(read_session(clip.with_name("walk.twist.json")).state.chosen()) == 2
 
 
-@pytest.mark.thorough
 def test_what_another_window_saves_during_a_tour_is_kept(clip, start):
     one = start(clip)
     one.tell("accept", "save", "tour")
@@ -159,7 +153,6 @@ def test_what_another_window_saves_during_a_tour_is_kept(clip, start):
     assert clip.with_name("walk.twist.json.earlier").read_bytes() == saved
 
 
-@pytest.mark.thorough
 def test_a_question_does_not_outlive_its_clip(clip, start):
     program = start(clip)
     program.tell("accept", "accept")
@@ -174,7 +167,6 @@ def test_a_question_does_not_outlive_its_clip(clip, start):
 # -- damage -----------------------------------------------------------------------------------
 
 
-@pytest.mark.thorough
 def test_an_entry_that_is_damaged_costs_none_before_it_and_is_kept(clip, start):
     program = start(clip)
     program.tell("accept", "accept", "accept")
@@ -192,7 +184,6 @@ def test_an_entry_that_is_damaged_costs_none_before_it_and_is_kept(clip, start):
     assert journal.with_name("walk.twist.json.journal.damaged").read_bytes() == damaged
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize(
     "damage",
     [
@@ -227,7 +218,6 @@ def test_a_session_that_cannot_be_read_stops_no_start(clip, start):
     assert "twist-inspector" in program.answer["says"]  # the folder it is kept in
 
 
-@pytest.mark.thorough
 def test_a_replay_that_is_opened_takes_no_unanswered_review_away(clip, start):
     program = start(clip)
     program.tell("accept", "export", "accept", "accept", "accept")
@@ -242,7 +232,6 @@ def test_a_replay_that_is_opened_takes_no_unanswered_review_away(clip, start):
 # -- exports ----------------------------------------------------------------------------------
 
 
-@pytest.mark.thorough
 def test_an_export_has_a_session_of_its_own(clip, start):
     program = start(clip)
     program.tell("accept", "export", "close")  # the session went with it

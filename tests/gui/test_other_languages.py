@@ -13,13 +13,13 @@ from PySide6.QtQml import QJSEngine
 from inspector import language
 from inspector.bundled import ASSETS, EXERCISE_PAGE, LANGUAGES, LESSONS
 from inspector.language import texts_of_script, tr, use_language
-from inspector.language.extraction import texts_in_code
 from inspector.lessons import page_export, web_page
 from inspector.lessons.exercise_texts import exercise_page
 from inspector.lessons.lesson_file import read_lesson
 from inspector.lessons.lesson_text import formulas
 from inspector.teaching import what_if_words
 from tests.gui.test_tour import ALL, TRANSLATED
+from tests.gui.untranslated import code_texts
 
 PAGE = ASSETS / "lesson_page"
 NUMBER = re.compile(r"\d+(?:\.\d+)?")
@@ -91,7 +91,7 @@ def test_the_page_says_what_the_tab_says():
 
 
 def test_no_sentence_of_the_page_is_outside_the_catalogues():
-    told = {(meaning, text) for meaning, text, _ in texts_in_code()}
+    told = {(meaning, text) for meaning, text, _ in code_texts()}
     for script in PAGE.iterdir():
         source = script.read_text("utf-8")
         found = list(texts_of_script(source))

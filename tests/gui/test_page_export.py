@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from PySide6.QtWidgets import QFileDialog, QLineEdit
 
 from inspector.bundled import LESSONS
@@ -37,6 +38,7 @@ def test_the_lesson_that_is_on_is_written(qtbot, at_forearm, tmp_path):
     assert at_forearm.lesson_actions.player.at == 0  # the lesson goes on
 
 
+@pytest.mark.thorough
 def test_without_one_a_file_is_asked_for_and_what_is_wrong_is_told(qtbot, at_forearm, tmp_path):
     said = []
     at_forearm.document.message.connect(lambda *told: said.append(told))

@@ -1,6 +1,7 @@
 """A lesson's page in a real browser: with real mouse and keys, it says nothing to its console."""
 
 import io
+import itertools
 import os
 import re
 from pathlib import Path
@@ -247,19 +248,19 @@ def test_every_condition_is_known_to_the_page():
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("size", [(1280, 800), (1024, 700), (390, 844)])
-@pytest.mark.parametrize("dark", [False, True])
-def test_it_fits_every_screen(browser, size, dark):
-    browser.size(*size, dark=dark)
-    assert browser.tell("document.documentElement.scrollWidth") <= size[0]
-    for selector in ("#next", "#scene", "#twist", "#counter", "#frame"):
-        left, _, wide, high = browser.box(selector)
-        assert left >= 0.0
-        assert left + wide <= size[0]
-        assert min(wide, high) > 8.0
-    assert browser.box("#scene")[3] > 0.3 * size[1]
-    paper = pixels(browser, "#lesson h2")[0, -1]
-    assert (paper.max() < 0.3) == dark
+def test_it_fits_every_screen(browser):
+    sizes = [(1280, 800), (1024, 700), (390, 844)]
+    for size, dark in itertools.product(sizes, (False, True)):
+        browser.size(*size, dark=dark)
+        assert browser.tell("document.documentElement.scrollWidth") <= size[0]
+        for selector in ("#next", "#scene", "#twist", "#counter", "#frame"):
+            left, _, wide, high = browser.box(selector)
+            assert left >= 0.0, (size, selector)
+            assert left + wide <= size[0], (size, selector)
+            assert min(wide, high) > 8.0, (size, selector)
+        assert browser.box("#scene")[3] > 0.3 * size[1]
+        paper = pixels(browser, "#lesson h2")[0, -1]
+        assert (paper.max() < 0.3) == dark
 
 
 @pytest.mark.thorough

@@ -150,6 +150,7 @@ def same(theirs, mine, what):
             assert np.abs(difference).max() <= EXACT, (field.name, what)
 
 
+@pytest.mark.thorough
 def test_two_hundred_frames_and_what_ifs(engine):
     tau = 0.05
     for motion, chain, frame, what_if, offset, stage in cases():

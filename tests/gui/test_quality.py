@@ -69,6 +69,7 @@ def track(qtbot, quality, *joints, spline=False):
 # --- evidence -----------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_nothing_is_computed_before_the_tab_is_seen(qtbot, window):
     qtbot.wait(150)
     assert window.quality.evidence.known is None
@@ -440,6 +441,7 @@ def test_the_third_figure_is_drawn_and_goes_with_before(qtbot, window, quality):
     assert left.sum() == 0
 
 
+@pytest.mark.thorough
 def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, quality, tmp_path):
     window.document.accept_undecided()
     track(qtbot, quality, "LeftForeArm", "RightLeg", PLACE)
@@ -511,6 +513,7 @@ def start_of(judged):
     return judged.interval.start
 
 
+@pytest.mark.thorough
 def test_a_burst_is_smoothed_in_its_frames_and_one_more_is_added(qtbot, window, tmp_path):
     clip = read_bvh(ASSETS / "walk.bvh")
     path = tmp_path / "burst.bvh"
@@ -544,6 +547,7 @@ def test_a_burst_is_smoothed_in_its_frames_and_one_more_is_added(qtbot, window, 
     assert document.review.state.tracking is None
 
 
+@pytest.mark.thorough
 def test_a_clip_that_trembles_is_announced_with_the_way_to_the_page(qtbot, window, tmp_path):
     noisy = tmp_path / "noisy.bvh"
     assert main(["quamo", "noise", str(ASSETS / "walk.bvh"), "-o", str(noisy)]) == 0

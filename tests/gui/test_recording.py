@@ -91,6 +91,7 @@ def test_the_window_is_usable_meanwhile_and_is_not_filmed(qtbot, window, tmp_pat
     assert frames_of(tmp_path / "a.mp4")[0].shape[0] == 30
 
 
+@pytest.mark.thorough
 def test_cancel_and_close_leave_nothing(qtbot, window, tmp_path):
     for end in (window.recorder.cancel, window.close):
         window.record_actions.record(RecordChoice(tmp_path / "b.mp4", 0, 300, 0.1, SIZE))

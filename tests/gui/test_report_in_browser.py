@@ -16,9 +16,12 @@ from twistcore.detection import Kind
 from twistcore.report.folder_report import write_folder_report
 
 # CI has both brought; elsewhere they are too large a thing to ask for.
-pytestmark = pytest.mark.skipif(
-    found_browser() is None and not os.environ.get("CI"), reason="no Chromium here"
-)
+pytestmark = [
+    pytest.mark.thorough,
+    pytest.mark.skipif(
+        found_browser() is None and not os.environ.get("CI"), reason="no Chromium here"
+    ),
+]
 KICK = SAMPLE.with_name("kick.bvh")
 AXE = os.environ.get("AXE") or next(map(str, Path(sys.prefix, "axe").rglob("axe.min.js")), "")
 # What axe calls serious or critical keeps somebody from using a page; the rest is to be clean, too.
@@ -116,7 +119,6 @@ def test_clips_are_found_by_name_kind_and_state(browser):
     assert "kick.bvh" in chosen("state", "open")
 
 
-@pytest.mark.thorough
 def test_without_scripts_it_is_a_table_with_nothing_to_press(report, tmp_path):
     browser = Browser(tmp_path / "profile", "--blink-settings=scriptEnabled=false")
     browser.load((report / "index.html").as_uri())

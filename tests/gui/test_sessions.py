@@ -154,6 +154,7 @@ def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):
     assert "was not saved" in other.bar.label.text()
 
 
+@pytest.mark.thorough
 def test_a_window_without_the_lock_offers_only_what_it_can_do(qtbot, show_window, path):
     first, second = (show_window(Settings(turn_ms=0, autosave=False)) for _ in range(2))
     open_clip(qtbot, first, path)
@@ -217,6 +218,7 @@ def test_a_session_beside_the_clip_is_gone_on_with(qtbot, window, path):
     assert decisions(window)[0] == Decision.ACCEPTED
 
 
+@pytest.mark.thorough
 def test_a_damaged_session_beside_the_clip_is_set_aside(qtbot, window, path, tmp_path):
     (tmp_path / "walk.twist.json").write_text('{"schema": "twistcore.session/1"')
     open_clip(qtbot, window, path)
@@ -282,6 +284,7 @@ def test_reasons_are_told_of_what_is_opened_again(qtbot, show_window, tmp_path):
     assert reasons(window) == fresh_reasons
 
 
+@pytest.mark.thorough
 def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, monkeypatch, path, tmp_path):
     open_clip(qtbot, window, path)
     act(window, "next_interval")

@@ -270,6 +270,7 @@ def test_each_kind_of_error_keeps_its_look(qtbot, show_window, tmp_path):
     assert kept.looks_by_kind == {"lone jump": ["skin"], "limb flip": ["side_by_side"]}
 
 
+@pytest.mark.thorough
 def test_a_lesson_does_not_change_the_looks(qtbot, show_window, tmp_path):
     window = show_window(Settings(looks_by_kind={"counter-twist": []}))
     open_clip(qtbot, window, shutil.copy(INJECTED, tmp_path))

@@ -50,6 +50,7 @@ def long_clip(path, frames=100_000):
     return path
 
 
+@pytest.mark.thorough
 def test_a_picture_of_the_empty_window(tmp_path):
     code, said = run(tmp_path, "--screenshot", tmp_path / "window.png")
     assert (code, said) == (0, "")
@@ -100,6 +101,7 @@ def test_a_picture_that_cannot_be_written_ends_in_a_sentence(tmp_path):
     assert len(said.splitlines()) == 1
 
 
+@pytest.mark.thorough
 def test_a_dialog_that_nobody_answers_ends_it(qtbot, show_window, tmp_path, capsys):
     window = show_window()
     clip = Path(shutil.copy(INJECTED, tmp_path))

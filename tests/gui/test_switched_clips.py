@@ -107,6 +107,7 @@ def test_a_command_for_an_interval_that_is_gone_is_dropped(document):
     assert not any(told)
 
 
+@pytest.mark.thorough
 def test_a_suspicious_moment_of_the_last_clip_is_not_put_into_this_one(qtbot, window, clip):
     open_clip(qtbot, window, clip)
     document, actions = window.document, window.review_actions

@@ -14,6 +14,8 @@ from tests.gui.pictures import INJECTED
 from tests.gui.programs import Program, beside
 from twistcore.review import read_session, recover
 
+pytestmark = pytest.mark.thorough
+
 # -- no room ----------------------------------------------------------------------------------
 
 
@@ -46,7 +48,6 @@ def crowded(request, tmp_path):
         subprocess.run(["umount", "-l", str(folder)], check=True)
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("begun", [0, 2])
 def test_a_full_disk_loses_nothing_and_says_so_each_time(crowded, begun):
     folder, fill, free = crowded
@@ -81,7 +82,6 @@ def test_a_full_disk_loses_nothing_and_says_so_each_time(crowded, begun):
         program.kill()
 
 
-@pytest.mark.thorough
 def test_restoring_on_a_full_disk_leaves_the_only_copy(crowded):
     folder, fill, free = crowded
     clip = Path(shutil.copy(INJECTED, folder / "walk.bvh"))
@@ -108,7 +108,6 @@ def test_restoring_on_a_full_disk_leaves_the_only_copy(crowded):
 # -- files that go or come meanwhile ----------------------------------------------------------
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["walk", "take {1} 100%s"])
 def test_a_journal_that_is_deleted_is_written_anew(clip, start, name):
     clip = clip.rename(clip.with_name(f"{name}.bvh"))
@@ -124,7 +123,6 @@ def test_a_journal_that_is_deleted_is_written_anew(clip, start, name):
     assert "3 steps were kept" in program.answer["says"]
 
 
-@pytest.mark.thorough
 def test_a_folder_that_is_deleted_has_its_review_kept_elsewhere(clip, start, tmp_path, monkeypatch):
     program = start(clip)
     program.tell("accept", "accept")
@@ -147,7 +145,6 @@ def test_a_folder_that_is_deleted_has_its_review_kept_elsewhere(clip, start, tmp
     assert len(read_session(refuge).state.chosen()) == 3
 
 
-@pytest.mark.thorough
 def test_decisions_on_a_clip_that_was_replaced_are_offered_after_a_crash(clip, start):
     program = start(clip)
     program.tell("accept", "accept", "accept")
@@ -187,7 +184,6 @@ def test_a_clip_that_changes_while_it_is_open_is_noticed(clip, start):
     assert "from the version that is open" in program.answer["says"]
 
 
-@pytest.mark.thorough
 def test_a_session_of_another_version_is_kept_when_this_one_is_saved(clip, start):
     program = start(clip)
     program.tell("accept", "accept", "save", "close")
@@ -207,7 +203,6 @@ def test_a_session_of_another_version_is_kept_when_this_one_is_saved(clip, start
 # -- locks ------------------------------------------------------------------------------------
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize(
     "text", ["", "garbage\n", "1\npython3\n{here}\n", "{me}\npython3\n{here}\n"]
 )
@@ -221,7 +216,6 @@ def test_a_lock_that_nobody_holds_locks_nobody_out(clip, start, text):
     assert program.answer["saved"]
 
 
-@pytest.mark.thorough
 def test_a_lock_from_another_computer_is_named_and_can_be_taken_over(clip, start):
     lock = clip.with_name("walk.twist.json.journal.lock")
     lock.write_text("4711\nTwist Inspector\nelsewhere\n")
@@ -241,7 +235,6 @@ def test_a_lock_from_another_computer_is_named_and_can_be_taken_over(clip, start
     assert beside(clip) == ["walk.twist.json"]
 
 
-@pytest.mark.thorough
 def test_a_window_that_was_robbed_of_its_lock_stops_and_loses_nothing(clip, start):
     one = start(clip)
     one.tell("accept", "accept")
@@ -262,7 +255,6 @@ def test_a_window_that_was_robbed_of_its_lock_stops_and_loses_nothing(clip, star
     assert "4 steps were kept" in last.answer["says"]
 
 
-@pytest.mark.thorough
 def test_a_window_that_was_robbed_and_has_not_noticed_harms_nobody(clip, start):
     one = start(clip)
     one.tell("accept", "accept")

@@ -22,6 +22,7 @@ from inspector.session.opening import opening_notes
 from inspector.session.session_files import journals, session_path
 from tests.conftest import ASSETS
 from tests.gui.windows import act, press
+from tests.tiers import parametrize
 from twistcore.detection import Kind
 from twistcore.errors import TwistError
 from twistcore.review import Decide, Decision, recover
@@ -469,7 +470,7 @@ def test_an_exercise_shows_changes_only_and_its_score_in_the_colour_it_deserves(
     assert not skin.isChecked()
 
 
-@pytest.mark.parametrize(
+@parametrize(
     ("lesson", "first"),
     [("3-1-definition", "3.2 How the twists are measured"), ("tour", "3.1 What a twist error is")],
 )
@@ -485,6 +486,7 @@ def test_after_finish_comes_what_is_next(qtbot, at_forearm, lesson, first):
     assert at_forearm.lesson_actions.hidden_errors.running
 
 
+@pytest.mark.thorough
 def test_the_score_counts_frames_as_the_table_does(qtbot, at_forearm):
     at_forearm.document.set_first_frame(1)
     start_exercise(qtbot, at_forearm, "Find", 4)

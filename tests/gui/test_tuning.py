@@ -110,6 +110,7 @@ def test_the_curves_are_those_of_the_core(window, tuning):
     )
 
 
+@pytest.mark.thorough
 def test_nothing_is_measured_while_nobody_looks(qtbot, window):
     qtbot.wait(300)
     assert multiprocessing.active_children() == []

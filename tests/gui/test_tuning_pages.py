@@ -20,6 +20,8 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision, read_session
 from twistcore.tuning import Tuned, Verdicts, clip_tuning, write_profile
 
+pytestmark = pytest.mark.thorough
+
 
 @pytest.fixture(autouse=True)
 def no_worker_left():
@@ -77,7 +79,6 @@ def by_paper():
 # --- whose detector -----------------------------------------------------------------------------
 
 
-@pytest.mark.thorough
 def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_path, by_paper):
     path = write_tau(tmp_path / "p.toml", 1.5, "paper", ["RightArm"])
     window.tuning_actions.compare_with([path])
@@ -103,7 +104,6 @@ def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_pa
     assert multiprocessing.active_children() == []
 
 
-@pytest.mark.thorough
 def test_a_profile_that_names_no_detector_says_so(qtbot, window, tuning, tmp_path):
     window.tuning_actions.compare_with([write_tau(tmp_path / "old.toml", 5.0)])
     qtbot.waitUntil(lambda: "old.toml" in tuning.profiles.note.text())
@@ -114,7 +114,6 @@ def test_a_profile_that_names_no_detector_says_so(qtbot, window, tuning, tmp_pat
     assert cells(window)[2][6] == f"{100 * fsr:.1f} %"
 
 
-@pytest.mark.thorough
 def test_another_detector_is_measured_while_its_profile_is_compared(qtbot, window, tmp_path):
     """A comparison that ends takes what is under way for it along; the own detector goes on."""
     path = write_tau(tmp_path / "p.toml", 5.0, "paper")
@@ -127,7 +126,6 @@ def test_another_detector_is_measured_while_its_profile_is_compared(qtbot, windo
     assert len(window.tuning.costs.curves) == 10
 
 
-@pytest.mark.thorough
 def test_both_detectors_side_by_side(qtbot, window, tuning, by_paper):
     act(window, "both_costs")
     model = tuning.profiles.detectors
@@ -208,7 +206,6 @@ def test_a_drag_says_what_it_changes_and_what_is_only_presumed(qtbot, window, tu
     act(window, "undo")
 
 
-@pytest.mark.thorough
 def test_more_draws_make_a_narrower_band(qtbot, window, tuning):
     few = tuning.costs.curves["LeftForeArm"]
     tuning.suggestion.draws.setValue(9)
@@ -221,7 +218,6 @@ def test_more_draws_make_a_narrower_band(qtbot, window, tuning):
     assert tuning.costs.curves["LeftForeArm"] is few  # it is remembered
 
 
-@pytest.mark.thorough
 def test_a_suggestion_follows_the_price_at_once_and_both_are_remembered(
     qtbot, window, tuning, settings_file
 ):
@@ -251,7 +247,6 @@ def test_a_suggestion_follows_the_price_at_once_and_both_are_remembered(
     assert POINTS.of(load_settings(settings_file)[0]) == 100.0
 
 
-@pytest.mark.thorough
 def test_it_says_in_words_whether_one_tau_does_for_all(qtbot, window, tuning):
     tuning.tabs.setCurrentWidget(tuning.suggestion)
     degrees = np.degrees(tuning.costs.curves["LeftForeArm"].suggested())
@@ -288,7 +283,6 @@ def click(qtbot, plot, place):
     qtbot.wait(20)
 
 
-@pytest.mark.thorough
 def test_a_bar_leads_to_its_frames(qtbot, window, tuning):
     plot, document = tuning.curves.histogram, window.document
     strength = np.degrees(document.detector.strength("LeftForeArm"))
@@ -318,7 +312,6 @@ def test_a_bar_leads_to_its_frames(qtbot, window, tuning):
     assert taus(window)["LeftForeArm"] == 1.5
 
 
-@pytest.mark.thorough
 def test_its_frames_are_reached_without_a_mouse(qtbot, window, tuning):
     document = window.document
     bars = bar_of(np.degrees(document.detector.strength("LeftForeArm")))
@@ -355,7 +348,6 @@ def test_a_double_click_on_a_bar_sets_tau_and_leaves_the_playhead(qtbot, window,
     assert document.frame == 17
 
 
-@pytest.mark.thorough
 def test_a_span_left_out_is_undone_saved_and_counts_for_nothing(qtbot, window, tuning, tmp_path):
     document = window.document
     before = tuning.costs.curves["LeftForeArm"]
@@ -401,7 +393,6 @@ def test_a_span_left_out_is_undone_saved_and_counts_for_nothing(qtbot, window, t
     assert tuning.costs.curves["LeftForeArm"] is before
 
 
-@pytest.mark.thorough
 def test_blends_at_the_ends_are_said_to_be_left_out(qtbot, window, tuning, tmp_path):
     text = (ASSETS / "walk.bvh").read_text().rstrip("\n").split("\n")
     head = next(k for k, line in enumerate(text) if line.startswith("Frame Time")) + 1

@@ -85,6 +85,7 @@ def files_open(path):
     return links.count(str(path))
 
 
+@pytest.mark.thorough
 def test_the_picture_belongs_to_the_frame_at_any_offset(qtbot, show_clip, tmp_path):
     window = show_clip()
     for fps in (25, 30):
@@ -227,6 +228,7 @@ def test_a_video_that_is_gone_is_told_in_its_place_only(qtbot, show_clip, movie)
     assert window.document.frames == 344
 
 
+@pytest.mark.thorough
 def test_a_broken_video_is_one_sentence_and_the_old_one_stays(qtbot, window, movie, tmp_path):
     data = movie.read_bytes()
     for number, content in enumerate((b"", b"not a video" * 100, data[: len(data) // 2])):

@@ -85,6 +85,7 @@ def test_dots_go_with_the_playhead_and_the_title_tells_their_numbers(taught):
     assert f"what if m ● {m:.1f}°" in words
 
 
+@pytest.mark.thorough
 def test_what_is_undefined_has_no_dot(taught):
     taught.taught.set_what_if(WhatIf(swing=np.pi))
     seen = dots(taught.timeline)

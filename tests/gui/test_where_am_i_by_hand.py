@@ -10,6 +10,7 @@ import pytest
 from inspector.bundled import SAMPLE
 from tests.gui.real_screen import needs_real_screen, real_screen, watched
 
+pytestmark = [pytest.mark.thorough, needs_real_screen]
 TABLE = "window.intervals.table"
 
 
@@ -29,7 +30,6 @@ def in_menu(p, text):
     )
 
 
-@needs_real_screen
 def test_rows_have_numbers_a_menu_and_say_how_many_are_selected(tmp_path, walk, look):
     with (
         real_screen(tmp_path, size=(1440, 900), look=look) as screen,
@@ -56,7 +56,6 @@ def test_rows_have_numbers_a_menu_and_say_how_many_are_selected(tmp_path, walk, 
         p.until(f"not {several}.isVisible()")
 
 
-@needs_real_screen
 def test_an_edited_interval_says_so_and_what_is_undone_is_shown(tmp_path, walk, look):
     with (
         real_screen(tmp_path, size=(1440, 900), look=look) as screen,

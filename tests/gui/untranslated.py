@@ -24,9 +24,15 @@ def catalogue(code):
 
 
 @cache
+def code_texts():
+    """The keys of all texts in the code; to read the code takes seconds."""
+    return tuple(texts_in_code())
+
+
+@cache
 def untranslated(code):
     """Keys of texts in the code that the language lacks, and of its texts that left the code."""
-    entries, texts = catalogue(code), set(texts_in_code())
+    entries, texts = catalogue(code), set(code_texts())
     translated = {key(e) for e in entries if e.translated() and not e.fuzzy and not e.obsolete}
     return sorted((texts - translated) | ({key(e) for e in entries} - texts))
 

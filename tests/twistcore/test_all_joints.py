@@ -9,6 +9,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, analyse
 from twistcore.analysis.correction import automatic_corrections
@@ -68,7 +69,7 @@ def test_a_capture_with_faults_has_its_own():
 
 
 @pytest.mark.parametrize("length", [1, 2, 3])
-@pytest.mark.parametrize("joint", ["LeftForeArm", "Spine1", "Neck", "Hips", "RightFoot"])
+@parametrize("joint", ["LeftForeArm", "Spine1", "Neck", "Hips", "RightFoot"], quick=4)
 def test_a_spike_of_any_joint_is_one_find_of_its_own(joint, length):
     motion = turned(WALK, joint, 150, 150 + length, 40.0)
     assert finds(motion) == [("spike", joint, 150, 150 + length)]

@@ -123,6 +123,8 @@ def test_refine_changes_the_numbers_of_accepted_frames_and_bones_alone(tmp_path,
     assert ("rfemur" in said, "lradius" in said) == (True, full)
 
 
+@pytest.mark.thorough
+@pytest.mark.usefixtures("batch_here")
 def test_the_skeleton_goes_along_into_another_folder(tmp_path):
     path, other = dirty(tmp_path, full=True), tmp_path / "other"
     other.mkdir()

@@ -456,6 +456,7 @@ def test_without_frames_there_is_nothing_to_say():
     np.testing.assert_allclose(turns, [0.0, math.pi / 2, 0.0])
 
 
+@pytest.mark.thorough
 def test_a_chain_asked_for_has_the_intervals_of_the_whole_clip():
     """An error shows in the chains beside it: one alone would be explained otherwise."""
     motion = read_bvh(ASSETS / "walk_injected.bvh").motion

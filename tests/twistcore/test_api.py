@@ -17,6 +17,7 @@ import pytest
 import twistcore as tc
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, refused
+from tests.tiers import parametrize
 from twistcore.cli import main
 from twistcore.skeleton.chain import chain_named
 
@@ -44,7 +45,7 @@ def places(intervals):
 # -- names of chains -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@parametrize(
     ("name", "chain"),
     [
         ("LeftForeArm", "LeftForeArm"),
@@ -59,6 +60,7 @@ def places(intervals):
         ("Left leg · limb", "LeftUpLeg-LeftFoot"),
         ("left arm", "LeftArm"),  # the chain, before the limb that it begins
     ],
+    quick=2,
 )
 def test_chains_go_by_the_names_and_labels_that_info_prints(clip, found, name, chain):
     assert found.analysis.chain(name).name == chain
@@ -399,7 +401,7 @@ def test_numpydoc_finds_no_section_wrong():
 METHODS = [("Detection", name) for name in ("refined", "to_rows")]
 
 
-@pytest.mark.parametrize("path", [*((n,) for n in NAMES), *METHODS], ids=".".join)
+@parametrize("path", [*((n,) for n in NAMES), *METHODS], ids=".".join, quick=8)
 def test_examples_do_what_they_show(path, monkeypatch):
     monkeypatch.chdir(ROOT)
     thing = tc

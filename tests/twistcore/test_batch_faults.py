@@ -21,7 +21,10 @@ from twistcore.batch.run import run_batch
 from twistcore.errors import TwistError
 from twistcore.work.processes import each
 
-pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux")
+pytestmark = [
+    pytest.mark.thorough,
+    pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux"),
+]
 
 DIRTY = ASSETS / "walk_injected.bvh"
 SLOW_RUN = (
@@ -62,7 +65,6 @@ def finished(folder, out):
     )
 
 
-@pytest.mark.thorough
 def test_a_worker_that_is_killed_costs_nothing(tmp_path):
     folder, out = tmp_path / "in", tmp_path / "out"
     clips(folder, DIRTY, 6, 40)
@@ -73,7 +75,6 @@ def test_a_worker_that_is_killed_costs_nothing(tmp_path):
     assert len(done(out)) == 6
 
 
-@pytest.mark.thorough
 def test_a_run_that_is_killed_goes_on_and_does_nothing_twice(tmp_path):
     folder, out = tmp_path / "in", tmp_path / "out"
     clips(folder, DIRTY, 8, 40)
@@ -139,7 +140,6 @@ def test_a_full_disk_is_told_and_a_later_run_goes_on(full, tmp_path):
     assert all(done(moved)[source].sha256 == row.sha256 for source, row in good.items())
 
 
-@pytest.mark.thorough
 def test_equal_results_of_one_process_two_and_a_cluster(tmp_path):
     folder = tmp_path / "in"
     clips(folder, DIRTY, 4, 150)
@@ -172,7 +172,6 @@ def scheduler(tmp_path):
         one.wait()
 
 
-@pytest.mark.thorough
 def test_a_scheduler_that_is_killed_ends_the_run_and_another_goes_on(scheduler, tmp_path):
     first, address = scheduler
     folder, out = tmp_path / "in", tmp_path / "out"

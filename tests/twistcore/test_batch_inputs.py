@@ -143,6 +143,7 @@ def test_an_export_of_another_format_is_told_by_its_whole_name(folder):
     assert names("b") == ["05.amc", "folder.bvh/z.bvh", "other.bvh", "x.bvh"]
 
 
+@pytest.mark.thorough
 def test_a_batch_over_reviewed_clips_says_what_it_did_not_take(tmp_path, capsys):
     [clip] = clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 1, 40)
     words = ["batch", str(clip.parent), "-o", str(tmp_path / "o"), "--workers", "1"]
@@ -209,6 +210,7 @@ def test_a_shard_goes_by_names_wherever_the_folder_lies(tmp_path):
     assert all(parts[0])
 
 
+@pytest.mark.thorough
 def test_clips_and_results_at_urls(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("platformdirs.user_cache_path", lambda *_: tmp_path / "cache")
     clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 2, 40)
@@ -236,6 +238,7 @@ def test_clips_and_results_at_urls(tmp_path, monkeypatch, capsys):
     assert "nosuch" in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name != "posix", reason="bytes in names")
 def test_a_name_that_is_no_unicode(tmp_path):
     [clip] = clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 1, 40)
@@ -247,6 +250,7 @@ def test_a_name_that_is_no_unicode(tmp_path):
     assert (tmp_path / "o" / record.corrected).exists()
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no such files")
 def test_a_fifo_is_never_opened(tmp_path, monkeypatch):
     """Who opens one waits for its writer: it is listed, the first time and the next."""

@@ -11,6 +11,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, refused
+from tests.tiers import parametrize
 from tests.twistcore import amc_files
 from tests.twistcore.batch_folders import ROOT, as_its_name_says, clips
 from tests.twistcore.reviews import find_flips, flip
@@ -98,6 +99,7 @@ def test_a_file_changed_within_its_time_stamp_is_noticed(tmp_path):
     assert counts == ["clip_00.bvh"]
 
 
+@pytest.mark.thorough
 def test_a_clip_that_fails_costs_itself_alone(tmp_path):
     folder, out = tmp_path / "in", tmp_path / "out"
     made = clips(folder, DIRTY, 7)
@@ -145,9 +147,8 @@ def test_the_manifest_says_what_was_done(tmp_path):
     assert (out / record.corrected).read_bytes() != DIRTY.read_bytes()
 
 
-@pytest.mark.parametrize(
-    "words", [[], ["--tau", "5"], ["--kinds", "limb-flip", "--method", "paper"]]
-)
+@parametrize("words", [[], ["--tau", "5"], ["--kinds", "limb-flip", "--method", "paper"]])
+@pytest.mark.usefixtures("batch_here")
 def test_intervals_are_those_of_detect(tmp_path, capsys, words):
     assert main(["detect", str(DIRTY), "--json", *words]) == 0
     alone = json.loads(capsys.readouterr().out)
@@ -158,6 +159,7 @@ def test_intervals_are_those_of_detect(tmp_path, capsys, words):
         assert document[key] == alone[key]
 
 
+@pytest.mark.usefixtures("batch_here")
 def test_corrected_clips_are_those_of_refine(tmp_path, capsys):
     words = ["--min-confidence", "0.3"]
     assert main(["refine", str(DIRTY), "-o", str(tmp_path / "alone.bvh"), *words]) == 0
@@ -217,6 +219,7 @@ def test_decisions_stay_with_a_clip(tmp_path):
             manifest.note_decisions("/other.bvh", told)
 
 
+@pytest.mark.thorough
 def test_shards_are_all_clips_and_none_twice(tmp_path):
     folder = tmp_path / "in"
     clips(folder, DIRTY, 12, 40)
@@ -249,7 +252,7 @@ def test_what_is_no_manifest_is_said(tmp_path, capsys):
     assert (tmp_path / "manifest.sqlite").read_text() == "somebody's"
 
 
-@pytest.mark.parametrize(
+@parametrize(
     ("words", "said"),
     [
         ((), "--from"),
@@ -259,6 +262,7 @@ def test_what_is_no_manifest_is_said(tmp_path, capsys):
         (("x", "--fail-if", "severity"), "'severity'"),
         (("x", "--scheduler", "tcp://127.0.0.1:9"), "tcp://127.0.0.1:9"),
     ],
+    quick=3,
 )
 def test_wrong_words_are_refused(tmp_path, monkeypatch, capsys, words, said):
     monkeypatch.chdir(tmp_path)
@@ -269,6 +273,7 @@ def test_wrong_words_are_refused(tmp_path, monkeypatch, capsys, words, said):
     assert said in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("batch_here")
 def test_files_and_rules_of_what_was_named(tmp_path, capsys):
     clips(tmp_path / "in", DIRTY, 2)
     words = ["batch", str(tmp_path / "in"), "-o", str(tmp_path / "out"), "--workers", "1"]

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.cli import main
 from twistcore.detection import DETECTORS
@@ -65,7 +66,7 @@ def test_intervals_match_one_to_one_at_half_their_union():
     assert match_intervals([(0, 1), (5, 6)], [(5, 6), (0, 1)]) == {0: 1, 1: 0}
 
 
-@pytest.mark.parametrize("method", ["paper", "savgol", "pca"])
+@parametrize("method", ["paper", "savgol", "pca"])
 def test_a_pass_counts_what_evaluation_measures(scene, method):
     """Passes look at one limb; evaluation.py looks at the whole clip and knows no limbs."""
     samples, motion = [], scene.motion
@@ -170,6 +171,7 @@ def test_a_causal_low_pass_lags_and_flattens_and_the_detectors_do_not(scene):
         assert (measured[exact].lag, measured[exact].kept) == (0, 1_000_000)
 
 
+@pytest.mark.thorough
 def test_every_method_on_a_clip():
     settings = BenchmarkSettings(("P0", "H8", "H10", "rich+H1"), all_methods(), (1,))
     result = run_clip(CLIPS["walk.bvh"], "walk.bvh", settings)
@@ -210,6 +212,7 @@ def test_the_same_numbers_with_any_number_of_workers(tmp_path):
     assert document(resumed) == document(alone)
 
 
+@pytest.mark.thorough
 def test_an_interrupted_run_keeps_what_is_done_and_resumes(tmp_path, monkeypatch):
     part, done = tmp_path / "p.jsonl", []
 
@@ -283,6 +286,7 @@ def test_a_table_lines_up():
     )
 
 
+@pytest.mark.thorough
 def test_a_tau_that_is_given_is_the_one_that_is_judged(walk):
     scene = make_scene("walk", walk.motion, parse_protocol("P0"))
 

@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from tests.tiers import examples
+from tests.tiers import examples, parametrize
 from tests.twistcore.strategies import orders, quaternions
 from twistcore.cli import main
 from twistcore.formats.bvh import parse_bvh, read_bvh, write_motion
@@ -109,6 +109,7 @@ def test_a_jump_that_must_stay_is_reported():
     np.testing.assert_allclose(steps, 0.0, atol=1e-12)  # and none but that
 
 
+@pytest.mark.thorough
 def test_a_long_run_with_a_turn_left_over_is_quick():
     t = np.linspace(0, 2 * np.pi, 3000)
     angles = np.stack([t, 0.3 * np.sin(t), 0 * t], axis=1)
@@ -157,7 +158,7 @@ def furthest(before, after):
 
 
 @pytest.mark.parametrize("beyond", [False, True])
-@pytest.mark.parametrize("words", [["--causal"], [], ["--method", "spline"]])
+@parametrize("words", [["--causal"], [], ["--method", "spline"]], quick=2)
 def test_a_clip_tracked_from_its_first_frame_keeps_its_curves(beyond, words, tmp_path):
     clip, out = clip_of(tmp_path / "in.bvh", beyond=beyond), tmp_path / "out.bvh"
     assert main(["quamo", "refine", str(clip.path), "-o", str(out), *words]) == 0

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from tests.tiers import examples
+from tests.tiers import examples, parametrize
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.formats.bvh.clip import token_spans
 from twistcore.formats.bvh.numbers import (
@@ -99,7 +99,7 @@ def test_numbers_of_every_length_among_usual_ones(usual, gap):
     assert_read_as_by_float(gap.join(tokens).encode())
 
 
-@pytest.mark.parametrize(
+@parametrize(
     "text",
     [
         b"1.5 -23.123456 7.000001\n0.25 1.125 ",

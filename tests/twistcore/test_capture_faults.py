@@ -11,6 +11,7 @@ import pytest
 import twistcore as tc
 from tests.conftest import ASSETS
 from tests.messages import refused
+from tests.tiers import parametrize
 from tests.twistcore.test_frozen_frames import frozen
 from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, WALK, noisy
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
@@ -138,7 +139,7 @@ def test_a_chain_alone_has_the_same_rows_as_the_whole_clip(found):
     assert (burst.start, burst.stop, burst.joint) == (whole.start, whole.stop, whole.joint)
 
 
-@pytest.mark.parametrize("chain", ["RightArm", "RightForeArm"])
+@parametrize("chain", ["RightArm", "RightForeArm"])
 def test_a_frozen_limb_is_a_row_of_the_first_chain_that_was_asked_for(chain):
     several = analyse(faulty(), [chain, "LeftForeArm", "RightForeArm"]).detect()
     (row,) = of(several, Kind.FROZEN)

@@ -7,6 +7,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection.carried_rolls import bent_frames
@@ -37,7 +38,7 @@ def with_error(error):
     return inject(WALK, list(CHAINS.values()), [error])
 
 
-@pytest.mark.parametrize("degrees", [-120.0, -30.0, 12.0, 60.0, 170.0])
+@parametrize("degrees", [-120.0, -30.0, 12.0, 60.0, 170.0], quick=2)
 @pytest.mark.parametrize("name", ["LeftArm", "RightUpLeg"])
 def test_a_carried_roll_is_found_and_taken_out_exactly(name, degrees):
     error = roll(name, degrees)

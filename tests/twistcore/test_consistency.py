@@ -163,7 +163,7 @@ def test_nothing_is_found_in_a_clean_clip(clip):
     assert not detect(clip, CHAINS)
 
 
-@pytest.mark.parametrize("degrees", [179.9, 180.0, -179.5, 90.0, 5.0])
+@parametrize("degrees", [179.9, 180.0, -179.5, 90.0, 5.0], quick=3)
 @pytest.mark.parametrize("length", [1, 300])
 def test_one_frame_or_three_hundred_at_any_angle(degrees, length):
     error = shift(4, 20, [degrees] * length)
@@ -179,6 +179,7 @@ def test_a_soft_onset_is_followed(ramp):
     assert_found(found_in(WALK, error), error)
 
 
+@pytest.mark.thorough
 @parametrize("name", ["walk", "dance", "basketball"])
 def test_ramps_at_60_hz_do_not_hide_themselves(name):
     """Every 2nd frame: where the first pass takes a ramp for motion, σ hides it for good."""
@@ -231,7 +232,7 @@ def test_a_cut_is_a_border():
     assert (found.start, found.stop) == (160, 169)
 
 
-@pytest.mark.parametrize("fps", [15, 30, 60, 120, 240])
+@parametrize("fps", [15, 30, 60, 120, 240], quick=2)
 def test_behaves_alike_at_any_frame_rate(fps):
     motion = cut_out(DANCE, slice(1, None))  # no T-pose to decimate
     if fps == 240:

@@ -176,6 +176,7 @@ def test_few_chains_are_explained_as_all_sets_say(n):
     np.testing.assert_allclose(wrap(line.explained() - enumerated(line)), 0.0, atol=1e-6)
 
 
+@pytest.mark.thorough
 def test_the_lines_that_are_compared_have_runs_of_several_chains_and_several_runs():
     """Or the comparison with all sets would say little."""
     changed = [
@@ -260,6 +261,7 @@ def errors_in(chains) -> list[InjectedError]:
     ]
 
 
+@pytest.mark.thorough
 def test_every_error_along_a_line_of_60_joints_is_found():
     motion, chains = rig(60)
     assert len(chains) >= 57
@@ -273,6 +275,7 @@ def test_every_error_along_a_line_of_60_joints_is_found():
         assert np.degrees(np.abs(wrap(interval.offset - error.offset)).max()) < 1.0
 
 
+@pytest.mark.thorough
 def test_lines_of_unequal_length_do_not_know_each_other():
     motion, chains = rig(25, 7, 4, 4)
     dirty = inject(motion, chains, errors_in(chains))

@@ -70,6 +70,7 @@ def test_session_and_journal_carry_it(latin):
     assert Review(back.state).state.tau[NAME] == pytest.approx(0.1)
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name == "nt", reason="names are text there")
 def test_every_command_carries_it(latin, capfd):
     folder = latin.parent

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import wrap
@@ -81,7 +82,7 @@ def at_an_end_of_the_clip(motion, _, interval):
 RULES = strongest_jump, liveliest, shortest, first_upward, at_an_end_of_the_clip
 
 
-@pytest.mark.parametrize("rule", RULES)
+@parametrize("rule", RULES)
 def test_a_rule_over_the_curves_is_right_no_more_often_than_by_chance(rule):
     """Of the intervals of a chain, it accepts the half with the largest values."""
     right = {}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from tests.twistcore.reviews import flip, flipped
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips import analyse_limbs
@@ -168,7 +169,7 @@ def plain_explain(jumps, angle, height, capture, fps):
 
 
 @pytest.mark.parametrize("fps", [30.0, 120.0])
-@pytest.mark.parametrize("seed", range(16))
+@parametrize("seed", range(16), quick=8)
 def test_the_cheapest_explanation_is_that_of_all_ways(seed, fps):
     jumps, (angle, height, capture) = jumps_of(seed, 6 + 2 * (seed % 4)), limb_of(seed)
     found = explain(jumps, angle, height, capture, fps)

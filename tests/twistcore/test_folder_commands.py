@@ -10,6 +10,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
+from tests.tiers import parametrize
 from tests.twistcore.reviews import CLIP, fresh
 from tests.twistcore.test_cli import run
 from twistcore.batch import survey_folder
@@ -70,11 +71,11 @@ def listed(err):
     return sorted({name for line in lines for name in ALL if name in line})
 
 
-@pytest.mark.parametrize(
+@parametrize(
     "words",
     [
-        ("tune", "{}", "-o", "{}/../profile.toml", "--seeds", "1", "--workers", "1"),
         ("benchmark", "{}", "--seeds", "1", "--workers", "1", "--methods", "paper"),
+        ("tune", "{}", "-o", "{}/../profile.toml", "--seeds", "1", "--workers", "1"),
     ],
     ids=lambda words: words[0],
 )

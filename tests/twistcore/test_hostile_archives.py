@@ -182,6 +182,7 @@ def test_few_bytes_that_become_many_numbers_are_refused():
         parse_npz(data)
 
 
+@pytest.mark.thorough
 def test_compressed_pickles_unpack_within_the_same_bound(tmp_path):
     for squeeze in (zlib.compress, bz2.compress, lambda raw: lzma.compress(raw, preset=0)):
         data = squeeze(b"\x80\x04" + b"\0" * 40_000_000)

@@ -84,6 +84,7 @@ def test_of_thousands_of_warnings_the_first_are_shown_and_the_rest_counted():
     assert str(clip.warnings[40]) == "960 more warnings are not shown."
 
 
+@pytest.mark.thorough
 def test_a_nested_figure_is_written_for_its_joints_not_for_the_square_of_their_depth():
     depth = 3000
     inside = "".join(f"JOINT j{k}\n{{\nOFFSET 0 1 0\n" for k in range(depth)) + "}" * depth
@@ -175,6 +176,7 @@ def many_bones(count, extra=b""):
     )
 
 
+@pytest.mark.thorough
 def test_time_grows_with_the_size_of_a_skeleton_and_an_amc_not_with_its_square():
     asf = grown(lambda n: many_bones(n, b"odd 1"), parse_asf, 10_000)
     assert len(asf.skeleton) == 10_001

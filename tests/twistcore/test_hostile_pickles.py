@@ -7,6 +7,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from tests.tiers import parametrize
 from tests.twistcore.processor_time import spent
 from tests.twistcore.test_hostile_archives import npy, packed
 from twistcore.errors import TwistError
@@ -86,7 +87,7 @@ def held(work):
     return found
 
 
-@pytest.mark.parametrize("attack", ATTACKS)
+@parametrize("attack", ATTACKS, quick=3)
 def test_a_pickle_takes_little_time_and_memory(attack, tmp_path):
     data = START + ATTACKS[attack] + b"."
     error = held(lambda: parse_pkl(data, tmp_path / "a.pkl"))
@@ -108,6 +109,7 @@ def refused(data):
     return str(error.value)
 
 
+@pytest.mark.thorough
 def test_numbers_of_a_long_recording_are_no_attack():
     """A list of numbers has nine bytes for each instruction."""
     numbers = [0.5 * k for k in range(400_000)]

@@ -268,7 +268,7 @@ def test_a_page_of_a_clip_stands_below_its_report(name):
 # -- programs --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("program", PROGRAMS)
+@parametrize("program", PROGRAMS)
 def test_a_script_is_data_and_its_own_code(judged, program):
     """The same statements as of harmless names; what differs are literals."""
     _, (clip, state) = judged

@@ -8,6 +8,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from tests.twistcore.test_registry import run
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction import Corrected
@@ -89,8 +90,8 @@ def stretched(tmp_path):
 # -- stretches -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kept", [False, True])
-@pytest.mark.parametrize(
+@parametrize("kept", [False, True])
+@parametrize(
     ("joint", "start", "stop"),
     [("LeftFoot", 200, FRAMES), ("LeftFoot", 0, 90), ("RightHand", 100, 180)],
 )
@@ -192,7 +193,7 @@ def test_its_frames_and_its_angle_can_be_edited():
 
 
 @pytest.mark.parametrize("length", [1, 3])
-@pytest.mark.parametrize("joint", ["Spine1", "LeftForeArm", "Hips"])
+@parametrize("joint", ["Spine1", "LeftForeArm", "Hips"], quick=2)
 def test_a_spike_becomes_the_way_between_its_neighbours(joint, length):
     start, stop, at = 150, 150 + length, SKELETON.index(joint)
     motion = spiked(joint, start, stop)

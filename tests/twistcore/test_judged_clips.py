@@ -266,6 +266,7 @@ def judged_folder(tmp_path, analysis):
     return tmp_path
 
 
+@pytest.mark.thorough
 def test_tune_by_verdicts_writes_a_profile(judged_folder, tmp_path, capsys):
     output = tmp_path / "p.toml"
     assert main(["tune", str(judged_folder), "--verdicts", "-o", str(output)]) == 0
@@ -285,6 +286,7 @@ def test_tune_by_verdicts_writes_a_profile(judged_folder, tmp_path, capsys):
     assert math.radians(1.5) <= min(tau)
 
 
+@pytest.mark.thorough
 def test_tune_by_verdicts_says_what_is_missing(judged_folder, tmp_path, capsys):
     output, one = str(tmp_path / "p.toml"), ("--workers", "1")
     for more, told in (

@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.detection.limb_flips.jumps import (
     around,
     departure,
@@ -115,7 +116,7 @@ def plain_soft(turns, sharp, fps):
 
 
 @pytest.mark.parametrize("fps", [60.0, 120.0])
-@pytest.mark.parametrize("seed", range(6))
+@parametrize("seed", range(6), quick=2)
 def test_soft_jumps_are_runs_of_fast_turns_that_together_turn_the_limb_round(fps, seed):
     rng = np.random.default_rng(seed)
     turns = np.zeros(160)

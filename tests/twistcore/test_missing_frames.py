@@ -62,6 +62,7 @@ def test_what_concerns_the_whole_clip_is_the_first_warning(tmp_path):
     assert str(MISSING) in clip.warnings[0].text
 
 
+@pytest.mark.thorough
 def test_every_command_says_so_once(tmp_path, capsys):
     path, out = cut(tmp_path), tmp_path / "out.bvh"
     session = tmp_path / "cut.twist.json"
@@ -102,6 +103,8 @@ def test_documents_hold_the_number(tmp_path, capsys):
     assert f"({MISSING} missing)" in page.read_text("utf-8")
 
 
+@pytest.mark.thorough
+@pytest.mark.usefixtures("batch_here")
 def test_a_batch_lists_them_and_a_rule_fails(tmp_path, capsys):
     folder, out, table = tmp_path / "in", tmp_path / "out", tmp_path / "t.csv"
     folder.mkdir()
@@ -137,6 +140,7 @@ def test_rules_count_them_by_clip_or_over_the_run(rule, value):
     assert broken([parse_rule("missing-frames>0")], [older]) == []
 
 
+@pytest.mark.usefixtures("batch_here")
 def test_any_number_that_a_header_declares_can_be_noted(tmp_path, capsys):
     path = cut(tmp_path)
     path.write_bytes(path.read_bytes().replace(b"Frames: 344", b"Frames: 999999999999999999"))

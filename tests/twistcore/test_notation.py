@@ -10,6 +10,7 @@ import pytest
 from benchmarks.notation import NOTATIONS, Notation, kept, sound, with_errors
 from tests.conftest import ASSETS
 from tests.messages import numbers
+from tests.tiers import parametrize
 from tests.twistcore.test_first_frames import blended
 from twistcore import analyse, read_bvh
 from twistcore.analysis.correction import automatic_corrections, refine
@@ -160,7 +161,7 @@ def test_what_is_recognised_is_said_in_a_sentence():
 # -- no error by itself ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("notation", NOTATIONS, ids=NAMES)
+@parametrize("notation", NOTATIONS, ids=NAMES, quick=2)
 @pytest.mark.parametrize("name", ["dance", "basketball"])
 def test_a_sound_clip_stays_as_it_is(notation, name):
     assert automatic_corrections(analyse(written(notation, name)).detect()) == ()
@@ -169,8 +170,8 @@ def test_a_sound_clip_stays_as_it_is(notation, name):
 # -- no place to hide ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("degrees", [15.0, -30.0, 150.0])
-@pytest.mark.parametrize("label", ["Left Arm", "Right ForeArm", "Left UpLeg"])
+@parametrize("degrees", [15.0, -30.0, 150.0], quick=2)
+@parametrize("label", ["Left Arm", "Right ForeArm", "Left UpLeg"], quick=2)
 def test_an_error_in_whole_degrees(label, degrees):
     chains, wrong = error(clip().motion, label, 200, 212, degrees)
     erring = WHOLE.written(with_errors(clip(), chains, [wrong]), 1)
@@ -205,8 +206,8 @@ def test_an_error_in_held_frames_has_its_frames(degrees):
     np.testing.assert_allclose(np.abs((repaired.rotations[200:220] * true).sum(-1)), 1.0, atol=1e-3)
 
 
-@pytest.mark.parametrize("notation", [KEYS5, KEYS10, KEYS15], ids=lambda n: n.name)
-@pytest.mark.parametrize("frames", [(213, 217), (228, 232), (231, 310)])
+@parametrize("notation", [KEYS5, KEYS10, KEYS15], ids=lambda n: n.name, quick=2)
+@parametrize("frames", [(213, 217), (228, 232), (231, 310)], quick=2)
 def test_an_error_that_jumps_between_linear_keys(notation, frames):
     whole = written(notation)
     chains, wrong = error(whole.motion, "Left Arm", *frames, 30.0)
@@ -228,9 +229,10 @@ def test_an_error_in_linear_keys_comes_and_goes_with_its_keys(notation):
 
 
 @pytest.mark.parametrize("notation", [KEYS5, KEYS10], ids=lambda n: n.name)
-@pytest.mark.parametrize(
+@parametrize(
     ("label", "degrees"),
     [("Left UpLeg", 60.0), ("Left UpLeg", 90.0), ("Left Leg", -140.0), ("Right Leg", 170.0)],
+    quick=2,
 )
 def test_a_large_error_in_linear_keys_is_one_interval(notation, label, degrees):
     """Euler angles that go far from key to key turn a joint unevenly: nothing jumps there."""

@@ -49,6 +49,7 @@ def test_commands_print_a_note_once(capsys, tmp_path, clip, command):
         assert note.text in sentence
 
 
+@pytest.mark.usefixtures("batch_here")
 def test_a_batch_and_the_report_show_it_once(capsys, tmp_path, clip):
     path, note = clip
     assert main(["batch", str(path), "-o", str(tmp_path / "out"), "--workers", "1"]) == 0

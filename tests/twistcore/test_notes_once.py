@@ -45,6 +45,7 @@ def test_chains_that_share_a_joint_share_its_sentence(shifted):
     ],
     ids=" ".join,
 )
+@pytest.mark.usefixtures("batch_here")
 def test_no_sentence_is_printed_twice(words, shifted, tmp_path, capsys):
     # A header that claims more, UTF-16 and a joint without OFFSET: each is a note of the clip.
     text = shifted.read_text("utf-8").replace("Frames: 60", "Frames: 75")
@@ -60,6 +61,7 @@ def test_no_sentence_is_printed_twice(words, shifted, tmp_path, capsys):
     assert not [note for note, count in notes.items() if count > 1]
 
 
+@pytest.mark.usefixtures("batch_here")
 def test_documents_list_each_once(shifted, tmp_path, capsys):
     main(["info", str(shifted), "--json"])
     warnings = json.loads(capsys.readouterr().out)["warnings"]

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
+from tests.tiers import parametrize
 from tests.twistcore.amass_files import UPRIGHT, amass_arrays, write_amass
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.quality.joint import joint_quality
@@ -72,7 +73,7 @@ def run(capsys, *words):
 
 
 @pytest.mark.parametrize("own", [True, False], ids=["its own body", "a template's"])
-@pytest.mark.parametrize("joints", BODIES)
+@parametrize("joints", BODIES, quick=3)
 def test_every_model_s_joints_give_the_chains_limbs_and_intervals_of_the_bvh(joints, own, tmp_path):
     clip = read_clip(write_amass(tmp_path / "a.npz", WALK.motion, joints, own=own))
     assert isinstance(clip, NpzClip)
@@ -134,8 +135,8 @@ def test_the_rate_is_the_file_s_or_said_to_be_assumed(missing, walk, tmp_path):
 # -- writing ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("packed", [False, True], ids=["stored", "packed"])
-@pytest.mark.parametrize("dtype", ["<f8", "<f4", ">f4"])
+@parametrize("packed", [False, True], ids=["stored", "packed"])
+@parametrize("dtype", ["<f8", "<f4", ">f4"])
 def test_refine_changes_the_poses_of_the_intervals_and_no_other_bit(
     dtype, packed, capsys, tmp_path
 ):

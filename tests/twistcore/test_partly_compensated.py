@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore import detect
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.cli import main
@@ -41,7 +42,7 @@ def test_the_level_is_what_p_itself_shows(label, share):
 
 
 @pytest.mark.parametrize("leak", [0.0, 0.5])
-@pytest.mark.parametrize("label", list(CHAINS))
+@parametrize("label", list(CHAINS), quick=4)
 def test_a_child_that_follows_is_said_to(label, leak):
     motion, error = wrong(label, 1.0, leak=leak)
     (found,) = (i for i in detect(motion) if i.start < error.stop and error.start < i.stop)

@@ -7,6 +7,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
+from tests.tiers import parametrize
 from twistcore.detection.bends import bend_steps
 from twistcore.detection.cuts import _jumps, border_notes, find_cuts, leading_frames
 from twistcore.detection.leading_blend import LENGTHS, blend_end, held_frames, rest_frames
@@ -269,8 +270,8 @@ def out_of(pose, q, length, eased, seed=0, spoilt=0.0):
 REST = np.tile([1.0, 0.0, 0.0, 0.0], (WALK.rotations.shape[1], 1))
 
 
-@pytest.mark.parametrize("fps", [30.0, 120.0])
-@pytest.mark.parametrize("eased", [False, True])
+@parametrize("fps", [30.0, 120.0])
+@parametrize("eased", [False, True])
 def test_blends_end_where_they_do_joint_by_joint(fps, eased):
     q = CAPTURE.rotations[:: round(120.0 / fps)]
     found = set()

@@ -8,6 +8,7 @@ import pytest
 from scipy.signal import butter, sosfiltfilt
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.cli import main
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh, write_motion
@@ -301,7 +302,7 @@ def short(tmp_path_factory):
     return str(path)
 
 
-@pytest.mark.parametrize("name", [*NEW, "H12+R8"])
+@parametrize("name", [*NEW, "H12+R8"], quick=4)
 def test_the_commands_put_them_in_and_measure_them(name, short, tmp_path, capsys):
     dirty, truth = str(tmp_path / "dirty.bvh"), str(tmp_path / "truth.json")
     words = ["--truth", truth, "--seed", "8", "--protocol", name]
@@ -352,6 +353,7 @@ def test_what_comes_out_worse_is_counted():
     assert (tally.frames, tally.repaired, tally.worse) == (4, 1, 2)
 
 
+@pytest.mark.thorough
 def test_the_benchmark_tells_of_new_rows_and_of_what_came_out_worse():
     settings = BenchmarkSettings(("R8", "GI", "SL"), ("unroll", "pca", "slerp-oracle"), (1,))
     result = run_clip(ASSETS / "walk.bvh", "walk.bvh", settings)

@@ -8,6 +8,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
+from tests.tiers import parametrize
 from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, noisy
 from tests.twistcore.test_quamo_data import write_poses
 from twistcore.cli import main
@@ -88,7 +89,7 @@ def test_what_moves_and_is_not_tracked_is_named(capsys, tmp_path):
     assert left in told  # they turn, and no network knows them; LHipJoint stands still
 
 
-@pytest.mark.parametrize(
+@parametrize(
     ("options", "place"),
     [
         (BOTH_WAYS, True),
@@ -99,6 +100,7 @@ def test_what_moves_and_is_not_tracked_is_named(capsys, tmp_path):
         ((*BOTH_WAYS, "--joints", "Hips", "--no-root-position"), False),
         (("--gains", "learned"), True),
     ],
+    quick=2,
 )
 def test_the_roots_place_is_tracked_unless_it_is_left_out(capsys, tmp_path, options, place):
     out = tmp_path / "out.bvh"
@@ -181,7 +183,7 @@ def test_refine_warns_of_twist_errors_that_tracking_would_smear(capsys, tmp_path
     assert "8 intervals" in err
 
 
-@pytest.mark.parametrize(
+@parametrize(
     ("options", "method"),
     [
         ((), "spline"),
@@ -190,6 +192,7 @@ def test_refine_warns_of_twist_errors_that_tracking_would_smear(capsys, tmp_path
         (("--kp", "600"), "tracked both ways"),
         (("--causal",), "tracked causally"),
     ],
+    quick=2,
 )
 def test_a_file_is_smoothed_by_the_spline_unless_an_option_of_the_tracker_is_given(
     capsys, tmp_path, options, method

@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.analysis.quality.figure import foot_slide, in_contact, quality
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh
@@ -108,8 +109,8 @@ def test_wandering_noise_has_unit_size_and_its_time_scale():
     assert (x[lag:] * x[:-lag]).mean() == pytest.approx(np.exp(-0.25), abs=0.06)
 
 
-@pytest.mark.parametrize("systematic", [False, True])
-@pytest.mark.parametrize(("level", "mpjpe", "accel"), [("A", 56.0, 18.0), ("B", 47.0, 9.0)])
+@parametrize("systematic", [False, True])
+@parametrize(("level", "mpjpe", "accel"), [("A", 56.0, 18.0), ("B", 47.0, 9.0)])
 def test_noise_is_calibrated_and_seeded(level, mpjpe, accel, systematic):
     found = []
     for name in ("walk", "dance", "basketball"):

@@ -223,6 +223,7 @@ def test_signals_have_the_strength_of_a_detector_that_is_named(tmp_path):
     assert "strength_deg" not in table.read_text("utf-8").splitlines()[0]
 
 
+@pytest.mark.thorough
 def test_a_file_goes_through_tune_and_benchmark_in_processes(tmp_path):
     shutil.copy(KICK, tmp_path)
     profile = tmp_path / "steps.toml"
@@ -243,6 +244,7 @@ def test_a_file_goes_through_tune_and_benchmark_in_processes(tmp_path):
     assert methods["steps"]["text"] == "Jumps of the parent's twist, and the jump back"
 
 
+@pytest.mark.thorough
 def test_a_batch_by_a_file_is_done_again_once_the_file_has_changed(tmp_path):
     (tmp_path / "in").mkdir()
     shutil.copy(KICK, tmp_path / "in")

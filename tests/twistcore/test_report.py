@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.tiers import parametrize
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped
 from twistcore.analysis.clip_analysis import detect
 from twistcore.cli import main
@@ -42,8 +43,8 @@ def test_its_own_files_are_replaced(tmp_path):
     assert first[0].exists()
 
 
-@pytest.mark.parametrize("again", [False, True])
-@pytest.mark.parametrize("count", range(5))
+@parametrize("again", [False, True])
+@parametrize("count", range(5))
 def test_what_a_killed_program_left_of_it_is_replaced(tmp_path, monkeypatch, count, again):
     class Killed(BaseException):
         pass

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.messages import numbers
+from tests.tiers import parametrize
 from tests.twistcore.reviews import CHAINS, CLIP, fresh
 from twistcore.analysis.correction import refine
 from twistcore.cli import main
@@ -123,7 +124,7 @@ def test_a_step_that_older_programs_would_replay_otherwise_is_none_that_they_kno
     assert command_to_json(Track(None)) == {"do": "Track", "tracking": None}
 
 
-@pytest.mark.parametrize("tracking", EVERY)
+@parametrize("tracking", EVERY, quick=2)
 def test_apply_writes_the_very_bytes_of_an_export(tmp_path, tracking):
     review = reviewed()
     review.do(Track(tracking))

@@ -342,6 +342,7 @@ def test_a_bad_file_is_refused_in_a_sentence(tmp_path, capsys, text, told):
     assert names_in_one_line(said, str(path), told)
 
 
+@pytest.mark.thorough
 def test_commands_take_a_rig(tmp_path, walk, capsys):
     path, clip = tmp_path / "rig.toml", str(ASSETS / "walk_injected.bvh")
     write_rig(path, OWN, walk.motion.skeleton, "walk.bvh")

@@ -115,7 +115,7 @@ def left_of(name, start, offset, motion):
     return left[at], left[~at], max(np.abs(v).max() for v in total.values())
 
 
-@pytest.mark.parametrize("shape", SHAPES)
+@parametrize("shape", SHAPES, quick=4)
 @pytest.mark.parametrize("name", ["LeftArm", "RightForeArm", "RightLeg"])
 def test_a_silent_joint_tells_an_error_of_any_pace(name, shape):
     inside, outside, elsewhere = left_of(name, 120, SHAPES[shape], clip("basketball.bvh"))
@@ -171,8 +171,8 @@ def test_what_departs_no_more_than_motion_does_is_left_alone():
         assert elsewhere == 0.0
 
 
-@pytest.mark.parametrize("kind", ["plain", "rich", "30 Hz"])
-@pytest.mark.parametrize("name", CLIPS)
+@parametrize("kind", ["plain", "rich", "30 Hz"])
+@parametrize("name", CLIPS)
 def test_clips_without_an_error_hold_none(name, kind):
     motion = clip(name, kind)
     assert soft_of(motion) == []
@@ -181,7 +181,7 @@ def test_clips_without_an_error_hold_none(name, kind):
 
 
 @pytest.mark.parametrize("kind", ["plain", "rich"])
-@pytest.mark.parametrize("delta", [4.0, -35.0, 170.0])
+@parametrize("delta", [4.0, -35.0, 170.0], quick=2)
 def test_a_step_is_a_jump_as_ever_exact_and_beside_no_soft_error(kind, delta):
     motion = clip("walk.bvh", kind)
     for name in ("LeftArm", "RightLeg"):
@@ -205,6 +205,7 @@ def test_steps_in_one_chain_and_a_soft_error_in_another_are_each_their_own(kind)
     assert [s.interval.chain for s in soft_of(dirty)] == ["LeftArm"]
 
 
+@pytest.mark.thorough
 def test_nothing_is_taken_out_twice_and_nothing_is_left_to_find():
     for name, kind in (("LeftArm", "plain"), ("RightForeArm", "rich")):
         motion = clip("walk.bvh", kind)
@@ -453,7 +454,7 @@ def restless_errors(seed):
     return made, motion.with_rotations(q)
 
 
-@pytest.mark.parametrize(("seed", "chain"), [(14, "LeftArm"), (2002, "LeftLeg")])
+@parametrize(("seed", "chain"), [(14, "LeftArm"), (2002, "LeftLeg")])
 def test_nothing_gives_way_to_a_soft_error_that_is_rejected(seed, chain):
     """All the evidence takes it for motion: the jumps that it would explain stay."""
     made, motion = restless_errors(seed)

@@ -8,6 +8,7 @@ import pytest
 from benchmarks.mirrored_turns import Straightness
 from benchmarks.real_flips import judge
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.analysis.correction import automatic_corrections, refine, remove_twist
 from twistcore.cli import main
@@ -106,8 +107,8 @@ def repaired(offset, motion, name="LeftUpLeg"):
     return np.mean(left <= 0.2 * np.abs(offset[wrong]))
 
 
-@pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
-@pytest.mark.parametrize("delta", [-50.0, -20.0, 20.0, 50.0])
+@parametrize("fps", [30.0, 60.0, 120.0], quick=2)
+@parametrize("delta", [-50.0, -20.0, 20.0, 50.0], quick=2)
 def test_an_error_of_every_straight_spell_is_taken_out_and_nothing_else(fps, delta):
     clean = straightening(fps)
     offset = sum(level(clean, s, np.radians(delta)) for s in spells(clean))
@@ -163,7 +164,7 @@ def test_a_sudden_error_is_a_jump_as_ever_of_the_bent_limb_and_of_the_straight_o
     assert "edges" in found[0].evidence
 
 
-@pytest.mark.parametrize("name", ["LeftArm", "RightArm", "LeftUpLeg", "RightUpLeg"])
+@parametrize("name", ["LeftArm", "RightArm", "LeftUpLeg", "RightUpLeg"], quick=2)
 @pytest.mark.parametrize("delta", [-FORTY, FORTY])
 def test_arms_and_legs_of_a_walk(name, delta):
     chain = thigh(WALK, name)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.tiers import parametrize
 from twistcore.detection.runs import runs
 from twistcore.detection.straight_limbs.straight_claims import _hinge_says, _Jumping
 from twistcore.detection.straight_limbs.straight_course import course, scale_of
@@ -89,8 +90,8 @@ def plain_course(increments, scales, start, stop, low, high, fps):
     return delta
 
 
-@pytest.mark.parametrize("fps", RATES)
-@pytest.mark.parametrize("seed", range(6))
+@parametrize("fps", RATES, quick=2)
+@parametrize("seed", range(6), quick=2)
 def test_the_course_is_that_of_the_dense_least_squares(seed, fps):
     increments, s = signals(seed, fps), spell_of(seed)
     scales = scale_of(increments[0]), 1.7 * scale_of(increments[1])

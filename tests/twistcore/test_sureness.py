@@ -76,6 +76,7 @@ def test_a_silent_joint_makes_exact_what_jumps_told_about_right():
     np.testing.assert_allclose(total["LeftShoulder"], full, atol=np.radians(0.1))
 
 
+@pytest.mark.thorough
 def test_what_a_straight_limb_tells_no_soft_error_moves():
     motion = clip("walk.bvh", "rich")
     _, dirty = erring(motion, "LeftArm", 150, SHAPES["ramp of 16"])

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.analysis.correction import remove_twist
 from twistcore.analysis.decomposition import (
     WhatIf,
@@ -48,8 +49,8 @@ def chain(request, clip):
     return next(c for c in find_chains(clip.motion) if c.name == request.param)
 
 
-@pytest.mark.parametrize("name", ["LeftForeArm", "RightUpLeg", "RightLeg"])
-@pytest.mark.parametrize("tau", [np.radians(0.1), DEFAULT_TAU])
+@parametrize("name", ["LeftForeArm", "RightUpLeg", "RightLeg"])
+@parametrize("tau", [np.radians(0.1), DEFAULT_TAU])
 def test_err_and_offset_are_the_papers_in_every_frame(name, tau):
     motion = read_bvh(ASSETS / "walk_injected.bvh").motion
     chain = next(c for c in find_chains(motion) if c.name == name)

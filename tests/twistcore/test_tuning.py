@@ -12,6 +12,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers, refused
+from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.batch import survey
 from twistcore.cli import main
@@ -122,6 +123,7 @@ def test_the_command_writes_a_profile_that_detect_takes(tmp_path, capsys):
     assert main(["tune", str(tmp_path), "-o", str(out)]) == 2
 
 
+@pytest.mark.thorough
 def test_a_clips_own_errors_are_neither_false_alarms_nor_in_the_way():
     """Taken as false alarms they drive τ above themselves, past most of the errors there are."""
     curves = clip_curves(ASSETS / "walk_injected.bvh", "consistency", 2)
@@ -132,7 +134,7 @@ def test_a_clips_own_errors_are_neither_false_alarms_nor_in_the_way():
         assert not c.alarms.any()
 
 
-@pytest.mark.parametrize("method", ["consistency", "paper"])
+@parametrize("method", ["consistency", "paper"])
 def test_what_a_person_calls_natural_is_a_false_alarm(dirty_walk, method):
     motion, chains = dirty_walk.motion, find_chains(dirty_walk.motion)
     found = detect(motion, chains)
@@ -159,6 +161,7 @@ def test_a_limb_by_itself_is_analysed_as_in_the_whole_body(sample):
         assert alone.automatic_tau(chain.name) == whole.automatic_tau(chain.name)
 
 
+@pytest.mark.thorough
 def test_a_noisy_capture_gets_a_larger_tau(walk):
     rng = np.random.default_rng(3)
     motion = walk.motion
@@ -208,6 +211,7 @@ def reviewed(tmp_path):
     return path, one.interval
 
 
+@pytest.mark.thorough
 def test_tune_leaves_out_what_a_session_leaves_out(reviewed, tmp_path, capsys):
     path, natural = reviewed
     clip = read_bvh(path)
@@ -250,6 +254,7 @@ def test_tune_refuses_a_session_of_what_is_not_there(reviewed, tmp_path, capsys,
     assert not out.exists()
 
 
+@pytest.mark.thorough
 def test_tune_guesses_nothing_where_a_session_cannot_be_read(reviewed, tmp_path, capsys):
     path, _ = reviewed
     session, out = path.with_name("w.twist.json"), tmp_path / "p.toml"
@@ -273,6 +278,7 @@ def test_tune_guesses_nothing_where_a_session_cannot_be_read(reviewed, tmp_path,
     assert not out.exists()
 
 
+@pytest.mark.thorough
 def test_tune_counts_the_minutes_of_clips_of_several_rigs_once_each(tmp_path, capsys):
     words = ["tune", str(tmp_path), "-o", str(tmp_path / "p.toml"), "--seeds", "0", "--both"]
     text = (ASSETS / "kick.bvh").read_text()

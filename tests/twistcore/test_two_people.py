@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.messages import names_in_one_line, numbers
+from tests.tiers import parametrize
 from tests.twistcore.reviews import spun
 from tests.twistcore.test_smoothed_spans import smoothed
 from tests.twistcore.two_people import CLEAN, WRONG, two_people
@@ -94,7 +95,7 @@ def spans(found, person):
     return [(i.chain, i.kind, i.start, i.stop, i.open, i.confidence, i.offset.sum()) for i in own]
 
 
-@pytest.mark.parametrize("people", [None, ["B"]])
+@parametrize("people", [None, ["B"]])
 def test_a_restless_person_leaves_the_other_s_finds_as_they_are(pair, people):
     motion = pair.motion
     for k in range(8):
@@ -129,7 +130,7 @@ def test_one_person_alone_has_the_same_finds_where_the_budget_is_spent(pair, mon
         assert {k: v for k, v in left if k in names} == alone.analysis.by().left != {}
 
 
-@pytest.mark.parametrize("chains", [None, ["LeftArm_B"]])
+@parametrize("chains", [None, ["LeftArm_B"]])
 def test_notes_on_noise_and_smoothing_are_of_the_people_asked_for(pair, chains):
     rotations, names = pair.motion.rotations.copy(), pair.motion.skeleton.names
     rng = np.random.default_rng(1)
@@ -214,6 +215,7 @@ def test_detect_tells_whose_each_interval_is(file, alone, capsys):
     assert of_one.out.splitlines()[0].split()[0] == "chain"
 
 
+@pytest.mark.usefixtures("batch_here")
 def test_person_chooses_in_every_command_that_takes_chains(file, alone, tmp_path, capsys):
     code, text = said(capsys, "detect", file, "--person", "A", "--json")
     assert (code, json.loads(text.out)["intervals"]) == (0, [])

@@ -10,6 +10,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
+from tests.tiers import parametrize
 from tests.twistcore.batch_records import done
 from tests.twistcore.made_records import record_of
 from twistcore.analysis.clip_analysis import analyse
@@ -92,7 +93,7 @@ def commands(clip, folder):
     ]
 
 
-@pytest.mark.parametrize("name", BLIND)
+@parametrize("name", BLIND)
 def test_nothing_examined_is_one_sentence_and_exit_1(clips, tmp_path, capsys, name):
     clip = clips / f"{name}.bvh"
     for words in commands(clip, tmp_path):
@@ -104,7 +105,7 @@ def test_nothing_examined_is_one_sentence_and_exit_1(clips, tmp_path, capsys, na
             assert claim not in out, words
 
 
-@pytest.mark.parametrize("name", ["one_arm", "whole"])
+@parametrize("name", ["one_arm", "whole"])
 def test_a_limb_that_is_not_examined_is_named_by_every_command(clips, tmp_path, capsys, name):
     blind = name == "one_arm"
     for words in commands(clips / f"{name}.bvh", tmp_path):
@@ -218,6 +219,7 @@ def test_a_t_pose_at_the_border_is_no_note(clip):
 # -- batches ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("batch_here")
 def test_a_batch_lists_them_and_rules_fail(clips, tmp_path, capsys):
     out, table, lines = tmp_path / "out", tmp_path / "t.csv", tmp_path / "t.jsonl"
     words = ["batch", clips, "-o", out, "--workers", 1, "--csv", table, "--jsonl", lines]

@@ -162,6 +162,7 @@ def together(*folders):
     return out
 
 
+@pytest.mark.thorough
 def test_chains_that_are_alike_share_a_tau():
     wrong = 0
     for seed in range(12):

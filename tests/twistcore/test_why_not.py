@@ -11,6 +11,7 @@ from benchmarks import reasons as judge
 from benchmarks.reasons import contradictions, wrong
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
+from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import Detection, analyse, detect
 from twistcore.analysis.correction import remove_twist
 from twistcore.analysis.why_not import Why, peaks_without_interval, unexplained_peaks, why_not
@@ -64,9 +65,9 @@ def only_one(found, name, frame):
     return reason
 
 
-@pytest.mark.parametrize("share", [1.0, 0.5, 0.1])
+@parametrize("share", [1.0, 0.5, 0.1], quick=2)
 @pytest.mark.parametrize("method", ["consistency", "paper"])
-@pytest.mark.parametrize("clip", CLIPS)
+@parametrize("clip", CLIPS, quick=2)
 def test_every_peak_past_tau_has_a_reason_that_the_curve_bears_out(clip, method, share):
     analysis = analyse(read_bvh(ASSETS / f"{clip}.bvh"))
     automatic = analysis.detect(method).tau
@@ -77,8 +78,8 @@ def test_every_peak_past_tau_has_a_reason_that_the_curve_bears_out(clip, method,
         assert [r.frame for r in reasons] == unexplained_peaks(found, name)
 
 
-@pytest.mark.parametrize("method", ["consistency", "paper"])
-@pytest.mark.parametrize("clip", ["kick", "walk_injected"])
+@parametrize("method", ["consistency", "paper"])
+@parametrize("clip", ["kick", "walk_injected"])
 def test_at_any_frame_there_is_a_reason(clip, method):
     found = detect(read_bvh(ASSETS / f"{clip}.bvh"), method=method)
     for name in list(found.tau)[-4:]:  # chains of a leg, and the limbs
@@ -258,6 +259,7 @@ def test_explain_says_the_reasons(capsys):
     assert "peaks" not in json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.thorough
 def test_the_script_counts_them(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr("sys.argv", ["reasons", str(ASSETS), "--json", str(tmp_path / "out.json")])
     assert judge.main() == 0
