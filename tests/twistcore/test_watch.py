@@ -233,12 +233,26 @@ def test_what_cannot_be_watched_is_refused(capsys, tmp_path):
 def test_a_signal_ends_it_with_all_results(tmp_path):
     clips(tmp_path / "in", DIRTY, 2, 60)
     words = [*COMMAND[:-1], "watch", str(tmp_path / "in"), "-o", str(tmp_path / "out")]
-    words += ["--every", "0.1", "--csv", str(tmp_path / "table.csv"), "--workers", "1"]
+    words += [
+        "--every",
+        "0.1",
+        "--idle",
+        "20",
+        "--csv",
+        str(tmp_path / "table.csv"),
+        "--workers",
+        "1",
+    ]
     with subprocess.Popen(
-        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment()
+        words,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment(PYTHONUNBUFFERED=""),
     ) as process:
         assert "2 clips done" in process.stdout.readline()  # printed at once, also into a pipe
         time.sleep(0.3)
+        assert process.poll() is None
         process.send_signal(signal.SIGTERM)
         _, err = process.communicate(timeout=60)
     assert process.returncode == 0
