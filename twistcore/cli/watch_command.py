@@ -77,7 +77,8 @@ class _Watch:
 
     def run(self) -> int:
         once, idle = self.arguments.once, self.arguments.idle
-        progress(f"watching {self.arguments.folder}; stop with Ctrl+C")
+        if not once:
+            progress(f"watching {self.arguments.folder}; stop with Ctrl+C")
         while self.looks < 2 or idle is None or time.monotonic() - self.active < idle:
             try:
                 time.sleep(self.pause)
