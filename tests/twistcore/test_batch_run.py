@@ -286,6 +286,35 @@ def test_files_and_rules_of_what_was_named(tmp_path, capsys):
     assert main([*words, "--fail-if", "count>99"]) == 0
 
 
+def test_annotations_name_files_as_from_the_current_folder(tmp_path, monkeypatch, capfd):
+    clips(tmp_path / "in", DIRTY, 2)
+    monkeypatch.chdir(tmp_path)
+    words = ["batch", "in", "--workers", "1", "--fail-if", "count>0", "--annotations", "-"]
+    assert main(words) == 1
+    lines = capfd.readouterr().out.splitlines()  # and nothing else
+    names = [f"in/clip_0{k}.bvh" for k in (0, 1)]
+    assert [line.split(",")[0] for line in lines] == [f"::error file={name}" for name in names]
+
+
+def test_a_rule_or_a_file_needs_no_folder(tmp_path, monkeypatch, capsys):
+    [clip] = clips(tmp_path / "in", DIRTY, 1)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
+    words = ["batch", str(clip), "--workers", "1"]
+    assert main([*words, "--fail-if", "count>0", "--csv", "table.csv"]) == 1
+    told = capsys.readouterr()
+    assert "'count>0'" in told.err
+    assert str(tmp_path) not in told.out
+    assert main([*words, "--fail-if", "count>99"]) == 0
+    assert {p.name for p in tmp_path.iterdir()} == {"in", "table.csv", "temporary"}
+    assert [*(tmp_path / "temporary").iterdir()] == []
+    for more in ([], ["--refine"], ["--report", "--fail-if", "count>0"]):
+        capsys.readouterr()
+        assert main([*words, *more]) == 2
+        assert names_in_one_line(capsys.readouterr().err, "-o OUTDIR")
+
+
 def test_an_amc_is_new_where_its_skeleton_changed(tmp_path):
     folder, out = tmp_path / "in", tmp_path / "out"
     folder.mkdir()

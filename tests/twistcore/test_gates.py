@@ -1,5 +1,6 @@
 """Rules of a batch: how they are written, what they count, and what CI is told."""
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 
 from tests.messages import names_in_one_line, refused
 from tests.twistcore.batch_records import done, failed, interval, record
+from twistcore.batch.annotations import github_annotations
 from twistcore.batch.gates import GRAMMAR, broken, parse_rule
 from twistcore.batch.junit import junit_xml
 from twistcore.detection import Kind
@@ -168,3 +170,48 @@ def test_any_name_and_any_reason_make_a_document_that_can_be_read(name, reason):
 
 def test_an_empty_run_is_a_document():
     assert suite_of([]) == {}
+
+
+ANNOTATION = re.compile(r"::error (?:file=([^,:]*),)?title=([^,:]*)::(.*)")
+
+
+def annotated(records, *rules, root="/captures"):
+    """File, title and message of each annotation, as GitHub's runner reads them."""
+    rules = [parse_rule(text) for text in rules]
+    text = github_annotations(records, broken(rules, records), root)
+    found = [ANNOTATION.fullmatch(line).groups("") for line in text.split("\n")[:-1]]
+    plain = {"%0A": "\n", "%0D": "\r", "%3A": ":", "%2C": ",", "%25": "%"}
+    return [tuple(re.sub("%..", lambda m: plain[m[0]], part) for part in one) for one in found]
+
+
+def test_github_sees_an_annotation_a_clip_and_one_a_rule_over_the_run():
+    empty = done("e.bvh", frames=0, result={"unchecked": "no chain"})
+    records = [CLIP, BAD, CLEAN, record("later.bvh", state="waiting"), empty]
+    found = annotated(records, "severity>5", "count>3", "affected>99%", "failed>0")
+    (file, title, message), *others = found
+    assert (file, title) == ("a/walk.bvh", "severity>5, count>3")
+    assert [line.split(":")[0] for line in message.split("\n")] == ["a/walk.bvh"] * 2
+    assert [one[0] for one in others] == ["bad.bvh", "e.bvh", ""]
+    assert [one[2] for one in others[:2]] == [BAD.reason, "e.bvh: no chain"]
+    assert others[2][1] == "failed>0"
+    assert annotated([CLEAN], "severity>5") == []
+
+
+@pytest.mark.parametrize("root", ["/capt", "/captures/a/walk.bvh/b", "/elsewhere"])
+def test_a_file_outside_of_the_checkout_is_in_the_message_alone(root):
+    [(file, _, message)] = annotated([CLIP], "severity>5", root=root)
+    assert (file, message.split(":")[0]) == ("", "a/walk.bvh")
+
+
+@given(st.text(), st.text())
+def test_any_name_is_one_annotation_and_comes_back(name, reason):
+    name = name.replace("/", "-").replace("\0", "-")
+    records = [failed(f"x{name}\r\n::%0A,é\udcff", f"{reason}\n::stop-commands::x\x1b[31m")]
+    text = github_annotations(records, [], "/captures")
+    assert not set("\r\x1b\x85\u2028\u202e\udcff") & set(text)
+    assert text.count("\n") == 1
+    [(file, _, message)] = annotated(records)
+    assert file.endswith("\r\n::%0A,é\\udcff")
+    assert message.endswith("\n::stop-commands::x\\x1b[31m")
+    if name.isprintable() and reason.isprintable():
+        assert (file[1 : 1 + len(name)], message[: len(reason)]) == (name, reason)

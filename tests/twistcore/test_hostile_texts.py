@@ -101,6 +101,8 @@ def verbs(clip, session, out):
     yield ["export", session, named, "--script", "maya", "--namespace", "\x1b", "-o", out / "m.py"]
     yield from (["convert", bad, "-o", out / "c.bvh", "--blender", "\x1b[31mno"],)
     files = ["--csv", out / "b.csv", "--junit", out / "b.xml", "--jsonl", out / "b.jsonl"]
+    files += ["--annotations", "-", "--fail-if", "count<0"]
+    yield ["watch", clip.parent, "-o", out / "\x1bw", "--once", "--every", "0.1", "--workers", "1"]
     yield ["batch", clip.parent, "-o", out / "\x1b[5mbatch", "--workers", "1", "--report", *files]
     yield ["batch", clip.parent, "-o", out / "b", "--fail-if", "\x1b[31m>1"]
     yield ["tune", bad, "-o", out / "t.json"]

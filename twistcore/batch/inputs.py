@@ -58,7 +58,9 @@ class Inputs:
     exports: int = 0
 
 
-def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
+def find_inputs(
+    words: Iterable[str], without: Path | None = None, *, may_be_none: bool = False
+) -> Inputs:
     """Return the clips to which the given words refer.
 
     Each word is one of the following:
@@ -71,7 +73,8 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
 
     Exports of other clips in a local folder or pattern are left out
     (`exports_beside.exports_among`). `without` is a folder to leave out. Raises TwistError if a
-    word refers to something in that folder, a list cannot be read, or there is no clip.
+    word refers to something in that folder, a list cannot be read, or there is no clip, unless
+    `may_be_none` is True.
     """
     found: dict[str, Source] = {}
     problems: list[str] = []
@@ -90,7 +93,7 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
                 found.setdefault(source.path, source)
     for source in _of_files(files):
         found.setdefault(source.path, source)
-    if not found:
+    if not (found or may_be_none):
         raise TwistError(problems[0] if problems else "expected clips, but the list is empty")
     return Inputs(
         tuple(_with_unique_names(found.values())), tuple(problems), len(exports - found.keys())

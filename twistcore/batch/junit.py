@@ -10,16 +10,24 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree
 
 from twistcore.batch.gates import Broken, Rule
 from twistcore.batch.how_bad import limbs_left_out
 from twistcore.batch.manifest import ClipRecord
+from twistcore.files.atomic import write_atomically
 from twistcore.files.encoding import escaped
 
 _NOT_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
 _SUITE = "twistcore batch"
+
+
+def write_junit(
+    path: Path, records: Iterable[ClipRecord], rules: Sequence[Rule], broken: Iterable[Broken]
+) -> None:
+    """Write the document of :func:`junit_xml` into a file."""
+    write_atomically(path, junit_xml(records, rules, broken))
 
 
 def junit_xml(

@@ -1,4 +1,7 @@
-"""A batch folder at a URL. A run works in a local copy, which is uploaded at the end."""
+"""A batch folder at a URL. A run works in a local copy, which is uploaded at the end.
+
+A run without a folder works in a temporary one.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import platformdirs
 
@@ -27,10 +31,16 @@ _UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, keyed by relati
 def working_folder(output: str) -> Iterator[Path]:
     """Yield a local folder or, for a URL, a copy of its contents that is uploaded at the end.
 
+    If `output` is '', the folder is temporary.
+
     Changed files are uploaded, the manifest last, so that it never lists missing files. The results
     of a killed run are uploaded by the next run on this machine. Raises TwistError if the URL
     cannot be read or written.
     """
+    if not output:
+        with TemporaryDirectory() as temporary:
+            yield Path(temporary)
+        return
     if "://" not in output:
         yield Path(output)
         return

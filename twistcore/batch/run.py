@@ -89,6 +89,8 @@ class RunSummary:
         The reason why the run ended early, or an empty string.
     left
         Number of clips that were not processed.
+    names
+        Names of the clips processed in this run.
     """
 
     done: int = 0
@@ -97,6 +99,7 @@ class RunSummary:
     unreadable: int = 0
     stopped: str = ""
     left: int = 0
+    names: set[str] = field(default_factory=set)
 
 
 Tell = Callable[[Source, bool], None]  # called for each finished clip, with True if it succeeded
@@ -223,7 +226,9 @@ class _Run:
             fine = row.state == DONE
             self.summary.left -= 1
             self.summary.done += fine
-            if not fine:
+            if fine:
+                self.summary.names.add(source.name)
+            else:
                 self.summary.failed.append(row.reason)
                 self.summary.unreadable += outcome.unseen or not row.again
             self.tell(source, fine)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.batch.clip_task import ClipTask, Outcome, process
-from twistcore.batch.inputs import find_inputs
+from twistcore.batch.inputs import Inputs, find_inputs
 from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.remote_folder import working_folder
@@ -21,25 +21,56 @@ from twistcore.cli.batch_progress import begin
 from twistcore.cli.output import count_of, counter, note, problem, refuse_overwrite, remark
 from twistcore.detection.registry import DETECTORS
 from twistcore.errors import TwistError
-from twistcore.files.atomic import write_atomically
 from twistcore.work.memory import SPARE
 from twistcore.work.processes import each
 
-_FILES = ("jsonl", "parquet", "csv", "junit")
+_FILES = ("jsonl", "parquet", "csv", "junit", "annotations")
 _MIB = 1 << 20
 
 
 def batch_command(arguments: argparse.Namespace) -> int:
     """Process clips, write the result files, check the rules, and return the exit code."""
-    rules = _rules(arguments)
-    parameters = _parameters(arguments)
+    if not arguments.output:
+        useful = arguments.fail_if or any(getattr(arguments, name) for name in _FILES)
+        if arguments.refine or arguments.report or not useful:
+            raise TwistError(
+                "expected -o OUTDIR, or --fail-if or a file of results without --refine and "
+                "--report. See `twistcore batch --help`."
+            )
+    process_clips = prepared_batch(arguments)
     words = [*arguments.paths, *(f"@{name}" for name in arguments.lists)]
     if not words:
         raise TwistError(
             "expected a clip, folder, pattern, URL or --from FILE. See `twistcore batch --help`."
         )
-    own = None if "://" in arguments.output else Path(arguments.output)
-    inputs = find_inputs(words, without=own)
+    code, _ = process_clips(find_inputs(words, without=own_folder_of(arguments)))
+    return code
+
+
+def own_folder_of(arguments: argparse.Namespace) -> Path | None:
+    """Return the folder of the results, which is no input, or None if there is no local one."""
+    output = arguments.output
+    return None if not output or "://" in output else Path(output)
+
+
+def prepared_batch(arguments: argparse.Namespace) -> Callable[..., tuple[int, bool]]:
+    """Check the rules and options, and return a function that processes clips with them.
+
+    The function takes `Inputs`. It returns the exit code, and True if it ended early. With
+    `all_pages=False`, a report keeps the pages of clips that were not processed.
+    """
+    return partial(_processed, arguments, _rules(arguments), _parameters(arguments))
+
+
+def _processed(
+    arguments: argparse.Namespace,
+    rules: Sequence[Any],
+    parameters: Parameters,
+    inputs: Inputs,
+    *,
+    all_pages: bool = True,
+) -> tuple[int, bool]:
+    sources = {source.path for source in inputs.sources}
     targets = [getattr(arguments, name) for name in _FILES if getattr(arguments, name)]
     if targets:
         local = [Path(source.path) for source in inputs.sources if "://" not in source.path]
@@ -57,25 +88,23 @@ def batch_command(arguments: argparse.Namespace) -> int:
             )
         for sentence in (*inputs.problems, *summary.failed):
             problem(sentence)
-        skipped = arguments.refine and _tell_uncorrected(
-            folder, {source.path for source in inputs.sources}
-        )
-        blind = _tell_doubts(folder, {source.path for source in inputs.sources})
-        broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
+        skipped = arguments.refine and _tell_uncorrected(folder, sources)
+        blind = _tell_doubts(folder, sources)
+        pages = None if all_pages else summary.names
+        broken = _written(arguments, folder, sources, rules, pages)
     if summary.stopped:
         left = f"{summary.left} clips are left; the same command continues"
         problem(f"{summary.stopped}: {left}")
     counts = f"{count_of(summary.done, 'clip')} done, {summary.known} done before"
     counts += f", {len(summary.failed)} failed"
     exports = f"; {_exports(inputs.exports)} skipped" if inputs.exports else ""
-    remark(f"{arguments.output}: {counts}{exports}")
+    remark(f"{f'{arguments.output}: ' if arguments.output else ''}{counts}{exports}")
     if summary.stopped == "stopped":
-        return 130
+        return 130, True
     if summary.unreadable and not summary.done + summary.known + summary.left:
-        return 1 if summary.unreadable < len(summary.failed) else 2
-    return int(
-        bool(summary.failed or summary.stopped or inputs.problems or skipped or broken or blind)
-    )
+        return (1 if summary.unreadable < len(summary.failed) else 2), bool(summary.stopped)
+    wrong = summary.failed or summary.stopped or inputs.problems or skipped or broken or blind
+    return int(bool(wrong)), bool(summary.stopped)
 
 
 def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
@@ -116,10 +145,14 @@ def _exports(count: int) -> str:
 
 
 def _written(
-    arguments: argparse.Namespace, folder: Path, sources: Collection[str], rules: Sequence[Any]
+    arguments: argparse.Namespace,
+    folder: Path,
+    sources: Collection[str],
+    rules: Sequence[Any],
+    pages: Collection[str] | None,
 ) -> bool:
     """Write the result files and the report, and print broken rules. Return True if any is
-    broken.
+    broken. `pages` are the clips whose pages are out of date, None for all.
     """
     broken: list[Any] = []
     if rules or any(getattr(arguments, name) for name in _FILES):
@@ -135,15 +168,21 @@ def _written(
     for one in broken:
         problem(one)
     if arguments.report:
-        return _reported(arguments, folder, broken) or bool(broken)
+        return _reported(arguments, folder, broken, pages) or bool(broken)
     return bool(broken)
 
 
-def _reported(arguments: argparse.Namespace, folder: Path, broken: Sequence[Any]) -> bool:
+def _reported(
+    arguments: argparse.Namespace,
+    folder: Path,
+    broken: Sequence[Any],
+    pages: Collection[str] | None,
+) -> bool:
     """Write the report on the whole folder. Return True if there were problems."""
     write = import_module("twistcore.report.folder_report").write_folder_report
     workers = arguments.workers or os.cpu_count() or 1
-    report = write(folder, folder / "report", workers=workers, broken=broken, counter=counter)
+    more = {"broken": broken, "counter": counter, "changed": pages}
+    report = write(folder, folder / "report", workers=workers, **more)
     for sentence in report.problems:
         problem(sentence)
     return bool(report.problems)
@@ -164,9 +203,13 @@ def _write_files(
     if arguments.csv:
         result_files.write_clip_table(arguments.csv, records())
     if arguments.junit:
-        from twistcore.batch.junit import junit_xml
+        from twistcore.batch.junit import write_junit
 
-        write_atomically(arguments.junit, junit_xml(records(), rules, broken))
+        write_junit(arguments.junit, records(), rules, broken)
+    if arguments.annotations:
+        from twistcore.batch.annotations import write_annotations
+
+        write_annotations(arguments.annotations, records(), broken)
 
 
 def _rules(arguments: argparse.Namespace) -> list[Any]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from twistcore.batch.inputs import Source
 from twistcore.batch.run_plan import Plan
-from twistcore.cli.output import is_quiet, progress
+from twistcore.cli.output import count_of, is_quiet, progress
 
 _EVERY_S = 10.0  # seconds between lines, in addition to a line after each 5 % of the clips
 
@@ -24,7 +24,8 @@ class Progress:
         self.bar: Any = None
         if plan.known or plan.failed:
             bad = f", {len(plan.failed)} known failures" if plan.failed else ""
-            progress(f"{plan.known} clips are already done{bad}, {self.total} left to do")
+            known = count_of(plan.known, "clip")
+            progress(f"{known} already done{bad}, {self.total} left to do")
         if sys.stderr.isatty() and not is_quiet():
             from tqdm import tqdm
 

@@ -11,6 +11,7 @@ import os
 import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import field
 from pathlib import Path
 from typing import IO, Any
 
@@ -28,11 +29,14 @@ class Voice:
     """How much is printed: `quiet` only results and errors, `verbose` also the time of each step.
 
     `document` is True if a JSON document is printed instead of remarks on standard output.
+    Problems and notes in `known` are not printed again; `listed` collects all of them.
     """
 
     quiet: bool = False
     verbose: bool = False
     document: bool = False
+    known: frozenset[str] = frozenset()
+    listed: set[str] = field(default_factory=set)
 
 
 _USUAL = Voice()
@@ -87,13 +91,20 @@ def progress(text: str) -> None:
 
 def note(text: object) -> None:
     """Print a note on standard error."""
-    if not is_quiet():
+    if _is_new(text) and not is_quiet():
         _line(text, sys.stderr, _YELLOW)
 
 
 def problem(text: object) -> None:
     """Print a problem on standard error."""
-    _line(text, sys.stderr, _RED)
+    if _is_new(text):
+        _line(text, sys.stderr, _RED)
+
+
+def _is_new(text: object) -> bool:
+    voice = _voices[-1]
+    voice.listed.add(str(text))
+    return str(text) not in voice.known
 
 
 @contextlib.contextmanager

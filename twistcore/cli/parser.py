@@ -24,7 +24,7 @@ from twistcore.cli.arguments.argument_types import (
     target,
     workers,
 )
-from twistcore.cli.arguments.batch_arguments import add_batch
+from twistcore.cli.arguments.batch_arguments import add_batch, add_watch
 from twistcore.cli.arguments.command_help import COMMANDS, PROGRAM, CommandHelp, HelpFormatter
 from twistcore.cli.arguments.common_arguments import (
     add_clip,
@@ -490,6 +490,7 @@ _COMMANDS: Mapping[str, Callable[[Parser], None]] = {
     "tune": _tune,
     "benchmark": _benchmark,
     "batch": add_batch,
+    "watch": add_watch,
     "quamo": add_quamo,
     "export": _export,
     "convert": add_convert,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
@@ -50,6 +50,7 @@ def write_folder_report(
     most_pages: int | None = None,
     broken: Sequence[Broken] = (),
     records: Sequence[ClipRecord] | None = None,
+    changed: Collection[str] | None = None,
     counter: Counter = uncounted,
 ) -> FolderReport:
     """Write index.html and clips/NAME.html into `target`, which is created if missing.
@@ -68,6 +69,8 @@ def write_folder_report(
         Rules that were broken.
     records
         Records to use instead of those in the folder's manifest.
+    changed
+        Names of clips. If given, existing pages of all other clips are kept.
     counter
         Function that shows the progress, as in :mod:`twistcore.work.progress`.
     """
@@ -83,6 +86,8 @@ def write_folder_report(
             check_no_links(folder, target / path)
         _check_ours(target / path)
     home = f"{numbers.clips} clip{'' if numbers.clips == 1 else 's'}"
+    if changed is not None:
+        with_page = [n for n in with_page if n in changed or not (target / pages[n]).is_file()]
     chunks = [with_page[k : k + _TOGETHER] for k in range(0, len(with_page), _TOGETHER)]
     tasks = [tuple(by_name[name] for name in chunk) for chunk in chunks]
     work = partial(_write_pages, folder=folder, target=target, home=home, pictures=pictures)

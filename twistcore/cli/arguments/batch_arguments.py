@@ -1,11 +1,13 @@
-"""The arguments of `twistcore batch`."""
+"""The arguments of `twistcore batch` and `twistcore watch`."""
 
 from __future__ import annotations
 
 import argparse
 
 from twistcore.cli.arguments.argument_types import (
+    folder,
     mebibytes,
+    not_negative,
     positive,
     target,
     tau_degrees,
@@ -16,7 +18,7 @@ from twistcore.cli.arguments.detection_arguments import add_correction, add_dete
 
 
 def add_batch(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command to a parser."""
+    """Add the arguments of `twistcore batch` to a parser."""
     parser.add_argument(
         "paths",
         nargs="*",
@@ -35,10 +37,56 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o",
         "--output",
+        default="",
+        metavar="OUTDIR",
+        help="folder of the results, or its URL (default: none is kept; this requires --fail-if "
+        "or a file of results, and neither --refine nor --report)",
+    )
+    parser.add_argument(
+        "--resume",
+        action="store_true",
+        help="continue an interrupted run; the command does so without this option, too",
+    )
+    _add_processing(parser)
+    parser.set_defaults(run=deferred("batch_command", "batch_command"))
+
+
+def add_watch(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `twistcore watch` to a parser."""
+    parser.add_argument(
+        "folder", type=folder, metavar="FOLDER", help="folder to watch, with all its subfolders"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
         required=True,
         metavar="OUTDIR",
         help="folder of the results, or its URL",
     )
+    parser.add_argument(
+        "--every",
+        type=positive,
+        default=5.0,
+        metavar="SECONDS",
+        help="look into the folder this often; a clip is read once two looks in a row find it "
+        "unchanged (default: 5)",
+    )
+    parser.add_argument(
+        "--once",
+        action="store_true",
+        help="process the clips that are there, and end; clips that are still growing are listed",
+    )
+    parser.add_argument(
+        "--idle",
+        type=not_negative,
+        metavar="SECONDS",
+        help="end when no clip has arrived, changed or gone for this long (default: never)",
+    )
+    _add_processing(parser)
+    parser.set_defaults(run=deferred("watch_command", "watch_command"))
+
+
+def _add_processing(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         "--workers",
@@ -56,11 +104,6 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         type=workers,
         metavar="N",
         help="start a Dask cluster of N workers on this machine (default: none)",
-    )
-    parser.add_argument(
-        "--resume",
-        action="store_true",
-        help="continue an interrupted run; the command does so without this option, too",
     )
     parser.add_argument(
         "--shard",
@@ -91,6 +134,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         ("parquet", "a Parquet table"),
         ("csv", "a CSV table"),
         ("junit", "JUnit XML for CI"),
+        ("annotations", "lines that GitHub shows at the files, '-' for standard output"),
     ):
         parser.add_argument(
             f"--{name}",
@@ -106,7 +150,6 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         help="exit with 1 if a rule is true, such as 'severity>5'; repeat it for more "
         "(docs/gates.md; default: none)",
     )
-    parser.set_defaults(run=deferred("batch_command", "batch_command"))
 
 
 def shard(text: str) -> tuple[int, int]:

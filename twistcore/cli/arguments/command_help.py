@@ -184,6 +184,19 @@ COMMANDS: Mapping[str, CommandHelp] = {
         "with --refine an interval could not be corrected, or a rule of --fail-if is broken (all "
         "listed); 2 wrong usage, or no clip could be read; 130 stopped by Ctrl+C.",
     ),
+    "watch": CommandHelp(
+        "process the clips of a folder as they arrive, until it is stopped",
+        "Each clip that is new or has changed is processed as by `twistcore batch`, once it no "
+        "longer grows, and all results are brought up to date. Stop it with Ctrl+C; the same "
+        "command continues.",
+        (
+            "twistcore watch deliveries -o out --report",
+            "twistcore watch deliveries -o out --fail-if 'severity>5' --csv out.csv --idle 3600",
+            "twistcore watch deliveries -o out --once",
+        ),
+        "Exit code: 0 or 1 as of `twistcore batch` for the latest results, also after Ctrl+C; "
+        "1 if a clip was still growing; 2 wrong usage; 130 stopped while it processed clips.",
+    ),
     "quamo": CommandHelp(
         "track or smooth motion that jitters, after the review",
         "Correct twist errors first: tracking would smear their edges.",

@@ -1,0 +1,143 @@
+"""`twistcore watch`: process the clips of a folder as they arrive.
+
+The folder is polled, without a library for file events: a network share, where captures arrive,
+reports no events, and no event says that a copy has ended.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+
+from twistcore.batch.inputs import Inputs, Source, find_inputs
+from twistcore.cli.batch_command import own_folder_of, prepared_batch
+from twistcore.cli.output import Voice, count_of, note, problem, progress, speaking
+from twistcore.errors import TwistError
+from twistcore.work.frozen import dataclass
+
+_SHARE = 9.0  # a look at a slow folder is followed by a pause of this many times its duration
+
+
+def watch_command(arguments: argparse.Namespace) -> int:
+    """Process clips as they arrive. Return the exit code of the latest results."""
+    return _Watch(arguments).run()
+
+
+@dataclass(frozen=True)
+class Look:
+    """What changed in a folder from the previous look to this one.
+
+    Parameters
+    ----------
+    still
+        Clips that the previous look found, too, and that have not changed since.
+    growing
+        The other clips.
+    gone
+        Processed clips that no longer exist.
+    news
+        True if a clip in `still` has not been processed as it is now.
+    """
+
+    still: tuple[Source, ...]
+    growing: tuple[Source, ...]
+    gone: tuple[Source, ...]
+    news: bool
+
+
+def look_again(
+    found: Iterable[Source], before: Mapping[str, str], done: Mapping[str, Source]
+) -> Look:
+    """Compare the clips with the previous look and with the processed clips.
+
+    `before` has the signatures of the previous look, keyed by path.
+    """
+    now = {source.path: source for source in found}
+    still = [s for path, s in now.items() if before.get(path) == s.signature]
+    news = any(s.path not in done or done[s.path].signature != s.signature for s in still)
+    growing = [s for path, s in now.items() if before.get(path) != s.signature]
+    gone = [source for path, source in done.items() if path not in now]
+    return Look(tuple(still), tuple(growing), tuple(gone), news)
+
+
+class _Watch:
+    """A watch in progress."""
+
+    def __init__(self, arguments: argparse.Namespace) -> None:
+        self.arguments = arguments
+        self.process: Callable[..., tuple[int, bool]] = prepared_batch(arguments)
+        self.before: dict[str, str] = {}
+        self.done: dict[str, Source] = {}
+        self.listed: frozenset[str] = frozenset()  # problems and notes since the latest results
+        self.code, self.looks, self.rounds, self.pause = 0, 0, 0, 0.0
+        self.active = time.monotonic()
+
+    def run(self) -> int:
+        once, idle = self.arguments.once, self.arguments.idle
+        if not once:
+            progress(f"watching {self.arguments.folder}; stop with Ctrl+C")
+        while self.looks < 2 or idle is None or time.monotonic() - self.active < idle:
+            try:
+                time.sleep(self.pause)
+                inputs, look = self._looked()
+            except KeyboardInterrupt:  # between clips: this is how a watch usually ends
+                return self.code
+            except TwistError as error:  # such as a share that is no longer connected
+                self._tell(error, self.looks)
+                continue
+            last = once and self.looks > 1
+            if look.news or look.gone or look.growing:
+                self.active = time.monotonic()
+            if (look.news or look.gone or last) and self._ended_in_round(inputs, look):
+                return self.code
+            if last:
+                for source in look.growing:
+                    problem(f"{source.name}: still growing, left for the next run")
+                return max(self.code, int(bool(look.growing)))
+        return self.code
+
+    def _looked(self) -> tuple[Inputs, Look]:
+        begin, self.pause = time.monotonic(), self.arguments.every
+        folder = self.arguments.folder.absolute()
+        if not folder.is_dir():
+            raise TwistError(f"{self.arguments.folder}: expected a folder")
+        inputs = find_inputs([str(folder)], without=own_folder_of(self.arguments), may_be_none=True)
+        look = look_again(inputs.sources, self.before, self.done)
+        self.before = {source.path: source.signature for source in inputs.sources}
+        self.looks += 1
+        self.pause = max(self.pause, _SHARE * (time.monotonic() - begin))
+        return inputs, look
+
+    def _ended_in_round(self, inputs: Inputs, look: Look) -> bool:
+        """Bring the results up to date. Return True if this ended early."""
+        voice = self._voice()
+        try:
+            with speaking(voice):
+                if look.gone:
+                    gone = f"{count_of(len(look.gone), 'clip')} gone, such as {look.gone[0].name}"
+                    note(f"{gone}; the results are kept")
+                found = replace(inputs, sources=look.still, problems=())
+                code, ended = self.process(found, all_pages=not self.rounds)
+        except TwistError as error:  # such as another run that writes into the same folder
+            self._tell(error, self.rounds)
+            return False
+        sys.stdout.flush()
+        self.listed, self.active = frozenset(voice.listed), time.monotonic()
+        self.done = {source.path: source for source in look.still}
+        self.code, self.rounds = code if code == 130 else min(code, 1), self.rounds + 1
+        return ended
+
+    def _tell(self, error: TwistError, later: int) -> None:
+        """Print an error once. Raise it if nothing has worked yet, or if this is the only round."""
+        if self.arguments.once or not later:
+            raise error
+        voice = self._voice()
+        with speaking(voice):
+            problem(" ".join(str(error).splitlines()))
+        self.listed |= voice.listed
+
+    def _voice(self) -> Voice:
+        return Voice(self.arguments.quiet, self.arguments.verbose, known=self.listed)
