@@ -226,7 +226,7 @@ def test_moving_position_channels_are_refused_with_joint_and_frame_or_kept():
 @pytest.mark.parametrize("factor", [0.01, 2.5])
 def test_a_scale_changes_offsets_and_positions_alone(factor):
     clip = clip_of(still([[10.0, 20, 30], [40, 50, 60]]))
-    new = rewriting.scaled(clip, factor).clip
+    new = rewriting.in_axes(clip, factor * np.eye(3)).clip
     np.testing.assert_allclose(new.skeleton.offsets, factor * clip.skeleton.offsets)
     np.testing.assert_allclose(new.skeleton.ends[0][1], (0, 0.5 * factor, 0))
     np.testing.assert_allclose(
@@ -234,20 +234,25 @@ def test_a_scale_changes_offsets_and_positions_alone(factor):
     )
     same = [k for k in range(28) if k % 14 not in (6, 7, 8)]
     assert [tokens(new)[k] for k in same] == [tokens(clip)[k] for k in same]
-    back = rewriting.scaled(new, 1.0 / factor).clip
+    back = rewriting.in_axes(new, np.eye(3) / factor).clip
     np.testing.assert_allclose(back.values, clip.values, atol=1e-12)
 
 
 def test_other_axes_turn_the_whole_figure_and_round_nothing():
     clip = read_bvh(WALK)
-    new = rewriting.turned_up(clip, clean_command._Z_TO_Y.T).clip
+    new = rewriting.in_axes(clip, clean_command.Z_TO_Y.T).clip
     (q, p), (turned, placed) = (forward_kinematics(c.motion) for c in (clip, new))
     np.testing.assert_allclose(placed, p[..., [0, 2, 1]] * (1, -1, 1), atol=1e-12)
     np.testing.assert_allclose(turned, q[..., [0, 1, 3, 2]] * (1, 1, -1, 1), atol=1e-12)
-    back = rewriting.turned_up(new, clean_command._Z_TO_Y).clip
+    back = rewriting.in_axes(new, clean_command.Z_TO_Y).clip
     np.testing.assert_array_equal(back.values, clip.values)
     np.testing.assert_array_equal(back.skeleton.offsets, clip.skeleton.offsets)
     assert back.channels == clip.channels
+
+
+def test_other_axes_list_every_letter_and_number_of_the_hierarchy():
+    done = rewriting.in_axes(clip_of(still([[10.0, 20, 30]])), clean_command.Z_TO_Y)
+    assert [(c.words, c.numbers) for c in done.changes] == [(6, 1), (6, 3), (6, 1)]
 
 
 def test_names_are_the_only_bytes_that_a_map_changes():
@@ -323,7 +328,24 @@ def test_any_rate_has_the_poses_between_the_frames(fps):
     found = largest_deviation(expected, new.motion)
     assert (found.degrees < 1e-5, found.of_height < 1e-6) == (True, True)
     assert new.frame_time == pytest.approx(1.0 / fps)
-    assert (new.frames - 1) / fps <= 3 * 0.025 + 1e-6 < new.frames / fps + 1e-5
+    assert (new.frames - 1) / fps < 3 * 0.025 * 1.001 < new.frames / fps * 1.002
+
+
+@pytest.mark.parametrize(
+    ("seconds", "fps", "step"),
+    [(0.0083333, 60, 2), (0.0083333, 240, 0.5), (0.01667, 24, 2.5), (1 / 120, 29.97, 120 / 29.97)],
+)
+def test_frame_times_with_few_digits_have_the_ratio_that_is_meant(seconds, fps, step):
+    times = rewriting.rate_times(100, seconds, fps)
+    np.testing.assert_allclose(np.diff(times), step, rtol=1e-12)
+    assert times[-1] <= 99.0 < times[-1] + step
+
+
+def test_the_same_rate_keeps_the_file(capsys, tmp_path):
+    out = tmp_path / "o.bvh"
+    code, _, err = run(capsys, "clean", WALK, "-o", out, "--fps", "120")
+    assert (code, out.read_bytes()) == (0, WALK.read_bytes())
+    assert names_in_one_line(err, "120", "already")
 
 
 # -- the command -----------------------------------------------------------------------------------

@@ -7,10 +7,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twistcore.cli.arguments.clean_arguments import NAMINGS
 from twistcore.cli.clip_inputs import clip_name, clip_notes, open_clip
@@ -35,13 +34,14 @@ from twistcore.formats.suffixes import clip_suffix
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.figure import guess_up
 from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rotation import Array
 
 # What a step does to the file, and to the motion with which the written file is compared.
 Step: TypeAlias = tuple[str, Callable[[BvhClip], Rewriting], Callable[[Motion], Motion]]
 
 OPTIONS = ("up", "scale", "channels", "order", "unroll", "fps", "rename")  # in the order of work
 LIMITS = 1e-4, 1e-4  # degrees and share of the height by which a written pose may differ
-_Z_TO_Y = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
+Z_TO_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
 
 def clean_command(arguments: argparse.Namespace) -> int:
@@ -56,17 +56,16 @@ def clean_command(arguments: argparse.Namespace) -> int:
     table = [] if arguments.rename in (None, *NAMINGS) else [Path(arguments.rename)]
     refuse_overwrite([output], [arguments.clip, *table])
     source = open_clip(arguments.clip)
-    notes = clip_notes(name, source)
     clip = first = _as_bvh(source)
-    if clip is not source:
-        notes.append(f"{name}: note: written as a new BVH with six decimals")
+    said = [] if clip is source else ["written as a new BVH with six decimals"]
     expected = source.motion
     changes: list[tuple[str, RewrittenJoint]] = []
-    for option, step, moved in _steps(arguments, clip, notes):
+    for option, step, moved in _steps(arguments, clip, said):
         done = step(clip)
         clip, expected = done.clip, moved(expected)
         changes += ((option, change) for change in done.changes)
-        notes += [f"{name}: note: {sentence}" for sentence in done.notes]
+        said += done.notes
+    notes = [*clip_notes(name, source), *(f"{name}: note: {sentence}" for sentence in said)]
     write_atomically(output, clip.data)
     again = clip if is_stream(output) else read_bvh(output)
     found = largest_deviation(expected, again.motion)
@@ -88,7 +87,7 @@ def clean_command(arguments: argparse.Namespace) -> int:
                 "problems": problems,
             }
         )
-    _print(output, again, changes, renamed, found)
+    _print(output, (first, again), changes, renamed, found)
     for sentence in problems:
         problem(sentence)
     for sentence in notes:
@@ -103,18 +102,10 @@ def _as_bvh(source: Clip) -> BvhClip:
     return parse_bvh(bvh_text(source.motion).encode("utf-8", "surrogateescape"), source.path)
 
 
-def _steps(arguments: argparse.Namespace, clip: BvhClip, notes: list[str]) -> Iterator[Step]:
-    """Yield the chosen steps. Sentences about options without effect are added to `notes`."""
-    name, motion = clip_name(arguments.clip), clip.motion
-    if arguments.up:
-        turn = _turn(motion, arguments.up)
-        if turn is None:
-            notes.append(f"{name}: note: the figure is upright along {arguments.up} already")
-        else:
-            yield "up", lambda c: rewriting.turned_up(c, turn), lambda m: _in_axes(m, turn)
-    if factor := arguments.scale:
-        scaling = factor * np.eye(3)
-        yield "scale", lambda c: rewriting.scaled(c, factor), lambda m: _in_axes(m, scaling)
+def _steps(arguments: argparse.Namespace, clip: BvhClip, said: list[str]) -> Iterator[Step]:
+    """Yield the chosen steps. Sentences about options without effect are added to `said`."""
+    for option, matrix in _axes(arguments, clip.motion, said):
+        yield option, partial(rewriting.in_axes, matrix=matrix), partial(_in_axes, matrix=matrix)
     if arguments.channels:
         keep = arguments.keep_moving
         yield "channels", lambda c: rewriting.without_positions(c, keep_moving=keep), _same
@@ -127,7 +118,7 @@ def _steps(arguments: argparse.Namespace, clip: BvhClip, notes: list[str]) -> It
         after = partial(rewriting.at_times, times=times, frame_time=1.0 / fps)
         yield "fps", lambda c: rewriting.at_rate(c, fps), after
     if arguments.rename:
-        names = _new_names(arguments, motion, notes)
+        names = _new_names(arguments.rename, clip, said)
         yield (
             "rename",
             lambda c: rewriting.with_joint_names(c, names),
@@ -139,14 +130,21 @@ def _same(motion: Motion) -> Motion:
     return motion
 
 
-def _turn(motion: Motion, up: str) -> NDArray[np.int64] | None:
-    """Return the matrix (3, 3) that turns the figure's up axis, Y or Z, to `up`, or None."""
-    axis = guess_up(forward_kinematics(motion)[1], find_chains(motion), motion.skeleton)
-    now = "XYZ"[int(axis.argmax())]
-    return None if now == up else _Z_TO_Y if up == "Y" else _Z_TO_Y.T
+def _axes(
+    arguments: argparse.Namespace, motion: Motion, said: list[str]
+) -> Iterator[tuple[str, Array]]:
+    """Yield the matrices (3, 3) of `--up` and `--scale`. The figure may be upright already."""
+    if up := arguments.up:
+        axis = guess_up(forward_kinematics(motion)[1], find_chains(motion), motion.skeleton)
+        if "XYZ"[int(axis.argmax())] != up:
+            yield "up", Z_TO_Y if up == "Y" else Z_TO_Y.T
+        else:
+            said.append(f"{up} points up already")
+    if arguments.scale:
+        yield "scale", arguments.scale * np.eye(3)
 
 
-def _in_axes(motion: Motion, matrix: NDArray[Any]) -> Motion:
+def _in_axes(motion: Motion, matrix: Array) -> Motion:
     """Return a motion in axes and units that a matrix (3, 3) converts to: a scaled rotation."""
     rotations = motion.rotations.copy()
     rotations[..., 1:] @= matrix.T / np.cbrt(np.linalg.det(matrix))
@@ -160,26 +158,22 @@ def _with_names(motion: Motion, names: Mapping[str, str]) -> Motion:
     return replace(motion, skeleton=replace(motion.skeleton, names=new))
 
 
-def _new_names(
-    arguments: argparse.Namespace, motion: Motion, notes: list[str]
-) -> Mapping[str, str]:
+def _new_names(chosen: str, clip: BvhClip, said: list[str]) -> Mapping[str, str]:
     """Return the new names of the clip's joints from the map or the naming of `--rename`."""
-    name, chosen = clip_name(arguments.clip), arguments.rename
     if chosen in NAMINGS:
-        names = names_of_naming(motion, chosen)
-    else:
-        names = read_joint_map(Path(chosen))
-        if absent := [old for old in names if old not in motion.skeleton.names]:
-            notes.append(f"{name}: note: not in the clip: {', '.join(absent)[:200]}")
-    found = {old: names[old] for old in motion.skeleton.names if old in names}
-    if not found:
-        raise TwistError(f"{name}: expected a joint that {chosen} renames, found none")
-    return found
+        return names_of_naming(clip.motion, chosen)
+    names = read_joint_map(Path(chosen))
+    absent = [old for old in names if old not in clip.skeleton.names]
+    if len(absent) == len(names):
+        raise TwistError(f"{chosen}: expected a joint of {clip.path.name}, found none")
+    if absent:
+        said.append(f"{chosen} also names joints that are missing: {', '.join(absent)[:200]}")
+    return names
 
 
 def _print(
     output: Path,
-    clip: BvhClip,
+    clips: tuple[BvhClip, BvhClip],
     changes: Sequence[tuple[str, RewrittenJoint]],
     renamed: Mapping[str, str],
     found: Deviation,
@@ -198,7 +192,8 @@ def _print(
     numbers = count_of(sum(change.numbers for _, change in changes), "number")
     words = count_of(sum(change.words for _, change in changes), "word")
     joints = count_of(len({change.joint for _, change in changes}), "joint")
-    size = f"{clip.frames} frames at {clip.fps:.6g} fps"
+    sizes = [f"{c.frames} frames at {c.fps:.6g} fps" for c in clips]
+    size = " → ".join(dict.fromkeys(sizes))
     remark(f"{output}: {numbers} and {words} of {joints} rewritten; {size}")
     remark(
         f"{output}, read again: rotations differ by at most {found.degrees:.1e}° ({found.joint}, "

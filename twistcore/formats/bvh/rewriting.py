@@ -7,7 +7,8 @@ not change stay the same.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
 from itertools import repeat
 
 import numpy as np
@@ -27,6 +28,8 @@ from twistcore.work.frozen import dataclass
 
 STILL = 1e-5  # share of the height by which a position may differ from its OFFSET
 _SAME = 1e-9  # degrees; smaller differences are rounding
+_SAME_RATE = 5e-4  # the same for the ratio of two rates, since 0.01667 means 1/60, but not 1/59.94
+_SIMPLE = 10  # largest denominator of a ratio that is meant to be exact
 
 
 @dataclass(frozen=True)
@@ -99,27 +102,21 @@ def in_order(clip: BvhClip, orders: Mapping[str, str]) -> Rewriting:
     return _rewritten(clip, values, letters=letters, notes=tuple(notes))
 
 
-def scaled(clip: BvhClip, factor: float) -> Rewriting:
-    """Multiply offsets and positions by a factor."""
-    values = clip.values.copy()
-    values[:, [c for layout in clip.channels for _, c in layout.position]] *= factor
-    decimals = MIN_DECIMALS + max(0, math.ceil(-math.log10(factor)))  # as exact as before
-    return _rewritten(clip, values, offset=lambda xyz: factor * xyz, decimals=decimals)
+def in_axes(clip: BvhClip, matrix: Array) -> Rewriting:
+    """Express a clip in other axes and units.
 
-
-def turned_up(clip: BvhClip, turn: NDArray[np.int64]) -> Rewriting:
-    """Express a clip in other axes. `turn`, (3, 3), is a rotation by multiples of 90°.
-
-    Only axes are renamed and signs changed, so that no number is rounded.
+    `matrix`, (3, 3), is a rotation by multiples of 90° times a factor. The rotation only renames
+    axes and changes signs, so that no number is rounded.
     """
-    axes, signs = np.abs(turn).argmax(axis=0), turn.sum(axis=0)  # of the images of x, y and z
+    axes, sizes = np.abs(matrix).argmax(axis=0), matrix.sum(axis=0)  # of the images of x, y, z
     values, letters = clip.values.copy(), {}
     for layout in clip.channels:
         turning = [("XYZ".index(a), c) for a, c in zip(layout.order, layout.rotation, strict=True)]
         for axis, column in (*layout.position, *turning):
-            values[:, column] *= signs[axis]
             letters[column] = "XYZ"[axes[axis]]
-    return _rewritten(clip, values, letters=letters, offset=lambda xyz: turn @ xyz)
+            values[:, column] *= np.sign(sizes[axis]) if (axis, column) in turning else sizes[axis]
+    decimals = MIN_DECIMALS + max(0, math.ceil(-math.log10(np.abs(sizes[0]))))  # as exact as before
+    return _rewritten(clip, values, letters=letters, matrix=matrix, decimals=decimals)
 
 
 def with_joint_names(clip: BvhClip, names: Mapping[str, str]) -> Rewriting:
@@ -128,9 +125,7 @@ def with_joint_names(clip: BvhClip, names: Mapping[str, str]) -> Rewriting:
     new = [names.get(name, name) for name in old]
     if repeated := [name for name in new if new.count(name) > 1]:
         raise TwistError(f"{clip.path}: two joints would have the name {repeated[0]!r}")
-    if odd := [
-        name for name in new if set(name) & set("{\r\n") or not name or name != name.strip()
-    ]:
+    if odd := [n for n in new if not n or n != n.strip() or set(n) & set("{\r\n")]:
         raise TwistError(f"{clip.path}: expected a name on one line without '{{', found {odd[0]!r}")
     places = [p for p in _header(clip) if p.kind == "name" and new[p.joint] != old[p.joint]]
     parts = [(p.start, p.stop, new[p.joint].encode("utf-8", "surrogateescape")) for p in places]
@@ -177,10 +172,12 @@ def at_rate(clip: BvhClip, fps: float) -> Rewriting:
     A frame at the time of a source frame has its bytes. In other frames, the numbers of joints that
     do not move between the two source frames around it stay the same.
     """
+    if abs(fps * clip.frame_time - 1.0) < _SAME_RATE:
+        return Rewriting(clip, (), (f"the rate is {clip.fps:.6g} frames per second already",))
     times = rate_times(clip.frames, clip.frame_time, fps)
     before, after, share = frames_around(times, clip.frames)
     held = with_rows(clip, before.tolist(), 1.0 / fps)
-    moving = (clip.values[before] != clip.values[after]) & (share > 0.0)[:, None]
+    moving = clip.values[before] != clip.values[after]
     turning = np.stack([moving[:, list(x.rotation)].any(axis=1) for x in clip.channels], axis=1)
     turning &= [layout.rotatable for layout in clip.channels]
     patch = held.patched(at_times(clip.motion, times, 1.0 / fps), turning, positions=True)
@@ -198,7 +195,8 @@ def at_rate(clip: BvhClip, fps: float) -> Rewriting:
 def rate_times(frames: int, frame_time: float, fps: float) -> Array:
     """Return the times of the frames at another rate, in frames of a clip, (new frames,)."""
     step = 1.0 / (frame_time * fps)
-    step = float(round(step)) if abs(step - round(step)) < 1e-4 * step else step
+    simple = float(Fraction(step).limit_denominator(_SIMPLE))
+    step = simple if abs(simple - step) < _SAME_RATE * step else step
     count = int(np.floor((frames - 1) / step + 1e-9)) + 1
     times: Array = np.minimum(np.arange(count) * step, float(frames - 1))
     return times
@@ -218,7 +216,7 @@ def _rewritten(
     values: Array,
     *,
     letters: Mapping[int, str] | None = None,
-    offset: Callable[[Array], Array] | None = None,
+    matrix: Array | None = None,
     decimals: int = MIN_DECIMALS,
     notes: tuple[str, ...] = (),
 ) -> Rewriting:
@@ -235,11 +233,11 @@ def _rewritten(
     if len(tokens := np.flatnonzero(found)):
         text = with_numbers(text, clip.token_spans, tokens, values.ravel()[tokens], decimals)
     places = [place for place in _header(clip) if place.kind == "offset"]
-    if offset and places:
-        old_numbers = np.array([float(clip.text[p.start : p.stop]) for p in places])
-        numbers = np.concatenate([offset(xyz) for xyz in old_numbers.reshape(-1, 3)])
+    if matrix is not None and places:
+        before = np.array([float(clip.text[p.start : p.stop]) for p in places])
+        numbers = (before.reshape(-1, 3) @ matrix.T).ravel()
         spans = np.array([p.start for p in places]), np.array([p.stop for p in places])
-        if len(differs := np.flatnonzero(numbers != old_numbers)):
+        if len(differs := np.flatnonzero(numbers != before)):
             text = with_numbers(text, spans, differs, numbers[differs], decimals)
         joints += [places[k].joint for k in differs.tolist()]
     again = clip if text == clip.text else reparsed(clip, text)
