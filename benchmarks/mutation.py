@@ -44,6 +44,8 @@ TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/formats/blender": ("convert",),
     "twistcore/formats/bvh": ("bvh_patch", "bvh", "bvh_numbers", "bvh_writing", "bvh_branch"),
     "twistcore/formats/bvh/patch.py": ("bvh_patch",),
+    "twistcore/formats/bvh/rewriting.py": ("clean",),
+    "twistcore/formats/bvh/header_places.py": ("clean",),
     "twistcore/formats/bvh/plain_numbers.py": ("plain_numbers", "bvh_numbers"),
     "twistcore/analysis/clip_analysis.py": ("analysis",),
     "twistcore/skeleton/signals.py": ("analysis", "detection"),

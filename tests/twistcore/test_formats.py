@@ -40,7 +40,13 @@ LINES = blocks("jsonl")
 [JOURNAL] = [block for block in LINES if "twistcore.journal/1" in block]
 [APPLIED] = [block for block in LINES if "twistcore.applied/1" in block]
 DOTS = "…"
-BY_NAME = {"tau_deg", "off_axis", "files", "numbers"}  # objects whose keys are not the format's
+BY_NAME = {
+    "tau_deg",
+    "off_axis",
+    "files",
+    "numbers",
+    "renamed",
+}  # objects whose keys are not the format's
 
 
 def shape(value, key=""):
@@ -119,6 +125,7 @@ def documents_of_many(folder, printed):
         printed("detect", one, none, "--method", "paper", *only, code=1),
         printed("signals", one, none, *only, code=1),
         printed("inject", ASSETS / "walk.bvh", *made, "--json"),
+        printed("clean", one, "-o", folder / "clean.bvh", "--order", "Neck=XYZ", "--json"),
     )
 
 

@@ -100,6 +100,10 @@ def verbs(clip, session, out):
     yield ["export", session, named, "--script", "blender", "-o", out / "\x1bkeys.py"]
     yield ["export", session, named, "--script", "maya", "--namespace", "\x1b", "-o", out / "m.py"]
     yield from (["convert", bad, "-o", out / "c.bvh", "--blender", "\x1b[31mno"],)
+    yield ["clean", named, "-o", out / "\x1bc.bvh", "--order", "XYZ", "--rename", "smpl", "--json"]
+    yield ["clean", named, "-o", out / "\x1bd.bvh", "--order", "\x1b[31m=XYZ"]
+    yield ["clean", named, "-o", out / "\x1be.bvh", "--rename", bad]
+    yield ["clean", named, "-o", out / "\x1bf.bvh", "--order", "XYZ", "--unroll", "--up", "Z"]
     files = ["--csv", out / "b.csv", "--junit", out / "b.xml", "--jsonl", out / "b.jsonl"]
     files += ["--annotations", "-", "--fail-if", "count<0"]
     yield ["watch", clip.parent, "-o", out / "\x1bw", "--once", "--every", "0.1", "--workers", "1"]

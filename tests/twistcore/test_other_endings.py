@@ -24,6 +24,7 @@ def writers():
         "quamo refine": ["quamo", "refine", "none.bvh"],
         "quamo noise": ["quamo", "noise", "none.bvh"],
         "convert": ["convert", "none.fbx"],
+        "clean": ["clean", "none.bvh", "--unroll"],
     }
 
 

@@ -25,6 +25,7 @@ from twistcore.cli.arguments.argument_types import (
     workers,
 )
 from twistcore.cli.arguments.batch_arguments import add_batch, add_watch
+from twistcore.cli.arguments.clean_arguments import add_clean
 from twistcore.cli.arguments.command_help import COMMANDS, PROGRAM, CommandHelp, HelpFormatter
 from twistcore.cli.arguments.common_arguments import (
     add_clip,
@@ -494,6 +495,7 @@ _COMMANDS: Mapping[str, Callable[[Parser], None]] = {
     "quamo": add_quamo,
     "export": _export,
     "convert": add_convert,
+    "clean": add_clean,
     "completion": _completion,
     "help": _help,
 }

@@ -112,6 +112,37 @@ def compare(a: Motion, b: Motion) -> Difference:
     )
 
 
+@dataclass(frozen=True)
+class Deviation:
+    """The largest difference of a joint's world rotation, degrees, and position, and where.
+
+    `of_height` is the difference of the position as a fraction of the skeleton's height.
+    """
+
+    degrees: float
+    joint: str
+    frame: int
+    position: float
+    of_height: float
+
+
+def largest_deviation(a: Motion, b: Motion) -> Deviation:
+    """Compare the poses of two motions with the same joint names, in any order.
+
+    Raises ClipMismatchError if the joints or the numbers of frames differ.
+    """
+    names = b.skeleton.names
+    if set(a.skeleton.names) != set(names) or a.frames != b.frames:
+        raise ClipMismatchError("the two clips have different joints or numbers of frames")
+    own = [a.skeleton.index(name) for name in names]
+    (turned, placed), (others, places) = forward_kinematics(a), forward_kinematics(b)
+    angle = geodesic_angle(turned[:, own], others)
+    frame, joint = np.unravel_index(int(angle.argmax()), angle.shape)
+    way = float(np.linalg.norm(placed[:, own] - places, axis=-1).max())
+    degrees = float(np.degrees(angle.max()))
+    return Deviation(degrees, names[joint], int(frame), way, way / b.skeleton.height)
+
+
 def move_to_json(move: JointMove) -> dict[str, Any]:
     """Return a joint's move as JSON data, in the file's unit and as a fraction of the height."""
     return {

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.skeleton.rotation import Array, conjugate, multiply, slerp
+from twistcore.skeleton.resampling import resampled
+from twistcore.skeleton.rotation import Array, conjugate, multiply
+
+__all__ = ["corrected", "resampled", "sample_times"]
 
 
 def sample_times(frames: int, dt: float) -> Array:
@@ -14,17 +16,6 @@ def sample_times(frames: int, dt: float) -> Array:
     count = int(np.floor((frames - 1) * dt / NETWORK_DT + 1e-9)) + 1
     times: Array = np.minimum(np.arange(count) * (NETWORK_DT / dt), float(frames - 1))
     return times
-
-
-def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
-    """Interpolate rotations (frames, joints, 4) by slerp and positions (frames, 3) linearly.
-
-    `times` are the times of the samples, in frames. A sample uses no frame later than the first
-    frame at or after it.
-    """
-    before, after, share = _neighbours(times, len(q))
-    turned = slerp(q[before], q[after], np.broadcast_to(share[:, None], q[before].shape[:-1]))
-    return turned, r[before] + share[:, None] * (r[after] - r[before])
 
 
 def corrected(
@@ -40,10 +31,3 @@ def corrected(
     at = np.minimum(np.arange(len(q)) / step, float(len(times) - 1))
     turn, shift = resampled(turn, shift, at)
     return multiply(turn, q), r + shift
-
-
-def _neighbours(times: Array, frames: int) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
-    before = np.floor(times + 1e-9).astype(np.intp)
-    share = np.clip(times - before, 0.0, 1.0)
-    after = np.minimum(before + (share > 1e-9), frames - 1)
-    return before, after, np.where(share > 1e-9, share, 0.0)

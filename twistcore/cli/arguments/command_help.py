@@ -221,6 +221,20 @@ COMMANDS: Mapping[str, CommandHelp] = {
             "twistcore convert scene.glb -o dance.bvh --take Dance --blender /opt/blender/blender",
         ),
     ),
+    "clean": CommandHelp(
+        "rewrite a clip in other angles, axes, units, channels, names or rates",
+        "Each option changes only what it names; every other byte stays. The changed joints and "
+        "frames are listed. The written file is read again and compared with the source. Clips of "
+        "other formats are written as BVH.",
+        (
+            "twistcore clean walk.bvh -o walk.clean.bvh --unroll",
+            "twistcore clean walk.bvh -o out.bvh --order ZXY --channels 3 --scale 0.01",
+            "twistcore clean walk.bvh -o out.bvh --fps 60 --rename smpl --json",
+        ),
+        "A review belongs to the original: its session knows the clip by its hash and its chains "
+        "by joint names. Export the corrections first, and clean the corrected clip. Exit code: 1 "
+        "if the written poses differ from the source by more than 1e-4° or 1e-4 of the height.",
+    ),
     "completion": CommandHelp(
         "print a script that lets a shell complete commands, options and files",
         "",

@@ -18,6 +18,8 @@ from twistcore.skeleton.rotation import (
 )
 
 _GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is determined, to half of a float's digits
+_LOCKED = 1e-7  # the same for written angles, which are exact or have at least 5 decimals
+_JUMP = 90.0  # degrees; with smaller steps in all channels, no equivalent angles are nearer
 _TURN = 2.0 * np.pi
 _MOST_TURNS = 2  # maximum to distribute over the frames; no correction needs more
 # The smallest weight of a frame in the choice of the branch, and the tolerance for angles half a
@@ -44,10 +46,7 @@ def continuous_angles(
     before, after
         The unchanged angles before and after the run, shape (3,), or None at an end of the clip.
     """
-    first = euler_from_quaternion(order, q)
-    locked = np.cos(first[:, 1]) < _GIMBAL
-    if locked.any():
-        first[locked] = euler_with_third_held(order, q[locked], own[locked, 2])
+    first, locked = _principal(order, q, own[:, 2])
     second = np.stack([first[:, 0] + np.pi, np.pi - first[:, 1], first[:, 2] + np.pi], axis=1)
     if locked.any():
         second[locked] = first[locked]
@@ -63,6 +62,25 @@ def continuous_angles(
     if before is None or after is None or (np.abs(after - out[-1]) <= np.pi + 1e-9).all():
         return out  # every step has its minimal length, so no path can be shorter
     return _least_with_turns(solutions, out, before, after)
+
+
+def _principal(order: str, q: Array, third: Array | None) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the angles with φ2 in ±90°, radians, (n, 3), and a mask of the frames in gimbal lock.
+
+    In gimbal lock, φ3 is `third`, (n,), or the frame's before the lock if `third` is None.
+    """
+    first = euler_from_quaternion(order, q)
+    locked = np.cos(first[:, 1]) < _GIMBAL
+    if locked.any():
+        free = np.maximum.accumulate(np.where(locked, 0, np.arange(len(q))))
+        held = first[free, 2] if third is None else third
+        first[locked] = euler_with_third_held(order, q[locked], held[locked])
+    return first, locked
+
+
+def angles_in_order(order: str, q: Array) -> Array:
+    """Return Euler angles of q in another order, in degrees, (n, 3), without avoidable jumps."""
+    return unrolled_angles(order, np.degrees(_principal(order, q, None)[0]))
 
 
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
@@ -230,3 +248,63 @@ def _previous(at: tuple[int, ...], back: list[Array]) -> tuple[int, ...]:
     for c in (2, 1, 0):
         turns[c] = int(back[c][(source, to, *turns)])
     return (source, *turns)
+
+
+# -- steps in written angles -----------------------------------------------------------------------
+
+
+def unrolled_angles(order: str, angles: Array) -> Array:
+    """Return equivalent angles without the steps that another choice avoids, in degrees, (n, k).
+
+    Where a channel steps by more than 90°, the equivalent angles nearest to the frame before are
+    chosen: with full turns and, for three different axes, the other solution; in gimbal lock also
+    any division between the outer angles. Until the next such step, frames keep the choice. Angles
+    without such steps stay the same in every bit.
+    """
+    out, paired = angles.copy(), len(order) == 3 and len(set(order)) == 3
+    steps = (np.abs(np.diff(angles, axis=0)) > _JUMP).any(axis=1)
+    if not steps.any():
+        return out
+    lock = np.zeros(len(angles), dtype=np.int64)  # in gimbal lock the sign of sin φ2, else 0
+    if paired:
+        middle = np.radians(angles[:, 1])
+        lock = np.where(np.abs(np.cos(middle)) < _LOCKED, np.sign(np.sin(middle)), 0).astype(int)
+        if order not in "XYZXY":
+            lock = -lock
+    choice = np.zeros(angles.shape[1]), False
+    start = 0
+    for frame in (np.flatnonzero(steps | (lock[:-1] != 0)) + 1).tolist():
+        out[start:frame] = _chosen(angles[start:frame], *choice)
+        before, start = out[frame - 1], frame
+        free = lock[frame] or (choice[0] == np.round(choice[0] / 360.0) * 360.0).all()
+        if free and (np.abs(_chosen(angles[frame], *choice) - before) <= _JUMP).all():
+            continue
+        choice = _nearest(angles[frame], before, int(lock[frame]), paired)
+    out[start:] = _chosen(angles[start:], *choice)
+    return out
+
+
+def _chosen(angles: Array, shift: Array, other: bool) -> Array:
+    """Return angles (…, k) plus a shift, or of the other solution, in degrees."""
+    if other:
+        angles = np.stack(
+            [angles[..., 0] + 180.0, 180.0 - angles[..., 1], angles[..., 2] + 180.0], -1
+        )
+    return angles + shift if shift.any() else angles
+
+
+def _nearest(angles: Array, before: Array, lock: int, paired: bool) -> tuple[Array, bool]:
+    """Return the shift, and whether it is the other solution, nearest to the angles before."""
+    if lock:  # only φ1 ± φ3 is determined
+        off = before - angles
+        both = off[0] + lock * off[2]
+        turn = 360.0 * round(both / 360.0)
+        part = 0.5 * (off[0] - lock * off[2] + turn)
+        return np.array([part, 360.0 * round(off[1] / 360.0), lock * (turn - part)]), False
+    found = []
+    for other in (False, True)[: 1 + paired]:
+        off = before - _chosen(angles, np.zeros(len(angles)), other)
+        turns = 360.0 * np.round(off / 360.0)
+        found.append((float(np.abs(off - turns).sum()), other, turns))
+    _, other, turns = min(found, key=lambda one: one[0])
+    return turns, other

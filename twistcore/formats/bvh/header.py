@@ -35,7 +35,7 @@ _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]{0,20},[0-9]{1,20}(?:[eE][+-]?[0-9]{1,4}
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
-class _Words:
+class HeaderWords:
     """A reader for the words of the header. Line numbers are computed only when needed."""
 
     def __init__(self, path: str, text: str) -> None:
@@ -43,6 +43,11 @@ class _Words:
         self._text = text
         self._at = self._end = 0
         self._counted, self._line = 0, 1  # an offset and the number of its line
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """Start and end of the last word in the text, in characters."""
+        return self._at, self._end
 
     def line(self) -> int:
         """Return the line number of the last word, counted from 1."""
@@ -52,6 +57,7 @@ class _Words:
         return self._line
 
     def fail(self, expected: str) -> BvhError:
+        """Return the error for the last word."""
         line_start = max(self._text.rfind(end, 0, self._at) for end in "\r\n") + 1
         return BvhError(self.path, expected, line=self.line(), column=self._at - line_start + 1)
 
@@ -72,6 +78,7 @@ class _Words:
         return found.group().strip()
 
     def number(self, what: str) -> float:
+        """Return the next word as a number. Raises BvhError for another word."""
         word = self.next()
         value = decimal_value((word or "").encode("utf-8", "surrogateescape"))
         if not abs(value) < LARGEST:
@@ -110,7 +117,7 @@ def parse_header(
 
     Assumptions are added to `warnings`. Raises BvhError if the text is not valid.
     """
-    words = _Words(path, text)
+    words = HeaderWords(path, text)
     word = words.next()
     if word is None or word.upper() != "HIERARCHY":
         raise words.fail(f"expected HIERARCHY, found {quoted(word)}")
@@ -175,14 +182,14 @@ def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipW
     warnings.append(ClipWarning(text, joint.line))
 
 
-def _expect_brace(words: _Words, what: str) -> None:
+def _expect_brace(words: HeaderWords, what: str) -> None:
     word = words.next()
     if word != "{":
         raise words.fail(f"expected '{{' after {what}, found {quoted(word)}")
 
 
 def _read_channels(
-    words: _Words, joints: list[_Joint], stack: list[int | None], warnings: list[ClipWarning]
+    words: HeaderWords, joints: list[_Joint], stack: list[int | None], warnings: list[ClipWarning]
 ) -> None:
     if not stack or stack[-1] is None:
         raise words.fail("expected CHANNELS only inside a joint")

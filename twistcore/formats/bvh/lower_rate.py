@@ -1,6 +1,8 @@
-"""Reduce a clip's frame rate by dropping rows. The bytes of the remaining rows do not change."""
+"""Repeat or drop rows of a clip. The bytes of the remaining rows do not change."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from twistcore.formats.bvh.clip import BvhClip
 from twistcore.formats.bvh.reader import parse_bvh, timing_fields
@@ -10,17 +12,26 @@ def decimated(clip: BvhClip, step: int) -> BvhClip:
     """Return a clip with every step-th frame, starting with frame 0, at the rate fps / step."""
     if step == 1:
         return clip
+    return with_rows(clip, range(0, clip.frames, step), clip.motion.frame_time * step)
+
+
+def with_rows(clip: BvhClip, kept: Sequence[int], frame_time: float) -> BvhClip:
+    """Return a clip whose frames are the given frames of another, with a new frame time in s."""
     frames, columns = clip.values.shape
     starts, _ = clip.token_spans
     heads = [*(int(s) for s in starts[: frames * columns : columns]), len(clip.text)]
-    kept = range(0, frames, step)
     (f0, f1), (t0, t1) = timing_fields(clip.text)
     pieces = [
         clip.text[:f0],
         str(len(kept)).encode(),
         clip.text[f1:t0],
-        f"{clip.motion.frame_time * step:.9g}".encode(),
+        f"{frame_time:.9g}".encode(),
         clip.text[t1 : heads[0]],
         *(clip.text[heads[k] : heads[k + 1]] for k in kept),
     ]
-    return parse_bvh(b"".join(pieces), clip.path)
+    return reparsed(clip, b"".join(pieces))
+
+
+def reparsed(clip: BvhClip, text: bytes) -> BvhClip:
+    """Parse a changed text of a clip, whose encoding is kept."""
+    return parse_bvh(text if clip.wide is None else clip.wide.encoded(text), clip.path)

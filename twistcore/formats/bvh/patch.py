@@ -13,7 +13,7 @@ from twistcore.formats.clip import ChannelJump
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
 
-_MIN_DECIMALS = 6
+MIN_DECIMALS = 6
 _MAX_DECIMALS = 15
 _FARTHEST = 2e6 * np.pi  # radians; beyond a million turns, an angle loses digits
 _LONG = 40  # bytes; longer numbers are rewritten one by one
@@ -79,12 +79,13 @@ def with_numbers(
     spans: tuple[NDArray[np.int64], NDArray[np.int64]],
     tokens: NDArray[np.int64],
     numbers: Array,
+    least: int = MIN_DECIMALS,
 ) -> bytes:
     """Return a text in which `numbers`, (n,), replace the given tokens.
 
     All other bytes stay the same. `spans` are the byte offsets of the start and end of all tokens,
-    in reading order. A number keeps its number of decimals, but has at least 6, and never gets an
-    exponent.
+    in reading order. A number keeps its number of decimals, but has at least `least`, and never
+    gets an exponent.
     """
     order = np.argsort(tokens, kind="stable")
     tokens, numbers = tokens[order], numbers[order]
@@ -94,7 +95,7 @@ def with_numbers(
     together = np.zeros(len(tokens), dtype=np.bool_)
     buffer = np.frombuffer(data, dtype=np.uint8)
     together[:-1] = (starts[1:] - ends[:-1] == 1) & (buffer[ends[:-1]] == 32)
-    form = 2 * np.clip(decimals, _MIN_DECIMALS, _MAX_DECIMALS) + together
+    form = 2 * np.clip(decimals, least, _MAX_DECIMALS) + together
     # One format call for all numbers: separate calls would take longer than everything else.
     forms = [f"%.{k // 2}f{' ' if k % 2 else chr(10)}" for k in range(2 * _MAX_DECIMALS + 2)]
     text = "".join([forms[k] for k in form.tolist()]) % tuple(numbers.tolist())

@@ -1,0 +1,75 @@
+"""The arguments of `twistcore clean`."""
+
+from __future__ import annotations
+
+import argparse
+
+from twistcore.cli.arguments.argument_types import positive, rate, readable
+from twistcore.cli.arguments.common_arguments import add_json, add_output, deferred
+
+NAMINGS = ("cmu", "smpl")  # of joints, for `--rename`
+
+
+def add_clean(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments to a parser."""
+    parser.add_argument(
+        "clip", type=readable, metavar="CLIP", help="the clip; '-' reads a BVH from standard input"
+    )
+    add_output(parser, "BVH to write")
+    parser.add_argument(
+        "--unroll",
+        action="store_true",
+        help="replace angles that jump although the rotation does not, by equivalent ones",
+    )
+    parser.add_argument(
+        "--order",
+        type=_order,
+        action="append",
+        metavar="[JOINT=]ZXY",
+        help="rotation order of all joints or of one joint; may be repeated (default: as it is)",
+    )
+    parser.add_argument(
+        "--channels",
+        choices=("3",),
+        help="remove the position channels of joints below the root, which must stay at their "
+        "OFFSET (default: all are kept)",
+    )
+    parser.add_argument(
+        "--keep-moving",
+        action="store_true",
+        help="with --channels: keep the channels of joints that move, instead of refusing",
+    )
+    parser.add_argument(
+        "--scale",
+        type=positive,
+        metavar="FACTOR",
+        help="multiply offsets and positions, such as by 0.01 for cm to m (default: 1)",
+    )
+    parser.add_argument(
+        "--up",
+        type=str.upper,
+        choices=("Y", "Z"),
+        help="the axis that points up: turns offsets, positions and axes, not the figure "
+        "(default: as it is)",
+    )
+    parser.add_argument(
+        "--rename",
+        metavar="MAP",
+        help="new joint names: a JSON object or a CSV with old and new names, or one of the "
+        f"namings {' and '.join(NAMINGS)} (default: as they are)",
+    )
+    parser.add_argument(
+        "--fps", type=rate, metavar="HZ", help="resample to this frame rate (default: as it is)"
+    )
+    add_json(parser)
+    parser.set_defaults(run=deferred("clean_command", "clean_command"))
+
+
+def _order(text: str) -> tuple[str, str]:
+    """Return a joint, or '' for all joints, and its rotation order."""
+    joint, _, order = text.rpartition("=")
+    if sorted(order.upper()) != ["X", "Y", "Z"]:
+        raise argparse.ArgumentTypeError(
+            f"expected the three axes in any order, such as ZXY or Hips=ZXY, found {text!r}"
+        )
+    return joint, order.upper()

@@ -1,0 +1,212 @@
+"""`twistcore clean`: rewrite a clip in other angles, axes, units, names or rates."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+
+from twistcore.cli.arguments.clean_arguments import NAMINGS
+from twistcore.cli.clip_inputs import clip_name, clip_notes, open_clip
+from twistcore.cli.output import (
+    count_of,
+    note,
+    print_json,
+    problem,
+    refuse_overwrite,
+    remark,
+    terminal_text,
+)
+from twistcore.errors import TwistError
+from twistcore.export.compare import Deviation, largest_deviation
+from twistcore.export.joint_map import names_of_naming, read_joint_map
+from twistcore.files.atomic import is_stream, write_atomically
+from twistcore.formats.bvh import BvhClip, parse_bvh, read_bvh, rewriting
+from twistcore.formats.bvh.compose import bvh_text
+from twistcore.formats.bvh.rewriting import Rewriting, RewrittenJoint
+from twistcore.formats.clip import Clip
+from twistcore.formats.suffixes import clip_suffix
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.figure import guess_up
+from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rotation import Array
+
+# What a step does to the file, and to the motion with which the written file is compared.
+Step: TypeAlias = tuple[str, Callable[[BvhClip], Rewriting], Callable[[Motion], Motion]]
+
+OPTIONS = ("up", "scale", "channels", "order", "unroll", "fps", "rename")  # in the order of work
+LIMITS = 1e-4, 1e-4  # degrees and share of the height by which a written pose may differ
+Z_TO_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+
+
+def clean_command(arguments: argparse.Namespace) -> int:
+    """Write the clip, read it again, print what differs, and return the exit code."""
+    output, name = arguments.output, clip_name(arguments.clip)
+    if not any(getattr(arguments, option) for option in OPTIONS):
+        raise TwistError(f"expected an option: {', '.join(f'--{word}' for word in OPTIONS)}")
+    if arguments.keep_moving and not arguments.channels:
+        raise TwistError("--keep-moving works only with --channels 3")
+    if clip_suffix(output) not in ("", ".bvh"):
+        raise TwistError(f"{output}: expected a name that ends in .bvh")
+    table = [] if arguments.rename in (None, *NAMINGS) else [Path(arguments.rename)]
+    refuse_overwrite([output], [arguments.clip, *table])
+    source = open_clip(arguments.clip)
+    clip = first = _as_bvh(source)
+    said = [] if clip is source else ["written as a new BVH with six decimals"]
+    expected = source.motion
+    changes: list[tuple[str, RewrittenJoint]] = []
+    for option, step, moved in _steps(arguments, clip, said):
+        done = step(clip)
+        clip, expected = done.clip, moved(expected)
+        changes += ((option, change) for change in done.changes)
+        said += done.notes
+    notes = [*clip_notes(name, source), *(f"{name}: note: {sentence}" for sentence in said)]
+    write_atomically(output, clip.data)
+    again = clip if is_stream(output) else read_bvh(output)
+    found = largest_deviation(expected, again.motion)
+    problems = _too_far(output, found)
+    pairs = zip(first.skeleton.names, again.skeleton.names, strict=True)
+    renamed = {old: new for old, new in pairs if old != new}
+    if arguments.json:
+        print_json(
+            {
+                "schema": "twistcore.clean/1",
+                "clip": name,
+                "output": str(output),
+                "frames": again.frames,
+                "fps": again.fps,
+                "changes": [{"option": option} | asdict(change) for option, change in changes],
+                "renamed": renamed,
+                "largest": asdict(found),
+                "notes": notes,
+                "problems": problems,
+            }
+        )
+    _print(output, (first, again), changes, renamed, found)
+    for sentence in problems:
+        problem(sentence)
+    for sentence in notes:
+        note(sentence)
+    return int(bool(problems))
+
+
+def _as_bvh(source: Clip) -> BvhClip:
+    """Return a clip, or a new BVH with the motion of a clip in another format."""
+    if isinstance(source, BvhClip):
+        return source
+    return parse_bvh(bvh_text(source.motion).encode("utf-8", "surrogateescape"), source.path)
+
+
+def _steps(arguments: argparse.Namespace, clip: BvhClip, said: list[str]) -> Iterator[Step]:
+    """Yield the chosen steps. Sentences about options without effect are added to `said`."""
+    for option, matrix in _axes(arguments, clip.motion, said):
+        yield option, partial(rewriting.in_axes, matrix=matrix), partial(_in_axes, matrix=matrix)
+    if arguments.channels:
+        keep = arguments.keep_moving
+        yield "channels", lambda c: rewriting.without_positions(c, keep_moving=keep), _same
+    if arguments.order:
+        yield "order", lambda c: rewriting.in_order(c, dict(arguments.order)), _same
+    if arguments.unroll:
+        yield "unroll", rewriting.unrolled, _same
+    if fps := arguments.fps:
+        times = rewriting.rate_times(clip.frames, clip.frame_time, fps)
+        after = partial(rewriting.at_times, times=times, frame_time=1.0 / fps)
+        yield "fps", lambda c: rewriting.at_rate(c, fps), after
+    if arguments.rename:
+        names = _new_names(arguments.rename, clip, said)
+        yield (
+            "rename",
+            lambda c: rewriting.with_joint_names(c, names),
+            lambda m: _with_names(m, names),
+        )
+
+
+def _same(motion: Motion) -> Motion:
+    return motion
+
+
+def _axes(
+    arguments: argparse.Namespace, motion: Motion, said: list[str]
+) -> Iterator[tuple[str, Array]]:
+    """Yield the matrices (3, 3) of `--up` and `--scale`. The figure may be upright already."""
+    if up := arguments.up:
+        axis = guess_up(forward_kinematics(motion)[1], find_chains(motion), motion.skeleton)
+        if "XYZ"[int(axis.argmax())] != up:
+            yield "up", Z_TO_Y if up == "Y" else Z_TO_Y.T
+        else:
+            said.append(f"{up} points up already")
+    if arguments.scale:
+        yield "scale", arguments.scale * np.eye(3)
+
+
+def _in_axes(motion: Motion, matrix: Array) -> Motion:
+    """Return a motion in axes and units that a matrix (3, 3) converts to: a scaled rotation."""
+    rotations = motion.rotations.copy()
+    rotations[..., 1:] @= matrix.T / np.cbrt(np.linalg.det(matrix))
+    skeleton = replace(motion.skeleton, offsets=motion.skeleton.offsets @ matrix.T)
+    positions = motion.positions @ matrix.T
+    return replace(motion, skeleton=skeleton, rotations=rotations, positions=positions)
+
+
+def _with_names(motion: Motion, names: Mapping[str, str]) -> Motion:
+    new = tuple(names.get(name, name) for name in motion.skeleton.names)
+    return replace(motion, skeleton=replace(motion.skeleton, names=new))
+
+
+def _new_names(chosen: str, clip: BvhClip, said: list[str]) -> Mapping[str, str]:
+    """Return the new names of the clip's joints from the map or the naming of `--rename`."""
+    if chosen in NAMINGS:
+        return names_of_naming(clip.motion, chosen)
+    names = read_joint_map(Path(chosen))
+    absent = [old for old in names if old not in clip.skeleton.names]
+    if len(absent) == len(names):
+        raise TwistError(f"{chosen}: expected a joint of {clip.path.name}, found none")
+    if absent:
+        said.append(f"{chosen} also names joints that are missing: {', '.join(absent)[:200]}")
+    return names
+
+
+def _print(
+    output: Path,
+    clips: tuple[BvhClip, BvhClip],
+    changes: Sequence[tuple[str, RewrittenJoint]],
+    renamed: Mapping[str, str],
+    found: Deviation,
+) -> None:
+    """Print a row for each changed joint, a summary, and the differences that were measured."""
+    rows = []
+    for option, change in changes:
+        new = f" → {renamed[change.joint]}" if option == "rename" else ""
+        rows.append((f"{option:<8} {terminal_text(change.joint)}{new}", change))
+    if rows:
+        width = max(32, *(len(text) for text, _ in rows))
+        remark(f"{'joint':<{width}}   start – stop       numbers   words")
+    for text, change in rows:
+        span = f"{change.start:>7} – {change.stop:<7}" if change.frames else " " * 17
+        remark(f"{text:<{width}} {span} {change.numbers:>9} {change.words:>7}")
+    numbers = count_of(sum(change.numbers for _, change in changes), "number")
+    words = count_of(sum(change.words for _, change in changes), "word")
+    joints = count_of(len({change.joint for _, change in changes}), "joint")
+    sizes = [f"{c.frames} frames at {c.fps:.6g} fps" for c in clips]
+    size = " → ".join(dict.fromkeys(sizes))
+    remark(f"{output}: {numbers} and {words} of {joints} rewritten; {size}")
+    remark(
+        f"{output}, read again: rotations differ by at most {found.degrees:.1e}° ({found.joint}, "
+        f"frame {found.frame}) and positions by {found.of_height:.1e} of the height"
+    )
+
+
+def _too_far(output: Path, found: Deviation) -> list[str]:
+    """Return a sentence if the written poses differ by more than the limits."""
+    degrees, of_height = LIMITS
+    if found.degrees <= degrees and found.of_height <= of_height:
+        return []
+    return [
+        f"{output}: the written pose differs from the source by {found.degrees:.1e}° "
+        f"({found.joint}, frame {found.frame}) and {found.of_height:.1e} of the height"
+    ]

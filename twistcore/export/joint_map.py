@@ -1,0 +1,49 @@
+"""Read new names of joints from a file, or find them for a known naming."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+
+from twistcore.errors import FormatError
+from twistcore.files.document_values import bytes_of, has, parsed_json, saying, text
+from twistcore.quamo.topology import CMU_NAMES, SMPL_NAMES
+from twistcore.skeleton.body import find_body
+from twistcore.skeleton.motion import Motion
+
+
+def read_joint_map(path: Path) -> Mapping[str, str]:
+    """Read a JSON object or a CSV with two columns that map joint names to new names.
+
+    Raises FormatError if it is neither, and TwistError if it cannot be read.
+    """
+    data = bytes_of(path)
+    with saying(path):
+        if data.lstrip()[:1] in (b"{", b"["):
+            document = has(parsed_json(data))
+            return {old: text(new, f"the new name of {old}") for old, new in document.items()}
+        rows = [*csv.reader(data.decode("utf-8-sig", "surrogateescape").splitlines())]
+        if wrong := [row for row in rows if row and len(row) != 2]:
+            raise FormatError(
+                "expected a JSON object, or a CSV with two columns, the old and the new names; "
+                f"found {','.join(wrong[0])[:80]!r}"
+            )
+        return dict(row for row in rows if row)
+
+
+def names_of_naming(motion: Motion, naming: str) -> Mapping[str, str]:
+    """Return the new names of the joints that 'cmu' or 'smpl' has, as far as they are recognised.
+
+    Joints are recognised by the names of the other naming, and arms and legs by any known words.
+    """
+    names = {"cmu": CMU_NAMES, "smpl": SMPL_NAMES}[naming]
+    found = dict[str, str]()
+    body = find_body(motion)
+    for joint, bone in zip(body.skeleton.names, body.taken_for, strict=True):
+        word = bone.replace(" ", "").replace("Toe", "ToeBase")
+        for known in (CMU_NAMES, SMPL_NAMES):
+            word = CMU_NAMES[known.index(joint)] if joint in known else word
+        if word in CMU_NAMES and (new := names[CMU_NAMES.index(word)]) not in found.values():
+            found[joint] = new
+    return found

@@ -1,0 +1,301 @@
+"""Rewrite a BVH in other angles, axes, units, channels, names or rates, and list what changed.
+
+Each function takes a clip and returns it as it would be read after the change. All bytes that need
+not change stay the same.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from itertools import repeat
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.errors import TwistError
+from twistcore.formats.bvh.clip import BvhClip
+from twistcore.formats.bvh.euler_branch import angles_in_order, unrolled_angles
+from twistcore.formats.bvh.header_places import HeaderPlace, header_places
+from twistcore.formats.bvh.lower_rate import reparsed, with_rows
+from twistcore.formats.bvh.patch import MIN_DECIMALS, with_numbers
+from twistcore.formats.bvh.reader import parse_bvh
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.resampling import frames_around, resampled
+from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
+
+STILL = 1e-5  # share of the height by which a position may differ from its OFFSET
+_SAME = 1e-9  # degrees; smaller differences are rounding
+_SAME_RATE = 5e-4  # the same for the ratio of two rates, since 0.01667 means 1/60, but not 1/59.94
+_SIMPLE = 10  # largest denominator of a ratio that is meant to be exact
+
+
+@dataclass(frozen=True)
+class RewrittenJoint:
+    """What was rewritten for a joint.
+
+    Attributes
+    ----------
+    numbers
+        How many motion numbers differ or were removed.
+    start, stop
+        The first frame with such a number, and the frame after the last one; 0 if there are none.
+    frames
+        How many frames have such numbers.
+    words
+        How many words and numbers of the hierarchy differ.
+    """
+
+    joint: str
+    numbers: int
+    start: int
+    stop: int
+    frames: int
+    words: int
+
+
+@dataclass(frozen=True, eq=False)
+class Rewriting:
+    """A rewritten clip, its changed joints, and sentences about what was not changed."""
+
+    clip: BvhClip
+    changes: tuple[RewrittenJoint, ...]
+    notes: tuple[str, ...] = ()
+
+
+def unrolled(clip: BvhClip) -> Rewriting:
+    """Replace angles that jump by equivalent ones (see :func:`unrolled_angles`)."""
+    values = clip.values.copy()
+    for layout in clip.channels:
+        if columns := list(layout.rotation):
+            values[:, columns] = unrolled_angles(layout.order, values[:, columns])
+    return _rewritten(clip, values)
+
+
+def in_order(clip: BvhClip, orders: Mapping[str, str]) -> Rewriting:
+    """Give joints another rotation order. The key '' applies to all other joints.
+
+    Raises TwistError if a named joint is missing or has no three rotation channels.
+    """
+    names = clip.skeleton.names
+    if unknown := sorted(orders.keys() - {"", *names}):
+        raise TwistError(f"{clip.path}: expected a joint of the clip, found {unknown[0]!r}")
+    values, notes = clip.values.copy(), []
+    letters: dict[int, str] = {}
+    for joint, (name, layout) in enumerate(zip(names, clip.channels, strict=True)):
+        order = orders.get(name, orders.get("", layout.order))
+        if not layout.rotatable and name in orders:
+            raise TwistError(
+                f"{clip.path}: expected three rotation channels of {name!r} to reorder, "
+                f"found {len(layout.order)}"
+            )
+        if not layout.rotatable and layout.order:
+            notes.append(f"{name} keeps its channels, because it does not turn about three axes")
+        elif layout.rotatable and order != layout.order:
+            columns = list(layout.rotation)
+            angles = angles_in_order(order, clip.motion.rotations[:, joint])
+            same = np.abs(angles - values[:, columns]) < _SAME
+            values[:, columns] = np.where(same, values[:, columns], angles)
+            letters |= dict(zip(columns, order, strict=True))
+    return _rewritten(clip, values, letters=letters, notes=tuple(notes))
+
+
+def in_axes(clip: BvhClip, matrix: Array) -> Rewriting:
+    """Express a clip in other axes and units.
+
+    `matrix`, (3, 3), is a rotation by multiples of 90° times a factor. The rotation only renames
+    axes and changes signs, so that no number is rounded.
+    """
+    axes, sizes = np.abs(matrix).argmax(axis=0), matrix.sum(axis=0)  # of the images of x, y, z
+    values, letters = clip.values.copy(), {}
+    for layout in clip.channels:
+        turning = [("XYZ".index(a), c) for a, c in zip(layout.order, layout.rotation, strict=True)]
+        for axis, column in (*layout.position, *turning):
+            letters[column] = "XYZ"[axes[axis]]
+            values[:, column] *= np.sign(sizes[axis]) if (axis, column) in turning else sizes[axis]
+    decimals = MIN_DECIMALS + max(0, math.ceil(-math.log10(np.abs(sizes[0]))))  # as exact as before
+    return _rewritten(clip, values, letters=letters, matrix=matrix, decimals=decimals)
+
+
+def with_joint_names(clip: BvhClip, names: Mapping[str, str]) -> Rewriting:
+    """Rename joints. Raises TwistError if the new names could not be read back."""
+    old = clip.skeleton.names
+    new = [names.get(name, name) for name in old]
+    if repeated := [name for name in new if new.count(name) > 1]:
+        raise TwistError(f"{clip.path}: two joints would have the name {repeated[0]!r}")
+    if odd := [n for n in new if not n or n != n.strip() or set(n) & set("{\r\n")]:
+        raise TwistError(f"{clip.path}: expected a name on one line without '{{', found {odd[0]!r}")
+    places = [p for p in _header(clip) if p.kind == "name" and new[p.joint] != old[p.joint]]
+    parts = [(p.start, p.stop, new[p.joint].encode("utf-8", "surrogateescape")) for p in places]
+    found = reparsed(clip, _spliced(clip.text, parts))
+    nothing = np.zeros(clip.values.shape, dtype=np.bool_)
+    return Rewriting(found, _changes(clip, nothing, [p.joint for p in places]))
+
+
+def without_positions(clip: BvhClip, *, keep_moving: bool) -> Rewriting:
+    """Remove the position channels of joints below a root that never leave their OFFSET.
+
+    A joint that does leave it keeps its channels if `keep_moving` is true. If not, TwistError is
+    raised with the joint and its first such frame.
+    """
+    gone, notes = np.zeros(clip.columns, dtype=np.bool_), []
+    for joint, layout in enumerate(clip.channels):
+        if clip.skeleton.parents[joint] < 0 or not layout.position:
+            continue
+        axes, columns = map(list, zip(*layout.position, strict=True))
+        away = np.abs(clip.values[:, columns] - clip.skeleton.offsets[joint, axes]).max(axis=1)
+        far = np.flatnonzero(away > STILL * clip.skeleton.height)
+        if not len(far):
+            gone[columns] = True
+            continue
+        name, frame = clip.skeleton.names[joint], int(far[0])
+        why = f"{name} is {away[frame]:.6g} away from its OFFSET in frame {frame}"
+        if not keep_moving:
+            raise TwistError(f"{clip.path}: {why}, so its position channels cannot be removed")
+        notes.append(f"{why}, and keeps its position channels")
+    if not gone.any():
+        return Rewriting(clip, (), tuple(notes))
+    if gone.all():
+        raise TwistError(f"{clip.path}: expected other channels than positions below the root")
+    found = np.broadcast_to(gone, clip.values.shape)
+    joints = [place.joint for place, column in _channels(clip) if gone[column]]
+    joints += dict.fromkeys(joints)  # and the number of channels
+    again = reparsed(clip, _without_columns(clip, gone))
+    return Rewriting(again, _changes(clip, found, joints), tuple(notes))
+
+
+def at_rate(clip: BvhClip, fps: float) -> Rewriting:
+    """Resample a clip. Rotations turn on the shorter arc, positions move on straight lines.
+
+    A frame at the time of a source frame has its bytes. In other frames, the numbers of joints that
+    do not move between the two source frames around it stay the same.
+    """
+    if abs(fps * clip.frame_time - 1.0) < _SAME_RATE:
+        return Rewriting(clip, (), (f"the rate is {clip.fps:.6g} frames per second already",))
+    times = rate_times(clip.frames, clip.frame_time, fps)
+    before, after, share = frames_around(times, clip.frames)
+    held = with_rows(clip, before.tolist(), 1.0 / fps)
+    moving = clip.values[before] != clip.values[after]
+    turning = np.stack([moving[:, list(x.rotation)].any(axis=1) for x in clip.channels], axis=1)
+    turning &= [layout.rotatable for layout in clip.channels]
+    patch = held.patched(at_times(clip.motion, times, 1.0 / fps), turning, positions=True)
+    found = parse_bvh(patch.data, clip.path)
+    values = found.values.copy()
+    for layout in clip.channels:  # the axes of other joints one by one
+        if not layout.rotatable and (columns := list(layout.rotation)):
+            way = np.degrees(wrap(np.radians(clip.values[after] - clip.values[before])))[:, columns]
+            values[:, columns] += share[:, None] * way
+    notes = tuple(str(jump) for jump in patch.jumps)
+    done = _rewritten(found, values)
+    return Rewriting(done.clip, _changes(clip, done.clip.values != clip.values[before]), notes)
+
+
+def rate_times(frames: int, frame_time: float, fps: float) -> Array:
+    """Return the times of the frames at another rate, in frames of a clip, (new frames,)."""
+    step = 1.0 / (frame_time * fps)
+    simple = float(Fraction(step).limit_denominator(_SIMPLE))
+    step = simple if abs(simple - step) < _SAME_RATE * step else step
+    count = int(np.floor((frames - 1) / step + 1e-9)) + 1
+    times: Array = np.minimum(np.arange(count) * step, float(frames - 1))
+    return times
+
+
+def at_times(motion: Motion, times: Array, frame_time: float) -> Motion:
+    """Return a motion at other times, in frames, with a new frame time in seconds."""
+    rotations, positions = resampled(motion.rotations, motion.positions, times)
+    return Motion(motion.skeleton, rotations, motion.positioned, positions, frame_time)
+
+
+# -- texts -----------------------------------------------------------------------------------------
+
+
+def _rewritten(
+    clip: BvhClip,
+    values: Array,
+    *,
+    letters: Mapping[int, str] | None = None,
+    matrix: Array | None = None,
+    decimals: int = MIN_DECIMALS,
+    notes: tuple[str, ...] = (),
+) -> Rewriting:
+    """Return a clip with other numbers, axes of channels (keyed by column) and offsets."""
+    found, parts, joints = values != clip.values, [], list[int]()
+    for place, column in _channels(clip):
+        old = clip.text[place.start : place.start + 1].decode()
+        new = (letters or {}).get(column, old)
+        new = new.upper() if old.isupper() else new.lower()
+        if new != old:
+            parts.append((place.start, place.start + 1, new.encode()))
+            joints.append(place.joint)
+    text = _spliced(clip.text, parts)  # no letter changes the length
+    if len(tokens := np.flatnonzero(found)):
+        text = with_numbers(text, clip.token_spans, tokens, values.ravel()[tokens], decimals)
+    places = [place for place in _header(clip) if place.kind == "offset"]
+    if matrix is not None and places:
+        before = np.array([float(clip.text[p.start : p.stop]) for p in places])
+        numbers = (before.reshape(-1, 3) @ matrix.T).ravel()
+        spans = np.array([p.start for p in places]), np.array([p.stop for p in places])
+        if len(differs := np.flatnonzero(numbers != before)):
+            text = with_numbers(text, spans, differs, numbers[differs], decimals)
+        joints += [places[k].joint for k in differs.tolist()]
+    again = clip if text == clip.text else reparsed(clip, text)
+    return Rewriting(again, _changes(clip, found, joints), notes)
+
+
+def _header(clip: BvhClip) -> list[HeaderPlace]:
+    return header_places(clip.text[: clip.data_start])
+
+
+def _channels(clip: BvhClip) -> list[tuple[HeaderPlace, int]]:
+    """Return the words of the channels, each with its column."""
+    counts = [len(layout.rotation) + len(layout.position) for layout in clip.channels]
+    first = np.cumsum([0, *counts]).tolist()
+    return [(p, first[p.joint] + p.place) for p in _header(clip) if p.kind == "channel"]
+
+
+def _spliced(text: bytes, parts: Iterable[tuple[int, int, bytes]]) -> bytes:
+    """Return a text in which other bytes replace the parts [start, stop), in order."""
+    pieces, done = [], 0
+    for start, stop, new in parts:
+        pieces += [text[done:start], new]
+        done = stop
+    return b"".join([*pieces, text[done:]])
+
+
+def _without_columns(clip: BvhClip, gone: NDArray[np.bool_]) -> bytes:
+    """Return the text without the channels of these columns and without an incomplete last row."""
+    columns, places, parts = dict(_channels(clip)), _header(clip), []
+    for k, place in enumerate(places):
+        if place.kind == "count":
+            left = sum(not gone[columns[p]] for p in places[k + 1 : k + 1 + place.place])
+            parts.append((place.start, place.stop, str(left).encode()))
+        elif place in columns and gone[columns[place]]:
+            parts.append((places[k - 1].stop, place.stop, b""))
+    starts, stops = clip.token_spans
+    rows = np.arange(clip.frames) * clip.columns
+    for a, b in np.flatnonzero(np.diff(gone, prepend=False, append=False)).reshape(-1, 2).tolist():
+        last = b == clip.columns  # then the space before is removed, not the one after
+        spans = (stops, a - 1, b - 1) if last else (starts, a, b)
+        begin, end = (spans[0][rows + column].tolist() for column in spans[1:])
+        parts += zip(begin, end, repeat(b""), strict=False)
+    if len(starts) > clip.values.size:
+        parts.append((int(stops[clip.values.size - 1]), int(stops[-1]), b""))
+    return _spliced(clip.text, sorted(parts))
+
+
+def _changes(
+    clip: BvhClip, found: NDArray[np.bool_], joints: list[int] | None = None
+) -> tuple[RewrittenJoint, ...]:
+    """Return the changes of each joint from a mask of numbers, (frames, columns), and of words."""
+    changes = []
+    for joint, layout in enumerate(clip.channels):
+        mask = found[:, [*layout.rotation, *(column for _, column in layout.position)]]
+        at = np.flatnonzero(mask.any(axis=1))
+        words = (joints or []).count(joint)
+        if len(at) or words:
+            start, stop = (int(at[0]), int(at[-1]) + 1) if len(at) else (0, 0)
+            name = clip.skeleton.names[joint]
+            changes.append(RewrittenJoint(name, int(mask.sum()), start, stop, len(at), words))
+    return tuple(changes)
