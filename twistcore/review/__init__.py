@@ -4,6 +4,7 @@ A review decides which of the detected intervals are errors.
 """
 
 from twistcore.review.commands import (
+    Adopt,
     Annotate,
     CarryOver,
     ChangeChains,
@@ -28,6 +29,7 @@ from twistcore.review.session import (
 )
 
 __all__ = [
+    "Adopt",
     "Annotate",
     "CarryOver",
     "ChangeChains",
