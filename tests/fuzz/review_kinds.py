@@ -31,7 +31,6 @@ from twistcore.files.encoding import json_bytes
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip
 from twistcore.review import (
-    Adopt,
     Annotate,
     CarryOver,
     ChangeChains,
@@ -45,6 +44,7 @@ from twistcore.review import (
     Remove,
     Review,
     Session,
+    Settle,
     Sign,
     Track,
     Tracking,
@@ -89,7 +89,7 @@ def commands() -> list[Command]:
         Track(Tracking(("LeftArm", "LeftForeArm"), 1.0, 0.1, 0.0, False, "")),
         Track(Tracking((), 1.0, 0.1, 0.0, True, "walk", False, True)),
         CarryOver(Review.of(analysis().detect()).state.intervals, True),
-        Adopt(Review.of(analysis().detect()).state.intervals[:2]),
+        Settle(Review.of(analysis().detect()).state.intervals[:2]),
         ChangeChains(rig, left, ("LeftLeg",), found, "Without RightLeg"),
     ]
 

@@ -13,7 +13,6 @@ from twistcore.cli import main
 from twistcore.errors import ClipMismatchError
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
-    Adopt,
     Annotate,
     Decide,
     Decision,
@@ -21,6 +20,7 @@ from twistcore.review import (
     Insert,
     Journal,
     Review,
+    Settle,
     read_session,
     recover,
     write_session,
@@ -29,6 +29,7 @@ from twistcore.review.agreement import (
     Agreement,
     PairDifference,
     cohen_kappa,
+    left_to_second,
     merged_review,
     paired,
     reviewers_of,
@@ -140,6 +141,8 @@ def test_an_undefined_kappa_has_a_reason(mine, theirs, percent, why):
     found = Agreement(paired(mine.intervals, theirs.intervals))
     assert (found.percent, found.kappa) == (percent, None)
     assert why in found.why_no_kappa
+    assert why in found.summary
+    assert "nan" not in found.summary
 
 
 def test_kappa_is_one_for_all_alike_and_zero_as_by_chance():
@@ -157,7 +160,7 @@ def test_kappa_is_one_for_all_alike_and_zero_as_by_chance():
 
 def test_their_decision_comes_with_their_correction_and_the_id_of_mine():
     pairs = {p.either.id: p for p in paired(ADA.intervals, BEN.intervals)}
-    state = Adopt(tuple(pairs[k].taken(ADA.next_id) for k in (2, 3, 9))).apply(ADA)
+    state = Settle(tuple(pairs[k].taken(ADA.next_id) for k in (2, 3, 9))).apply(ADA)
     assert {j.id for j in state.intervals} == {*range(1, 9), ADA.next_id}
     assert state.find(2).interval.stop == BEN.find(2).interval.stop
     assert state.find(2).edited
@@ -167,21 +170,39 @@ def test_their_decision_comes_with_their_correction_and_the_id_of_mine():
     assert differences(state, BEN).keys() == {4, 5}
     assert pairs[7].taken(10) is None
     with pytest.raises(ValueError, match="no chain"):
-        Adopt(BEN.intervals).apply(replace(ADA, tau={}))
+        Settle(BEN.intervals).apply(replace(ADA, tau={}))
 
 
 def test_what_was_taken_is_one_step_and_is_in_the_journal(tmp_path):
     review, path = Review(ADA), tmp_path / "walk.twist.json.journal"
     journal = Journal(path, CLIP, ADA)
-    command = Adopt(tuple(filter(None, (p.taken(9) for p in paired(ADA.intervals, BEN.intervals)))))
+    command = Settle(
+        tuple(filter(None, (p.taken(9) for p in paired(ADA.intervals, BEN.intervals))))
+    )
     review.do(command)
     journal.do(command)
     journal.close()
-    assert review.undo_text == f"Take {len(command.earlier)} of their decisions"
+    assert review.undo_text == f"Settle {len(command.earlier)} differences"
     again = recover(path, CLIP).review.state
     assert differences(review.state, again) == differences(again, BEN) == {}
     review.undo()
     assert review.state is ADA
+
+
+def test_what_the_first_left_undecided_is_taken_unless_it_would_be_added_twice():
+    def taken(state, theirs=BEN):
+        return {
+            j.id: j.reviewer for j in left_to_second(paired(state.intervals, theirs.intervals), 20)
+        }
+
+    assert taken(ADA) == {4: "Ben", 20: "Ben"}
+    assert taken(longer(ADA, 4).apply(ADA)) == {20: "Ben"}  # my own edit
+    two = Insert(constant("LeftArm", 320, 330, 0.4)).apply(BEN)
+    two = Decide((10,), A, "Ben", LATER).apply(two)
+    assert taken(ADA, two).keys() == {4, 20, 21}
+    # Mine is the pair of one, and overlaps the other of the same chain as well.
+    mine = Insert(constant("LeftArm", 305, 330, 0.4)).apply(ADA)
+    assert taken(mine, two).keys() == {4}
 
 
 # -- merging ---------------------------------------------------------------------------------------
@@ -217,7 +238,7 @@ def test_the_command_compares_and_merges(sessions, capsys):
     out = sessions[0].with_name("both.twist.json")
     assert main(["diff", *map(str, sessions), "--merge", str(out)]) == 0
     said = capsys.readouterr()
-    assert "5 intervals decided by both, 3 alike (60 %), Cohen's kappa 0.29" in said.out
+    assert "decided by both: 5, alike: 3 (60 %), Cohen's kappa: 0.29" in said.out
     assert said.out.count("opposite decisions") == 2
     assert "5 of 8 intervals decided by Ada" in said.out
     assert "agreed decisions: 2; 5 intervals left undecided" in said.out

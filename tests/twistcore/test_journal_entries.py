@@ -27,7 +27,6 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.files.lock import is_held
 from twistcore.review import Decision, Journal, recover
 from twistcore.review.commands import (
-    Adopt,
     Annotate,
     CarryOver,
     ChangeChains,
@@ -37,6 +36,7 @@ from twistcore.review.commands import (
     Insert,
     Redetect,
     Remove,
+    Settle,
     Sign,
     Track,
 )
@@ -86,7 +86,7 @@ EVERY = {
     CarryOver((SEEN,), same_clip=True): {
         "do": "CarryOver", "earlier": [judged_to_json(SEEN)], "same_clip": True,
     },
-    Adopt((SEEN,)): {"do": "Adopt", "earlier": [judged_to_json(SEEN)]},
+    Settle((SEEN,)): {"do": "Settle", "earlier": [judged_to_json(SEEN)]},
     Track(TRACKING): {"do": "Track", "tracking": tracking_to_json(TRACKING)},
     Track(OTHERWISE): {"do": "TrackBothWays", "tracking": tracking_to_json(OTHERWISE)},
     Track(None): {"do": "Track", "tracking": None},
@@ -223,9 +223,9 @@ del WITH_LIMBS["RightClavicle"]
         (CarryOver((SEEN,)), "all"),
         (CarryOver((SEEN, replace(SEEN, interval=BEHIND))), "other clip"),
         (CarryOver((replace(SEEN, interval=FOREIGN),)), "all"),  # passed over: of another take
-        (Adopt((SEEN,)), "all"),
-        (Adopt((replace(SEEN, interval=BEHIND),)), "other clip"),
-        (Adopt((replace(SEEN, interval=FOREIGN),)), "none"),
+        (Settle((SEEN,)), "all"),
+        (Settle((replace(SEEN, interval=BEHIND),)), "other clip"),
+        (Settle((replace(SEEN, interval=FOREIGN),)), "none"),
         (ChangeChains(RIG, CHANGED, (ARM,), (twist(),)), "all"),
         (ChangeChains(RIG, WITH_LIMBS, (LIMB,), (flip(),)), "all"),
         (ChangeChains(RIG, FEWER, (), ()), "other clip"),

@@ -131,7 +131,7 @@ def _tell_sessions(
         chain = terminal_text(pair.either.interval.chain)
         sides = f"{_side(pair.mine):<32} {_side(pair.theirs):<32}"
         say(f"{chain:<{width}} {sides} {pair.difference}")
-    say(f"{count_of(len(found.decisions), 'interval')} decided by both, {_score(found)}")
+    say(found.summary)
 
 
 def _side(judged: Judged | None) -> str:
@@ -139,14 +139,6 @@ def _side(judged: Judged | None) -> str:
         return "–"
     interval = judged.interval
     return f"{judged.verdict} {interval.start} – {interval.stop} {interval.angle_text(1)}"
-
-
-def _score(found: Agreement) -> str:
-    """Return the agreement in words, with the reason if kappa is undefined."""
-    if found.percent is None:
-        return f"Cohen's kappa undefined: {found.why_no_kappa}"
-    kappa = f"undefined: {found.why_no_kappa}" if found.kappa is None else f"{found.kappa:.2f}"
-    return f"{found.alike} alike ({found.percent:.0f} %), Cohen's kappa {kappa}"
 
 
 def _sessions_to_json(

@@ -4,7 +4,6 @@ A review decides which of the detected intervals are errors.
 """
 
 from twistcore.review.commands import (
-    Adopt,
     Annotate,
     CarryOver,
     ChangeChains,
@@ -14,6 +13,7 @@ from twistcore.review.commands import (
     Insert,
     Redetect,
     Remove,
+    Settle,
     Sign,
     Track,
 )
@@ -29,7 +29,6 @@ from twistcore.review.session import (
 )
 
 __all__ = [
-    "Adopt",
     "Annotate",
     "CarryOver",
     "ChangeChains",
@@ -47,6 +46,7 @@ __all__ = [
     "Review",
     "ReviewState",
     "Session",
+    "Settle",
     "Sign",
     "Track",
     "Tracking",

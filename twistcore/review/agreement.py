@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -12,6 +11,7 @@ from typing import Any
 from twistcore.errors import ClipMismatchError
 from twistcore.review.model import APPLIED, Decision, Judged, ReviewState, same_offsets
 from twistcore.review.overlaps import overlaps
+from twistcore.review.session import judged_to_json
 from twistcore.work.frozen import dataclass
 
 
@@ -25,7 +25,7 @@ class PairDifference(StrEnum):
     DETECTED = "detected in one only"  # and decided there
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class PairedIntervals:
     """An interval in two reviews of a clip. One is None if only the other review has it."""
 
@@ -129,6 +129,15 @@ class Agreement:
             return "no interval was decided by both"
         return f"both reviewers {self.decisions[0][0]} every interval"
 
+    @property
+    def summary(self) -> str:
+        """The agreement in words."""
+        if self.percent is None:
+            return self.why_no_kappa
+        score = f"undefined ({self.why_no_kappa})" if self.kappa is None else f"{self.kappa:.2f}"
+        count = f"decided by both: {len(self.decisions)}, alike: {self.alike}"
+        return f"{count} ({self.percent:.0f} %), Cohen's kappa: {score}"
+
 
 def decided_by_person(judged: Judged | None) -> bool:
     """True if a person has decided on the interval, unlike an automatic correction."""
@@ -175,6 +184,25 @@ def paired(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[PairedInte
     ]
     alone = (j for n, j in enumerate(theirs) if n not in taken)
     return (*pairs, *(PairedIntervals(None, j) for j in alone))
+
+
+def left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> tuple[Judged, ...]:
+    """Return the second reviewer's decisions on all intervals that the first has left undecided.
+
+    Their ids are those of the first review, or `new_id` and above. Left out are intervals that the
+    first reviewer has edited, and intervals of the second review alone that overlap one on which
+    the first reviewer has worked, because both corrections would be added.
+    """
+    kept = [p.mine.interval for p in pairs if p.mine is not None and p.mine.kept]
+    alone = [p.theirs for p in pairs if p.mine is None and p.theirs is not None]
+    clashing = {alone[n] for _, _, n in overlaps(kept, [judged.interval for judged in alone])}
+    out: list[Judged] = []
+    for pair in pairs:
+        free = pair.theirs not in clashing and not (pair.mine is not None and pair.mine.kept)
+        if free and (taken := pair.taken(new_id)) is not None:
+            out.append(taken)
+            new_id += pair.mine is None
+    return tuple(out)
 
 
 def check_same_clip(sha256: str, other: str) -> None:
@@ -237,7 +265,10 @@ def _opinion(judged: Judged | None) -> str:
 
 
 def agreement_to_json(found: Agreement) -> dict[str, Any]:
-    """Return the agreement and the differences of two reviews, *a* and *b*, as JSON data."""
+    """Return the agreement and the differences of two reviews, *a* and *b*, as JSON data.
+
+    Intervals are written as in sessions.
+    """
     return {
         "decided_by_both": len(found.decisions),
         "alike": found.alike,
@@ -248,28 +279,9 @@ def agreement_to_json(found: Agreement) -> dict[str, Any]:
             {
                 "difference": pair.difference,
                 "chain": pair.either.interval.chain,
-                "kind": pair.either.interval.kind.value,
-                "a": _side_to_json(pair.mine),
-                "b": _side_to_json(pair.theirs),
+                "a": pair.mine and judged_to_json(pair.mine, kinds=True),
+                "b": pair.theirs and judged_to_json(pair.theirs, kinds=True),
             }
             for pair in found.differences
         ],
-    }
-
-
-def _side_to_json(judged: Judged | None) -> dict[str, Any] | None:
-    if judged is None:
-        return None
-    return {
-        "id": judged.id,
-        "start": judged.interval.start,
-        "stop": judged.interval.stop,
-        "delta_deg": math.degrees(judged.interval.delta),
-        "decision": judged.decision.value,
-        "reviewer": judged.reviewer,
-        "decided_at": judged.decided_at,
-        "by_hand": judged.by_hand,
-        "edited": judged.edited,
-        "reason": judged.reason,
-        "note": judged.note,
     }

@@ -337,8 +337,8 @@ class CarryOver(Command):
 
 
 @dataclass(frozen=True, eq=False)
-class Adopt(Command):
-    """Replace intervals by those of another review of the clip, with their decisions.
+class Settle(Command):
+    """Settle differences between two reviews of the clip: set intervals with their decisions.
 
     An interval of `earlier` replaces the one with the same id, or is added if there is none.
     """
@@ -349,7 +349,7 @@ class Adopt(Command):
     def text(self) -> str:
         """Name of the command in the undo menu."""
         n = len(self.earlier)
-        return "Take their decision" if n == 1 else f"Take {n} of their decisions"
+        return "Settle difference" if n == 1 else f"Settle {n} differences"
 
     @property
     def interval_ids(self) -> tuple[int, ...]:

@@ -37,13 +37,13 @@ from twistcore.files.lock import is_held, lock
 from twistcore.files.ordinary import read_file
 from twistcore.formats.clip import Clip
 from twistcore.review.commands import (
-    Adopt,
     CarryOver,
     ChangeChains,
     Command,
     Edit,
     Insert,
     Redetect,
+    Settle,
     Track,
 )
 from twistcore.review.history import Review
@@ -268,7 +268,7 @@ def _replayed(review: Review, entry: Any, motion: Motion | None) -> Review:
                 _check((), command.found, None, frames)
             case LeaveOut() if frames is not None and any(b > frames for _, b in command.spans):
                 raise FormatError("frames after the last one")
-            case Adopt():
+            case Settle():
                 _check((), (j.interval for j in command.earlier), review.state, frames)
             case CarryOver():
                 _check((), (j.interval for j in command.earlier), None, frames)
