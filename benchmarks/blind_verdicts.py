@@ -23,24 +23,10 @@ import numpy as np
 
 from benchmarks.atlas import COLUMNS, VERDICTS, markdown, precision
 from benchmarks.evidence import equal_bins
+from twistcore.review.agreement import cohen_kappa
 from twistcore.tuning.learned_confidence import Bin, expected_error
 
 BINS = 5  # with equal numbers of finds
-
-
-def kappa(first: Sequence[str], second: Sequence[str]) -> float:
-    """Return Cohen's kappa [Cohen 1960].
-
-    It is 1 if the judges always agree, and 0 if they agree by chance.
-    """
-    if not first:
-        return float("nan")
-    same = float(np.mean([a == b for a, b in zip(first, second, strict=True)]))
-    chance = sum(
-        float(np.mean([a == v for a in first])) * float(np.mean([b == v for b in second]))
-        for v in VERDICTS
-    )
-    return (same - chance) / (1.0 - chance) if chance < 1.0 else 1.0
 
 
 def agreed(first: str, second: str) -> str:
@@ -112,9 +98,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     rows = judged(given.folder)
     for name, own in (("all", rows), ("automatic", [r for r in rows if r["applied"] == "yes"])):
-        value = kappa([r["first"] for r in own], [r["second"] for r in own])
+        value = cohen_kappa([r["first"] for r in own], [r["second"] for r in own])
         alike = sum(r["first"] == r["second"] for r in own)
-        print(f"{name}: {len(own)} judged by both, {alike} equal, kappa {value:.2f}")
+        words = "undefined" if value is None else f"{value:.2f}"
+        print(f"{name}: {len(own)} judged by both, {alike} equal, kappa {words}")
     for by in (("kind", "applied"), ("applied", "set"), ("set", "kind")):
         print(f"\n{markdown(precision(rows, *by))}")
     bins = reliability(r for r in rows if r["kind"] == "counter-twist")

@@ -33,7 +33,7 @@ MANY_IMPORTS = {
     "inspector.panels.intervals_panel": 17,
     "inspector.session.document": 18,
     "inspector.session.export_files": 19,
-    "inspector.session.opening": 26,
+    "inspector.session.opening": 24,
     "inspector.shots": 17,
     "inspector.teaching.gizmo_drawing": 22,
     "inspector.teaching.teaching_panel": 16,

@@ -122,9 +122,7 @@ class IntervalModel(RowModel[ListRow]):
         assert document.data is not None
         delta, first = float(np.degrees(interval.shown)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
-        decision = tr("✓ seen") if judged.verdict == SEEN else MARKS[judged.decision]
-        if judged.verdict == APPLIED:
-            decision = tr("✓ automatic")
+        decision = mark_of(judged)
         decision += (SHARED if shared else "") + ("" if judged.supported else UNSUPPORTED)
         decision += EDITED if judged.edited else ""
         sure = -1.0 if interval.confidence is None else interval.confidence
@@ -226,6 +224,13 @@ class SortedRows(QSortFilterProxyModel):
         if values[0] != values[1]:
             return bool(values[0] < values[1])
         return (left.row() < right.row()) == (self.sortOrder() == Qt.SortOrder.AscendingOrder)
+
+
+def mark_of(judged: Judged) -> str:
+    """Return the verdict on an interval with its mark."""
+    if judged.verdict == APPLIED:
+        return tr("✓ automatic")
+    return tr("✓ seen") if judged.verdict == SEEN else MARKS[judged.decision]
 
 
 def end_of(judged: Judged) -> str:

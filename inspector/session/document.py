@@ -30,8 +30,10 @@ from twistcore.review import (
     Decision,
     Edit,
     Insert,
+    Judged,
     Redetect,
     Review,
+    Settle,
     Sign,
 )
 from twistcore.review.journal import REDO, UNDO
@@ -223,10 +225,24 @@ class Document(OpenClip):
 
     def _decide(self, ids: tuple[int, ...], decision: Decision, *, in_bulk: bool = False) -> bool:
         at = self.now()
-        done = self.do(Decide(ids, decision, self.reviewer, at, in_bulk))
+        command = Decide(ids, decision, self.reviewer, at, in_bulk)
+        return self.do(command) if decision == Decision.UNDECIDED else self._do_signed(command, at)
+
+    def settle(self, judged: Judged) -> bool:
+        """Set an interval with its decision, now made by this reviewer. Returns False on failure.
+
+        The interval is one of the review, or one of another review with an id that is free here.
+        """
+        at = self.now()
+        mine = replace(judged, reviewer=self.reviewer, decided_at=at, in_bulk=False)
+        return self._do_signed(Settle((mine,)), at)
+
+    def _do_signed(self, command: Command, at: str) -> bool:
+        """Apply a command that decides on intervals. Ask for the reviewer's name if needed."""
+        done = self.do(command)
         nobodys = self.borrowed is not None and not self.borrowed.signed
-        if done and decision != Decision.UNDECIDED and not (self.reviewer or nobodys):
-            self._unsigned.update((k, at) for k in ids)
+        if done and not (self.reviewer or nobodys):
+            self._unsigned.update((k, at) for k in command.interval_ids)
             self.unsigned.emit()
         return done
 

@@ -19,8 +19,7 @@ from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX
 from twistcore.export.replay import chains_of
 from twistcore.files.document_values import shown_words
-from twistcore.files.marks import file_mark
-from twistcore.files.ordinary import is_file
+from twistcore.files.marks import file_mark, found_file
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
@@ -261,12 +260,10 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     """
     session, sha256 = read_session_file(path)
     if clip_path is None:
-        places = [Path(session.clip), path.parent / Path(session.clip).name]
-        there = [p for p in places if is_file(p)]
-        if not there:
-            raise ClipMissingError(path, session.clip)
-        same = (p for p in there if file_mark(p) == session.sha256)
-        clip_path = next(same, there[0])
+        places = Path(session.clip), path.parent / Path(session.clip).name
+        clip_path = found_file(places, session.sha256)
+    if clip_path is None:
+        raise ClipMissingError(path, session.clip)
     return _with_session(path, sha256, session, clip_path, tell)
 
 

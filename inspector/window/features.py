@@ -9,6 +9,7 @@ from inspector.folder.feature import feature as folder
 from inspector.lessons.feature import feature as lessons
 from inspector.quality.feature import feature as quality
 from inspector.recording.feature import feature as recording
+from inspector.reviewers.feature import feature as reviewers
 from inspector.teaching.feature import feature as teaching
 from inspector.tuning.feature import feature as tuning
 from inspector.video.feature import feature as video
@@ -18,7 +19,7 @@ from inspector.window.review_feature import feature as review
 
 # The window builds them in this order. Each may use the parts of the features before it.
 FEATURES: tuple[AnyFeature, ...] = (
-    chains, review, video, folder, tuning, teaching, lessons, quality, recording,
+    chains, review, reviewers, video, folder, tuning, teaching, lessons, quality, recording,
 )  # fmt: skip
 
 

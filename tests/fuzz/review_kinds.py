@@ -44,6 +44,7 @@ from twistcore.review import (
     Remove,
     Review,
     Session,
+    Settle,
     Sign,
     Track,
     Tracking,
@@ -88,6 +89,7 @@ def commands() -> list[Command]:
         Track(Tracking(("LeftArm", "LeftForeArm"), 1.0, 0.1, 0.0, False, "")),
         Track(Tracking((), 1.0, 0.1, 0.0, True, "walk", False, True)),
         CarryOver(Review.of(analysis().detect()).state.intervals, True),
+        Settle(Review.of(analysis().detect()).state.intervals[:2]),
         ChangeChains(rig, left, ("LeftLeg",), found, "Without RightLeg"),
     ]
 

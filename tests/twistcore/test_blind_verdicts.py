@@ -7,21 +7,11 @@ import pytest
 
 from benchmarks.atlas import VERDICTS
 from benchmarks.atlas import main as atlas
-from benchmarks.blind_verdicts import agreed, judged, kappa, main, reliability
+from benchmarks.blind_verdicts import agreed, judged, main, reliability
 from tests.conftest import ASSETS
 from twistcore.tuning.learned_confidence import expected_error
 
 E, D, A = VERDICTS
-
-
-def test_kappa_is_one_for_all_alike_and_zero_as_by_chance():
-    assert kappa([E, A, D, E], [E, A, D, E]) == 1.0
-    assert kappa([E, E, A, A], [E, A, E, A]) == pytest.approx(0.0)
-    assert kappa([E, E], [E, E]) == 1.0
-    # Two by two with 20, 5, 10, 15: agreement 0.7, by chance 0.5.
-    first = [E] * 25 + [A] * 25
-    second = [E] * 20 + [A] * 5 + [E] * 10 + [A] * 15
-    assert kappa(first, second) == pytest.approx(0.4)
 
 
 def test_where_two_differ_it_is_doubtful():

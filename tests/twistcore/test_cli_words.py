@@ -133,6 +133,8 @@ def test_cheap_examples_run(line, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copy(WALK, tmp_path / "walk.bvh")
     shutil.copy(WALK, tmp_path / "run.bvh")
+    for name in ("ada", "ben") if ".twist.json" in line else ():
+        run(capsys, "refine", "walk.bvh", "-o", "out.bvh", "--session", f"{name}.twist.json")
     stdin = io.TextIOWrapper(io.BytesIO(WALK.read_bytes()))
     monkeypatch.setattr(sys, "stdin", stdin)
     code, out, _ = run(capsys, *words_of(line)[0][1:])

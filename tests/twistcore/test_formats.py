@@ -145,12 +145,16 @@ def documents_of_sessions(folder, printed):
         said = {"decision": Decision.ACCEPTED, "decided_at": "2026-01-01T00:00:00+00:00"}
         judged = [replace(one, **said) for one in state.intervals]
         write_session(clip, state.with_intervals(judged), captures / f"{name}.twist.json")
+    opposite = [replace(judged[0], decision=Decision.REJECTED), *judged[1:]]
+    write_session(clip, state.with_intervals(opposite), folder / "second.twist.json")
+    both = captures / "05_02.twist.json", folder / "second.twist.json"
     shutil.copy(ASSETS / "walk.bvh", captures / "alone.bvh")
     first = captures / "05_01.twist.json", captures / "05_01.bvh"
     every = ("apply", captures, captures, "-o", folder / "applied", "--workers", "1", "--json")
     return (
         printed("apply", *first, "-o", folder / "applied.bvh", "--json"),
         printed(*every),
+        printed("diff", *both, "--merge", folder / "both.twist.json", "--json"),
     )
 
 

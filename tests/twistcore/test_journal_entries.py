@@ -36,6 +36,7 @@ from twistcore.review.commands import (
     Insert,
     Redetect,
     Remove,
+    Settle,
     Sign,
     Track,
 )
@@ -85,6 +86,7 @@ EVERY = {
     CarryOver((SEEN,), same_clip=True): {
         "do": "CarryOver", "earlier": [judged_to_json(SEEN)], "same_clip": True,
     },
+    Settle((SEEN,)): {"do": "Settle", "earlier": [judged_to_json(SEEN)]},
     Track(TRACKING): {"do": "Track", "tracking": tracking_to_json(TRACKING)},
     Track(OTHERWISE): {"do": "TrackBothWays", "tracking": tracking_to_json(OTHERWISE)},
     Track(None): {"do": "Track", "tracking": None},
@@ -221,6 +223,9 @@ del WITH_LIMBS["RightClavicle"]
         (CarryOver((SEEN,)), "all"),
         (CarryOver((SEEN, replace(SEEN, interval=BEHIND))), "other clip"),
         (CarryOver((replace(SEEN, interval=FOREIGN),)), "all"),  # passed over: of another take
+        (Settle((SEEN,)), "all"),
+        (Settle((replace(SEEN, interval=BEHIND),)), "other clip"),
+        (Settle((replace(SEEN, interval=FOREIGN),)), "none"),
         (ChangeChains(RIG, CHANGED, (ARM,), (twist(),)), "all"),
         (ChangeChains(RIG, WITH_LIMBS, (LIMB,), (flip(),)), "all"),
         (ChangeChains(RIG, FEWER, (), ()), "other clip"),

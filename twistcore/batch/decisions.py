@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.review import Decision, read_session
+from twistcore.review.agreement import reviewers_of
 
 
 def decisions_of(session: Path) -> dict[str, Any]:
@@ -19,7 +20,7 @@ def decisions_of(session: Path) -> dict[str, Any]:
         return {}
     return {
         **{d.value: sum(j.decision == d for j in judged) for d in Decision},
-        "reviewers": sorted({j.reviewer for j in decided if j.reviewer}),
+        "reviewers": list(reviewers_of(decided)),
         "session": str(session),
         "at": max((j.decided_at for j in decided), default=""),
     }

@@ -1,4 +1,4 @@
-"""`twistcore refine | apply | diff`: write corrected clips, and compare clips."""
+"""`twistcore refine | apply`: write corrected clips."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import argparse
 import math
 import shlex
 from collections.abc import Collection, Iterable, Sequence
-from pathlib import Path
 from typing import Any
 
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.analysis.correction import SURE_ENOUGH
 from twistcore.cli.arguments.argument_types import STANDARD_INPUT
-from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip, tell_clip
-from twistcore.cli.folder_commands import apply_folder, diff_folders
+from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip
+from twistcore.cli.decided_sessions import refuse_decided
+from twistcore.cli.folder_commands import apply_folder
 from twistcore.cli.interval_words import (
     counted_words,
     jump_sentences,
@@ -30,13 +30,10 @@ from twistcore.cli.output import (
     problem,
     refuse_overwrite,
     remark,
-    say,
     step,
-    terminal_text,
 )
 from twistcore.detection import Interval
-from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.compare import compare, difference_to_json
+from twistcore.errors import TwistError
 from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
 from twistcore.export.replay import (
     Replay,
@@ -52,8 +49,8 @@ from twistcore.formats.clip import Clip, check_ending, write_clip
 from twistcore.formats.reading import own_name
 from twistcore.report.clip_report import check_report, reports_other_bytes, write_clip_report
 from twistcore.report.document import Report
-from twistcore.review import Decision, Review, read_session, write_session
-from twistcore.review.model import APPLIED, SEEN, Judged
+from twistcore.review import Review, write_session
+from twistcore.review.model import SEEN
 
 
 def refine_command(arguments: argparse.Namespace) -> int:
@@ -64,7 +61,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
     written_files = [path for path in (arguments.output, arguments.session) if path]
     refuse_overwrite(written_files, [path for path in files if path])
     if arguments.session:
-        _refuse_decided(arguments.session)
+        refuse_decided(arguments.session)
     if arguments.report and is_there(arguments.report) and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report} is a file; choose a folder for the report")
     if arguments.report:
@@ -113,25 +110,6 @@ def refine_command(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(_refined_to_json(arguments, clip, found, done, notes, problems))
     return _tell(notes, problems)
-
-
-def _refuse_decided(path: Path) -> None:
-    """Raise TwistError if the file at `path` is a session with decisions, or not a session."""
-    if is_stream(path) or not is_there(path):
-        return
-    state = read_session(path).state
-    by_person = state.left_out or state.tracking or any(map(_is_of_a_person, state.intervals))
-    if by_person:
-        raise TwistError(
-            f"{path} is a session with a reviewer's decisions; write the new session to "
-            "another file"
-        )
-
-
-def _is_of_a_person(judged: Judged) -> bool:
-    """Return True if a person decided on an interval, changed it or wrote a note."""
-    made = judged.by_hand or judged.edited or bool(judged.note or judged.reason)
-    return made or judged.verdict not in (APPLIED, Decision.UNDECIDED.value)
 
 
 def apply_command(arguments: argparse.Namespace) -> int:
@@ -259,36 +237,3 @@ def _applied_to_json(
         "notes": list(notes),
         "problems": list(problems),
     }
-
-
-def diff_command(arguments: argparse.Namespace) -> int:
-    """Print the differences between two clips or two folders of clips."""
-    if arguments.a.is_dir() or arguments.b.is_dir():
-        return diff_folders(arguments)
-    names = clip_name(arguments.a), clip_name(arguments.b)
-    if names == ("-", "-"):
-        raise TwistError("- (standard input) can be given only once")
-    a, b = open_clip(arguments.a), open_clip(arguments.b)
-    for name, clip in zip(names, (a, b), strict=True):
-        tell_clip(name, clip)
-    try:
-        difference = compare(a.motion, b.motion)
-    except ClipMismatchError as error:
-        raise ClipMismatchError(f"{', '.join(names)}: {error}") from None
-    if arguments.json:
-        print_json(difference_to_json(difference, *names))
-        return 0
-    width = max([24, *(len(terminal_text(j.joint)) for j in difference.joints)])
-    if difference.joints:
-        say(f"{'joint':<{width}} {'start':>7} – {'stop':<7} rotation differs", head=True)
-    for j in difference.joints:
-        name = f"{terminal_text(j.joint):<{width}}"
-        say(f"{name} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
-    for m in difference.moved:
-        say(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {m.frames} frames")
-    say(
-        f"rotations differ in {count_of(len({j.joint for j in difference.joints}), 'joint')} and "
-        f"{count_of(difference.frames, 'frame')}; joints move by at most "
-        f"{difference.max_position_of_height:.1e} of the height"
-    )
-    return 0

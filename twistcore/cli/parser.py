@@ -160,11 +160,18 @@ def _diff(diff: Parser) -> None:
             name,
             type=readable,
             metavar=name.upper(),
-            help=f"the {which} clip or folder; '-' reads a BVH from standard input",
+            help=f"the {which} clip, folder or session; '-' reads a BVH from standard input",
         )
+    diff.add_argument(
+        "--merge",
+        type=target,
+        metavar="OUT",
+        help="write a session with the decisions on which two sessions agree; all other intervals "
+        "are undecided, with both decisions in their notes (default: none)",
+    )
     add_json(diff)
     add_workers(diff)
-    diff.set_defaults(run=deferred("correct_commands", "diff_command"))
+    diff.set_defaults(run=deferred("diff_command", "diff_command"))
 
 
 def _refine(refine: Parser) -> None:

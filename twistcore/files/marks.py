@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from twistcore.files.ordinary import open_to_read
+from twistcore.files.ordinary import is_file, open_to_read
 
 _LONG = 50_000_000  # bytes; reading so many takes about 50 ms, which users do not notice
 _MOST = 1000  # maximum number of files in the cache; the oldest entries are removed first
@@ -33,6 +33,12 @@ def file_mark(path: Path) -> str:
     for oldest in tuple(_marks)[:-_MOST]:
         _marks.pop(oldest, None)
     return mark
+
+
+def found_file(places: Iterable[Path], mark: str) -> Path | None:
+    """Return the first existing file with this SHA-256, or else the first existing file."""
+    there = [path for path in places if is_file(path)]
+    return next((path for path in there if file_mark(path) == mark), (*there, None)[0])
 
 
 def takes_long(path: Path) -> bool:

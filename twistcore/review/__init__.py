@@ -13,6 +13,7 @@ from twistcore.review.commands import (
     Insert,
     Redetect,
     Remove,
+    Settle,
     Sign,
     Track,
 )
@@ -45,6 +46,7 @@ __all__ = [
     "Review",
     "ReviewState",
     "Session",
+    "Settle",
     "Sign",
     "Track",
     "Tracking",

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from bisect import bisect_left
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -19,6 +18,7 @@ from twistcore.review.model import (
     carried_over,
     chain_places,
 )
+from twistcore.review.overlaps import overlaps
 from twistcore.skeleton.rig import Rig
 from twistcore.work.frozen import dataclass
 
@@ -336,6 +336,38 @@ class CarryOver(Command):
         return carried_over(self.earlier, state, same_clip=self.same_clip)
 
 
+@dataclass(frozen=True, eq=False)
+class Settle(Command):
+    """Settle differences between two reviews of the clip: set intervals with their decisions.
+
+    An interval of `earlier` replaces the one with the same id, or is added if there is none.
+    """
+
+    earlier: tuple[Judged, ...]
+
+    @property
+    def text(self) -> str:
+        """Name of the command in the undo menu."""
+        n = len(self.earlier)
+        return "Settle difference" if n == 1 else f"Settle {n} differences"
+
+    @property
+    def interval_ids(self) -> tuple[int, ...]:
+        """The ids of the intervals."""
+        return tuple(judged.id for judged in self.earlier)
+
+    def apply(self, state: ReviewState) -> ReviewState:
+        """Return the state after the command."""
+        for judged in self.earlier:
+            if judged.interval.chain not in state.tau:
+                raise ValueError(f"there is no chain {judged.interval.chain!r}")
+        new = {judged.id: judged for judged in self.earlier}
+        kept = (j for j in state.intervals if j.id not in new)
+        return state.with_intervals(
+            (*kept, *new.values()), max((state.next_id, *(k + 1 for k in new)))
+        )
+
+
 @dataclass(frozen=True)
 class Track(Command):
     """Track joints with QuaMo after the twist correction. None turns tracking off."""
@@ -376,7 +408,7 @@ def _merged(
     partner: dict[int, int] = {}
     taken: set[int] = set()
     supported: set[int] = set()
-    pairs = sorted(_overlaps(earlier, found))
+    pairs = sorted(overlaps([judged.interval for judged in earlier], found))
     for minus_common, k, n in pairs:
         if earlier[k].kept and _replaces(earlier[k].interval, found[n], -minus_common):
             supported.add(k)
@@ -401,23 +433,6 @@ def _merged(
 def _replaces(kept: Interval, found: Interval, common: int) -> bool:
     union = kept.frames + found.frames - common
     return common >= 0.5 * union or common >= 0.8 * found.frames
-
-
-def _overlaps(earlier: tuple[Judged, ...], found: list[Interval]) -> Iterator[tuple[int, int, int]]:
-    """Yield (−common frames, k, n) for each pair of overlapping intervals, in nearly linear time.
-
-    k is the index in `earlier`, n the index in `found`.
-    """
-    by_start = sorted(range(len(found)), key=lambda n: found[n].start)
-    starts = [found[n].start for n in by_start]
-    longest = max((f.frames for f in found), default=0)
-    for k, judged in enumerate(earlier):
-        start, stop = judged.interval.start, judged.interval.stop
-        for at in range(bisect_left(starts, start - longest), bisect_left(starts, stop)):
-            n = by_start[at]
-            common = min(stop, found[n].stop) - max(start, found[n].start)
-            if common > 0 and found[n].may_be_same(judged.interval):
-                yield -common, k, n
 
 
 def _replace(state: ReviewState, ids: tuple[int, ...], **changes: Any) -> ReviewState:

@@ -43,6 +43,7 @@ from twistcore.review.commands import (
     Edit,
     Insert,
     Redetect,
+    Settle,
     Track,
 )
 from twistcore.review.history import Review
@@ -267,6 +268,8 @@ def _replayed(review: Review, entry: Any, motion: Motion | None) -> Review:
                 _check((), command.found, None, frames)
             case LeaveOut() if frames is not None and any(b > frames for _, b in command.spans):
                 raise FormatError("frames after the last one")
+            case Settle():
+                _check((), (j.interval for j in command.earlier), review.state, frames)
             case CarryOver():
                 _check((), (j.interval for j in command.earlier), None, frames)
         review.do(command)

@@ -106,12 +106,15 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ),
     ),
     "diff": CommandHelp(
-        "show what differs between two clips or two folders of clips",
+        "show what differs between two clips, two folders of clips or two reviews of a clip",
         "For each joint: the frames in which its rotation differs, and by how much. A stop is the "
-        "first frame after the difference. A difference is not an error: the exit code is 0.",
+        "first frame after the difference. For two sessions of the same clip: how far the "
+        "reviewers agree, and each interval on which they do not. A difference is not an error: "
+        "the exit code is 0.",
         (
             "twistcore diff walk.bvh run.bvh",
             "twistcore diff delivery-1 delivery-2 --json",
+            "twistcore diff ada.twist.json ben.twist.json --merge both.twist.json",
             "twistcore refine walk.bvh -o - | twistcore diff walk.bvh -",
         ),
     ),

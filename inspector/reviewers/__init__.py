@@ -1,0 +1,1 @@
+"""Two reviewers: another review of the open clip, compared with this one."""

@@ -1,0 +1,281 @@
+"""The list of differences between this review and another one, with the buttons to settle them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from html import escape
+
+from PySide6.QtCore import QItemSelectionModel, QModelIndex, QTimer, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QHeaderView, QWidget
+
+from inspector.language import of_core, plural, tr
+from inspector.panels.interval_rows import mark_of
+from inspector.panels.reject_reasons import shown_reason
+from inspector.reviewers.second_review import DifferenceRow, SecondReview
+from inspector.session.document import Document
+from inspector.widgets.building import action_button, hbox, vbox
+from inspector.widgets.labels import Caption
+from inspector.widgets.signed_numbers import angle_of
+from inspector.widgets.tables import BesideDelegate, RowModel, RowTable, TableRow
+from inspector.widgets.theme import Colours
+from twistcore.review import Decision, Judged, Settle
+from twistcore.review.agreement import PairDifference, decided_by_person
+
+_BUTTONS = {  # short texts for buttons
+    "keep_mine": tr("Keep mine"),
+    "take_theirs": tr("Take theirs"),
+    "next_difference": tr("Next"),
+    "take_undecided": tr("Theirs for all I left undecided"),
+}
+_SELECT = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
+
+
+class DifferencesModel(RowModel[DifferenceRow]):
+    """The rows of the differences: the interval, and the decisions of both reviewers."""
+
+    def __init__(self, document: Document, colours: Colours) -> None:
+        super().__init__(colours)
+        self._document = document
+
+    def key(self, thing: DifferenceRow) -> int:
+        """Return the key that identifies a row."""
+        return thing.key
+
+    def describe(self, thing: DifferenceRow) -> TableRow:
+        """Return the texts of a row; the corrections only if these are what differs."""
+        pair, first = thing.pair, self._document.first_frame
+        interval = pair.either.interval
+        sides = [self._side(j, pair.difference) for j in (pair.mine, pair.theirs)]
+        colours = {
+            k: getattr(self.theme, str(judged.decision))
+            for k, judged in ((1, pair.mine), (2, pair.theirs))
+            if judged is not None
+        }
+        frames = f"{interval.start + first}–{interval.stop + first}"
+        settled = tr("settled") if thing.settled else ""
+        return TableRow(
+            texts=(f"{self.label(interval.chain)} {frames}", *sides),
+            colours={**colours, **({0: self.theme.soft} if thing.settled else {})},
+            beside=settled,
+        )
+
+    def _side(self, judged: Judged | None, difference: PairDifference | None) -> str:
+        if judged is None:
+            return "–"
+        if difference != PairDifference.CORRECTION:
+            return mark_of(judged)
+        return f"{mark_of(judged)[0]} {self.correction(judged)}"
+
+    def correction(self, judged: Judged) -> str:
+        """Return the frames and the angle of an interval."""
+        interval, first = judged.interval, self._document.first_frame
+        angle = angle_of(interval.kind, interval.shown)
+        return f"{interval.start + first}–{interval.stop + first} {angle}"
+
+    def label(self, chain: str) -> str:
+        """Return the label of a chain, or its name if only the other review has the chain."""
+        try:
+            return of_core(self._document.find_chain(chain).list_label)
+        except KeyError:
+            return chain
+
+
+class ComparisonPanel(QWidget):
+    """The differences between two reviews. Selecting a row shows its interval."""
+
+    shown = Signal(object)  # the selected interval, of either review
+
+    def __init__(
+        self, document: Document, colours: Colours, actions: Mapping[str, QAction]
+    ) -> None:
+        super().__init__()
+        self._document = document
+        self._second: SecondReview | None = None
+        self._key: int | None = None  # of the current row
+        self.model = DifferencesModel(document, colours)
+        self.table = RowTable(self.model)
+        self.table.setAccessibleName(tr("Differences between the reviews"))
+        self.table.setItemDelegate(BesideDelegate(self.model, self.table))
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        self.table.selectionModel().currentRowChanged.connect(self._row_selected)
+        self.summary, self.detail = Caption(), Caption(soft=True)
+        self._actions = [actions[name] for name in _BUTTONS]
+        *one, every = map(action_button, self._actions, _BUTTONS.values())
+        parts = self.summary, (self.table, 1), self.detail, hbox(*one, None), hbox(every, None)
+        vbox(*parts, owner=self, margins=(4, 4, 4, 4), spacing=4)
+        self._later = QTimer(self, singleShot=True, interval=0)
+        self._later.timeout.connect(self._refresh)
+        document.intervals_changed.connect(self._later.start)
+        document.interval_changed.connect(self._follow)
+        document.numbering_changed.connect(self.model.redraw)
+        self.compare(None)
+
+    def compare(self, second: SecondReview | None) -> None:
+        """List the differences from another review, or nothing for None."""
+        self._second, self._key = second, None
+        mine, theirs = (second.mine, second.theirs) if second else ("", "")
+        self.model.heads = (tr("Interval"), f"{tr('Mine')}\n{mine}", f"{tr('Theirs')}\n{theirs}")
+        self.model.begin_anew(())
+        text = tr("Open another review of this clip: File → Compare with another review…")
+        self.summary.set_text(text)
+        for action in self._actions:
+            action.setEnabled(second is not None)
+        self.detail.set_text("")
+        self._refresh()
+
+    @property
+    def rows(self) -> list[DifferenceRow]:
+        """The listed differences."""
+        return list(self.model.things)
+
+    @property
+    def current(self) -> DifferenceRow | None:
+        """The selected difference, or None."""
+        return next((row for row in self.model.things if row.key == self._key), None)
+
+    # -- actions ---------------------------------------------------------------------------------
+
+    def step(self) -> None:
+        """Go to the next difference that is not settled."""
+        rows, now = self.rows, self.current
+        at = 0 if now is None else rows.index(now) + 1
+        if ahead := [row for row in (*rows[at:], *rows[:at]) if not row.settled]:
+            self._select(ahead[0].key)
+            self._show(ahead[0])
+        else:
+            self._say(tr("All differences between the reviews are settled."))
+
+    def keep_mine(self) -> None:
+        """Confirm the own decision. An interval that only the other review has is rejected."""
+        if (row := self._chosen()) is None:
+            return
+        mine, theirs = row.pair.mine, row.pair.theirs
+        if mine is None and theirs is not None:
+            new = replace(theirs, id=self._document.review.state.next_id, supported=theirs.by_hand)
+            self._settle(replace(new, decision=Decision.REJECTED, note="", reason=""))
+        elif mine is not None and mine.decision != Decision.UNDECIDED:
+            self._settle(mine)
+        else:
+            self._say(
+                tr("You have not decided on this interval. Accept it, reject it or take theirs.")
+            )
+
+    def take_theirs(self) -> None:
+        """Use the other reviewer's decision and correction."""
+        if (row := self._chosen()) is None:
+            return
+        if (taken := row.pair.taken(self._document.review.state.next_id)) is not None:
+            self._settle(taken)
+        else:
+            self._say(tr("The other reviewer has not decided on this interval."))
+
+    def take_undecided(self) -> None:
+        """Use all decisions of the other reviewer on intervals that are undecided here.
+
+        The decisions keep the other reviewer's name.
+        """
+        second, state = self._second, self._document.review.state
+        if not (taken := second.left_to_them(state) if second else ()):
+            self._say(tr("You have left nothing undecided that the other reviewer has decided."))
+        elif self._document.do(Settle(taken)):
+            self._say(plural("1 decision was adopted.", "{n} decisions were adopted.", len(taken)))
+
+    def _settle(self, judged: Judged) -> None:
+        if self._document.settle(judged):
+            self._refresh()
+
+    def _chosen(self) -> DifferenceRow | None:
+        if self.current is None:
+            self._say(tr("Select a difference between the reviews first."))
+        return self.current
+
+    def _say(self, text: str) -> None:
+        self._document.message.emit(text, False)
+
+    # -- the list --------------------------------------------------------------------------------
+
+    def _refresh(self) -> None:
+        """Update the rows. If a decision has settled the current one, go to the next one."""
+        self._later.stop()
+        if self._second is None:
+            return
+        before = self.current
+        self.model.show(self._second.rows(self._document.review.state))
+        left = sum(not row.settled for row in self.rows)
+        count = tr("Differences: {count}, not settled: {left}", count=len(self.rows), left=left)
+        agreement = of_core(self._second.agreement.summary)
+        self.summary.set_text(escape(f"{_sentence(agreement)}. {count}.", quote=False))
+        now = self.current
+        settled = before is not None and not before.settled and now is not None and now.settled
+        if settled and not self.visibleRegion().isEmpty():
+            self.step()
+        else:
+            self._follow()
+
+    def _follow(self) -> None:
+        """Select the row of the document's selected interval."""
+        if self._second is None or self._later.isActive():
+            return  # `_refresh` follows
+        selected = self._document.interval_id
+        of_interval = {r.pair.mine.id: r.key for r in self.model.things if r.pair.mine is not None}
+        if selected is not None:
+            self._select(of_interval.get(selected))
+        elif self.current is not None and self.current.pair.mine is not None:
+            self._select(None)
+        self.detail.set_text(self._described())
+
+    def _select(self, key: int | None) -> None:
+        self._key = key
+        row = self.model.row_of(key) if key is not None else None
+        selection = self.table.selectionModel()
+        if row is None:
+            selection.clear()
+        elif selection.currentIndex().row() != row or not selection.hasSelection():
+            selection.setCurrentIndex(self.model.index(row, 0), _SELECT)
+
+    def _row_selected(self, current: QModelIndex) -> None:
+        if not current.isValid():
+            return
+        row = self.model.things[current.row()]
+        if row.key != self._key:
+            self._key = row.key
+            self._show(row)
+
+    def _show(self, row: DifferenceRow) -> None:
+        """Select the interval of a row, or go to its frames if only the other review has it."""
+        document, judged = self._document, row.pair.either
+        if row.pair.mine is not None:
+            document.select_interval(judged.id, jump=True)
+        else:
+            document.select_interval(None)
+            if judged.interval.chain in {c.name for c in document.listed_chains}:
+                document.select_chain(judged.interval.chain)
+            document.go_to(judged.interval.seen_at)
+        self.detail.set_text(self._described())
+        self.shown.emit(judged)
+
+    # -- texts -----------------------------------------------------------------------------------
+
+    def _described(self) -> str:
+        """Return what differs in the selected row, and both decisions with name, time and note."""
+        if (row := self.current) is None or (difference := row.pair.difference) is None:
+            return ""
+        sides = (tr("Mine"), row.pair.mine), (tr("Theirs"), row.pair.theirs)
+        lines = [f"<b>{escape(_sentence(of_core(difference)))}</b>"]
+        lines += [escape(f"{side}: {self._decision(judged)}") for side, judged in sides if judged]
+        return "<br>".join(lines)
+
+    def _decision(self, judged: Judged) -> str:
+        """Return a decision in words, with correction, reviewer, time, reason and note."""
+        words = [f"{mark_of(judged)} {self.model.correction(judged)}"]
+        if decided_by_person(judged):
+            words += [judged.reviewer, judged.decided_at[:16].replace("T", " ")]
+        return ", ".join(filter(None, (*words, shown_reason(judged.reason), judged.note)))
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]

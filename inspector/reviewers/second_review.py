@@ -1,0 +1,76 @@
+"""Another review of the open clip, its differences from this review, and which are settled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from twistcore.review import Judged, ReviewState, Session
+from twistcore.review.agreement import (
+    Agreement,
+    PairedIntervals,
+    decided_by_person,
+    left_to_second,
+    paired,
+    reviewers_of,
+)
+
+
+@dataclass(frozen=True)
+class DifferenceRow:
+    """A difference between the reviews, which a third verdict settles."""
+
+    pair: PairedIntervals
+    settled: bool
+
+    @property
+    def key(self) -> int:
+        """A number that identifies the row, also after the third verdict."""
+        return self.pair.theirs.id if self.pair.theirs else -self.pair.either.id
+
+
+class SecondReview:
+    """Compares a session with the review that was open when the comparison began.
+
+    Attributes
+    ----------
+    agreement
+        The agreement of both reviewers at that time, before any third verdict.
+    mine, theirs
+        The names of the reviewers.
+    """
+
+    def __init__(self, session: Session, intervals: Sequence[Judged]) -> None:
+        self._theirs = session.state.intervals
+        self.agreement = Agreement(paired(intervals, self._theirs))
+        both = reviewers_of(intervals), reviewers_of(self._theirs)
+        self.mine, self.theirs = map(", ".join, both)
+        self._began = {j.id: (j.decision, j.decided_at) for j in intervals}
+        self._listed: set[int] = set()  # keys of pairs that have differed
+
+    def rows(self, state: ReviewState) -> list[DifferenceRow]:
+        """Return the differences from this review, including settled ones.
+
+        They are sorted by chain and start.
+        """
+        pairs = paired(state.intervals, self._theirs)
+        rows = [DifferenceRow(pair, self._is_settled(pair)) for pair in pairs]
+        self._listed.update(row.key for row in rows if row.pair.difference is not None)
+        return sorted((r for r in rows if r.key in self._listed), key=partial(_place, state))
+
+    def _is_settled(self, pair: PairedIntervals) -> bool:
+        mine = pair.mine
+        if mine is None or not decided_by_person(mine):
+            return pair.difference is None
+        again = (mine.decision, mine.decided_at) != self._began.get(mine.id)
+        return again or pair.difference is None
+
+    def left_to_them(self, state: ReviewState) -> tuple[Judged, ...]:
+        """Return their decisions on intervals that this reviewer has left undecided."""
+        return left_to_second(paired(state.intervals, self._theirs), state.next_id)
+
+
+def _place(state: ReviewState, row: DifferenceRow) -> tuple[int, int]:
+    interval = row.pair.either.interval
+    return state.chain_order.get(interval.chain, len(state.chain_order)), interval.start

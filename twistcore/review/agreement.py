@@ -1,0 +1,287 @@
+"""Compare two reviews of the same clip, and merge them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from enum import StrEnum
+from typing import Any
+
+from twistcore.errors import ClipMismatchError
+from twistcore.review.model import APPLIED, Decision, Judged, ReviewState, same_offsets
+from twistcore.review.overlaps import overlaps
+from twistcore.review.session import judged_to_json
+from twistcore.work.frozen import dataclass
+
+
+class PairDifference(StrEnum):
+    """The way in which two reviewers differ about an interval."""
+
+    VERDICT = "opposite decisions"
+    CORRECTION = "different corrections"  # of an interval that neither has rejected
+    DECIDED = "decided by one only"
+    INSERTED = "inserted by one only"
+    DETECTED = "detected in one only"  # and decided there
+
+
+@dataclass(frozen=True)
+class PairedIntervals:
+    """An interval in two reviews of a clip. One is None if only the other review has it."""
+
+    mine: Judged | None
+    theirs: Judged | None
+
+    @property
+    def either(self) -> Judged:
+        """The interval in the first review, or in the second if the first does not have it."""
+        one = self.mine or self.theirs
+        assert one is not None
+        return one
+
+    @property
+    def decided_by_both(self) -> bool:
+        """True if both reviewers have decided on the interval."""
+        return decided_by_person(self.mine) and decided_by_person(self.theirs)
+
+    @property
+    def difference(self) -> PairDifference | None:
+        """How the reviewers differ, or None if they do not."""
+        mine, theirs = self.mine, self.theirs
+        if mine is None or theirs is None:
+            if self.either.by_hand:
+                return PairDifference.INSERTED
+            return PairDifference.DETECTED if decided_by_person(self.either) else None
+        both = self.decided_by_both
+        if both and mine.decision != theirs.decision:
+            return PairDifference.VERDICT
+        if decided_by_person(mine) != decided_by_person(theirs):
+            return PairDifference.DECIDED
+        decided_or_edited = both or mine.edited or theirs.edited
+        rejected = mine.decision == Decision.REJECTED
+        if decided_or_edited and not rejected and not same_offsets(mine.interval, theirs.interval):
+            return PairDifference.CORRECTION
+        return None
+
+    def taken(self, new_id: int) -> Judged | None:
+        """Return the interval with the second reviewer's decision and correction.
+
+        `new_id` is its id if only the second review has it. The result is None if the second
+        reviewer has not decided.
+        """
+        mine, theirs = self.mine, self.theirs
+        if theirs is None or not decided_by_person(theirs):
+            return None
+        if mine is None:
+            return replace(theirs, id=new_id, supported=theirs.by_hand)
+        same = same_offsets(mine.interval, theirs.interval)  # mine may have evidence
+        return replace(
+            theirs,
+            id=mine.id,
+            interval=mine.interval if same else theirs.interval,
+            by_hand=mine.by_hand,
+            supported=mine.supported,
+            note=mine.note or theirs.note,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """The intervals of two reviews of a clip in pairs, and how far the reviewers agree."""
+
+    pairs: tuple[PairedIntervals, ...]
+
+    @property
+    def differences(self) -> tuple[PairedIntervals, ...]:
+        """The pairs about which the reviewers differ."""
+        return tuple(pair for pair in self.pairs if pair.difference is not None)
+
+    @property
+    def decisions(self) -> tuple[tuple[Decision, Decision], ...]:
+        """The decisions of both reviewers on each interval that both have decided."""
+        return tuple(
+            (pair.mine.decision, pair.theirs.decision)
+            for pair in self.pairs
+            if pair.mine is not None and pair.theirs is not None and pair.decided_by_both
+        )
+
+    @property
+    def alike(self) -> int:
+        """Number of intervals on which both have made the same decision."""
+        return sum(mine == theirs for mine, theirs in self.decisions)
+
+    @property
+    def percent(self) -> float | None:
+        """Percentage of equal decisions, or None if no interval was decided by both."""
+        return 100.0 * self.alike / len(self.decisions) if self.decisions else None
+
+    @property
+    def kappa(self) -> float | None:
+        """Cohen's kappa of the decisions, or None if it is undefined."""
+        return cohen_kappa(*zip(*self.decisions, strict=True)) if self.decisions else None
+
+    @property
+    def why_no_kappa(self) -> str:
+        """The reason why kappa is undefined, or ''."""
+        if self.kappa is not None:
+            return ""
+        if not self.decisions:
+            return "no interval was decided by both"
+        return f"both reviewers {self.decisions[0][0]} every interval"
+
+    @property
+    def summary(self) -> str:
+        """The agreement in words."""
+        if self.percent is None:
+            return self.why_no_kappa
+        score = f"undefined ({self.why_no_kappa})" if self.kappa is None else f"{self.kappa:.2f}"
+        count = f"decided by both: {len(self.decisions)}, alike: {self.alike}"
+        return f"{count} ({self.percent:.0f} %), Cohen's kappa: {score}"
+
+
+def decided_by_person(judged: Judged | None) -> bool:
+    """True if a person has decided on the interval, unlike an automatic correction."""
+    return (
+        judged is not None and judged.decision != Decision.UNDECIDED and judged.verdict != APPLIED
+    )
+
+
+def reviewers_of(judged: Iterable[Judged]) -> tuple[str, ...]:
+    """Return the names of the reviewers who have decided on intervals, in alphabetical order."""
+    decided = (j for j in judged if j.decision != Decision.UNDECIDED)
+    return tuple(sorted({j.reviewer for j in decided if j.reviewer}))
+
+
+def cohen_kappa(first: Sequence[str], second: Sequence[str]) -> float | None:
+    """Return Cohen's kappa [Cohen 1960] of the decisions of two judges on the same things.
+
+    It is 1 if the judges always agree, and 0 if they agree as often as by chance. It is None, for
+    undefined, if there are no decisions, or if both judges have always made the same decision.
+    """
+    if not first:
+        return None
+    count = len(first)
+    same = sum(a == b for a, b in zip(first, second, strict=True)) / count
+    of_first, of_second = Counter(first), Counter(second)
+    chance = sum(of_first[v] * of_second[v] for v in of_first) / count**2
+    return (same - chance) / (1.0 - chance) if chance < 1.0 else None
+
+
+def paired(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[PairedIntervals, ...]:
+    """Pair the intervals of two reviews of a clip: same chain and kind, overlapping frames.
+
+    The pairs with the most common frames are made first. Intervals of the first review come first,
+    in their order, then the intervals that only the second review has.
+    """
+    partner: dict[int, int] = {}
+    taken: set[int] = set()
+    for _, k, n in sorted(overlaps([j.interval for j in mine], [j.interval for j in theirs])):
+        if k not in partner and n not in taken:
+            partner[k] = n
+            taken.add(n)
+    pairs = [
+        PairedIntervals(j, theirs[partner[k]] if k in partner else None) for k, j in enumerate(mine)
+    ]
+    alone = (j for n, j in enumerate(theirs) if n not in taken)
+    return (*pairs, *(PairedIntervals(None, j) for j in alone))
+
+
+def left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> tuple[Judged, ...]:
+    """Return the second reviewer's decisions on all intervals that the first has left undecided.
+
+    Their ids are those of the first review, or `new_id` and above. Left out are intervals that the
+    first reviewer has edited, and intervals of the second review alone that overlap one on which
+    the first reviewer has worked, because both corrections would be added.
+    """
+    kept = [p.mine.interval for p in pairs if p.mine is not None and p.mine.kept]
+    alone = [p.theirs for p in pairs if p.mine is None and p.theirs is not None]
+    clashing = {alone[n] for _, _, n in overlaps(kept, [judged.interval for judged in alone])}
+    out: list[Judged] = []
+    for pair in pairs:
+        free = pair.theirs not in clashing and not (pair.mine is not None and pair.mine.kept)
+        if free and (taken := pair.taken(new_id)) is not None:
+            out.append(taken)
+            new_id += pair.mine is None
+    return tuple(out)
+
+
+def check_same_clip(sha256: str, other: str) -> None:
+    """Raise ClipMismatchError if two reviews are of different clips, given by their SHA-256."""
+    if sha256 != other:
+        raise ClipMismatchError("the two reviews are of different clips (SHA-256 differs)")
+
+
+def merged_review(found: Agreement, state: ReviewState) -> ReviewState:
+    """Return a review with the decisions on which both reviewers agree.
+
+    Every other interval is undecided, with both decisions in its note. τ, chains and tracking are
+    those in `state`, the first review. Raises ClipMismatchError if it lacks a chain of the second.
+    """
+    out: list[Judged] = []
+    new_id = state.next_id
+    for pair in found.pairs:
+        if pair.mine is None and pair.difference is None:
+            continue
+        if pair.either.interval.chain not in state.tau:
+            raise ClipMismatchError("the two reviews have different chains")
+        out.append(_merged_pair(pair, new_id))
+        new_id += pair.mine is None
+    return state.with_intervals(out, new_id)
+
+
+def _merged_pair(pair: PairedIntervals, new_id: int) -> Judged:
+    mine, theirs = pair.mine, pair.theirs
+    if mine is None or theirs is None or pair.difference or mine.decision != theirs.decision:
+        one, opinions = pair.either, filter(None, map(_opinion, (mine, theirs)))
+        return replace(
+            one,
+            id=new_id if mine is None else one.id,
+            supported=one.supported and (mine is not None or one.by_hand),
+            decision=Decision.UNDECIDED,
+            reviewer="",
+            decided_at="",
+            reason="",
+            in_bulk=False,
+            note="; ".join(opinions) if pair.difference else one.note,
+        )
+    names = dict.fromkeys(filter(None, (mine.reviewer, theirs.reviewer)))
+    return replace(
+        mine,
+        reviewer=", ".join(names),
+        decided_at=max(mine.decided_at, theirs.decided_at),
+        reason=mine.reason or theirs.reason,
+        note="; ".join(dict.fromkeys(filter(None, (mine.note, theirs.note)))),
+        in_bulk=mine.in_bulk and theirs.in_bulk,
+    )
+
+
+def _opinion(judged: Judged | None) -> str:
+    """Return a reviewer's decision, correction and note in words, or '' if there is none."""
+    if judged is None or not judged.kept:
+        return ""
+    place = f"{judged.interval.start}–{judged.interval.stop} {judged.interval.angle_text(1)}"
+    why = "".join(f", {text}" for text in (judged.reason, judged.note) if text)
+    return f"{judged.reviewer or 'no name'}: {judged.decision} {place}{why}"
+
+
+def agreement_to_json(found: Agreement) -> dict[str, Any]:
+    """Return the agreement and the differences of two reviews, *a* and *b*, as JSON data.
+
+    Intervals are written as in sessions.
+    """
+    return {
+        "decided_by_both": len(found.decisions),
+        "alike": found.alike,
+        "percent": found.percent,
+        "kappa": found.kappa,
+        "kappa_undefined": found.why_no_kappa or None,
+        "differences": [
+            {
+                "difference": pair.difference,
+                "chain": pair.either.interval.chain,
+                "a": pair.mine and judged_to_json(pair.mine, kinds=True),
+                "b": pair.theirs and judged_to_json(pair.theirs, kinds=True),
+            }
+            for pair in found.differences
+        ],
+    }
