@@ -1,7 +1,8 @@
 """Stretches: a joint turns suddenly about its own bone and is wrong until it turns back.
 
 For example, a foot may jump to an upside-down position and stay there until the end of the clip.
-The jump itself is listed as a lone jump. The roll about the bone in most frames of the clip is
+The jump itself is listed as a lone jump. Any sudden turn of the joint may end the stretch, as long
+as the roll differs before and after it. The roll about the bone in most frames of the clip is
 assumed to be right, which shows which side of the jump is wrong. If a joint is turned by more than
 120° from its rest pose in most frames, the roll near the rest pose is used instead, provided that
 the same joint on the other side of the body has that roll as well.
@@ -19,13 +20,14 @@ from itertools import pairwise
 
 import numpy as np
 
+from twistcore.detection.all_joints.finders import find_joint_jumps
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import chain_of_joint, limit, own_axis, turns_about
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.notation import without_held
+from twistcore.skeleton.notation import DistinctFrames, without_held
 from twistcore.skeleton.rotation import (
     Array,
     geodesic_angle,
@@ -61,6 +63,99 @@ class _Level:
         return self.stop - self.start
 
 
+@dataclass(frozen=True, eq=False)
+class _Clip:
+    """The corrected motion without held frames, with the jumps of its joints.
+
+    Attributes
+    ----------
+    motion
+        The motion.
+    held
+        The held frames that were left out, or None.
+    owner
+        The chain of each joint.
+    listed
+        The first frames of the joint jumps that are listed, keyed by joint.
+    """
+
+    motion: Motion
+    held: DistinctFrames | None
+    owner: Mapping[int, Chain]
+    listed: Mapping[int, Sequence[int]]
+
+    @staticmethod
+    def of(search: KindSearch) -> _Clip:
+        """Collect what the search for stretches needs."""
+        motion = search.corrected_motion()
+        held = without_held(motion)
+        listed: dict[int, list[int]] = {}
+        for own in find_joint_jumps(search).values():
+            for jump in own:
+                at = jump.start if held is None else held.of(jump.start)
+                listed.setdefault(search.joint_of(jump), []).append(at)
+        motion = motion if held is None else held.motion
+        return _Clip(motion, held, chain_of_joint(search.chains), listed)
+
+    def jumps(self, joint: int) -> list[int]:
+        """Return the first frames of a joint's jumps about its own bone."""
+        axis = own_axis(self.motion.skeleton, joint)
+        if axis is None:
+            return []
+        return self._too_fast(turns_about(self.motion.rotations[:, joint], axis))
+
+    def levels(self, joint: int) -> list[_Level]:
+        """Return the levels (frames of nearly constant roll) between a joint's jumps, by start.
+
+        Jumps about any axis count. The result is empty if the joint has no bone.
+        """
+        rotations = self.motion.rotations[:, joint]
+        jumps = self._too_fast(np.append(0.0, geodesic_angle(rotations[:-1], rotations[1:])))
+        borders = {0, *jumps, *self.listed.get(joint, ()), self.motion.frames}
+        roll = defined_roll(self.motion, joint)
+        defined = np.isfinite(roll)
+        return [
+            _Level(start, stop, _mean(roll[start:stop][defined[start:stop]]))
+            for start, stop in pairwise(sorted(borders))
+            if defined[start:stop].any()
+        ]
+
+    def _too_fast(self, turns: Array) -> list[int]:
+        """Return the frames, except at cuts, in which a joint turns too fast for a body.
+
+        `turns` are its turns since the previous frame, in radians, (frames,).
+        """
+        fast = np.abs(turns) > max(JUMP, limit(self.motion.fps))
+        fast &= ~find_cuts(self.motion) if fast.any() else True
+        found: list[int] = np.flatnonzero(fast).tolist()
+        return found
+
+    def expected(self, joint: int) -> tuple[float | None, bool]:
+        """Return the expected roll of a joint in radians; True if it follows from the rest pose.
+
+        The roll is None if it is unknown.
+        """
+        levels = self.levels(joint)
+        usual = _usual(levels)
+        if usual is None or abs(usual) > TURNED:
+            rest = _near_rest(levels)
+            if rest is not None and self._has_mirrored(joint, rest):
+                return rest, True
+        return usual, False
+
+    def _has_mirrored(self, joint: int, roll: float) -> bool:
+        """Return True if the joint on the other side has the mirrored roll in part of the clip."""
+        own = self.owner[joint]
+        is_parent = own.parent == joint
+        for other, chain in self.owner.items():
+            same = chain.segment == own.segment and chain.person == own.person
+            if same and chain.side != own.side and (chain.parent == other) == is_parent:
+                levels = self.levels(other)
+                alike = sum(one.frames for one in levels if abs(wrap(one.roll + roll)) <= ALIKE)
+                return alike >= _ENOUGH * self.motion.frames
+        return False
+
+
 def find_stretches(search: KindSearch) -> Found:
     """Return the stretches of the joints of all chains, keyed by chain name."""
     if search.motion.frames < 4 or not search.chains:
@@ -70,19 +165,16 @@ def find_stretches(search: KindSearch) -> Found:
 
 
 def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
-    motion = search.corrected_motion()
-    if (held := without_held(motion)) is not None:
-        motion = held.motion
-    owner = chain_of_joint(search.chains)
+    clip = search.once(_Clip.of)
+    motion, held = clip.motion, clip.held
     found: dict[str, list[Interval]] = {}
-    for joint, chain in owner.items():
-        levels = _levels(motion, joint)
-        if not 2 <= len(levels) <= 1 + MOST_JUMPS:
+    for joint, chain in clip.owner.items():
+        if not 1 <= len(clip.jumps(joint)) <= MOST_JUMPS:
             continue
-        usual, by_rest = _expected(motion, owner, joint, levels)
+        usual, by_rest = clip.expected(joint)
         if usual is None:
             continue
-        for level in _wrong(levels, usual, max(SHORTEST * motion.fps, FEWEST)):
+        for level in _wrong(clip.levels(joint), usual, max(SHORTEST * motion.fps, FEWEST)):
             turn = float(wrap(level.roll - usual))
             jump = turn_at_jumps(motion, joint, (level.start, level.stop), turn)
             along = goes_along(motion, joint, (level.start, level.stop))
@@ -106,27 +198,9 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
     return found
 
 
-def usual_roll(motion: Motion, chains: Sequence[Chain], joint: int) -> float | None:
-    """Return the roll of a joint with which its stretches are compared, in radians, or None.
-
-    `motion` is the motion without held frames.
-    """
-    return _expected(motion, chain_of_joint(chains), joint, _levels(motion, joint))[0]
-
-
-def _expected(
-    motion: Motion, owner: Mapping[int, Chain], joint: int, levels: Sequence[_Level]
-) -> tuple[float | None, bool]:
-    """Return the expected roll of a joint in radians, and True if it follows from the rest pose.
-
-    The roll is None if it is unknown.
-    """
-    usual = _usual(levels)
-    if usual is None or abs(usual) > TURNED:
-        rest = _near_rest(levels)
-        if rest is not None and _has_mirrored(motion, owner, joint, rest):
-            return rest, True
-    return usual, False
+def usual_roll(search: KindSearch, joint: int) -> float | None:
+    """Return the roll of a joint with which its stretches are compared, in radians, or None."""
+    return search.once(_Clip.of).expected(joint)[0]
 
 
 def defined_roll(motion: Motion, joint: int) -> Array:
@@ -141,27 +215,6 @@ def defined_roll(motion: Motion, joint: int) -> Array:
     rotations = motion.rotations[:, joint]
     defined = twist_reliability(rotations, axis) > _DEFINED
     return np.where(defined, twist_angle(rotations, axis), np.nan)
-
-
-def _levels(motion: Motion, joint: int) -> list[_Level]:
-    """Return the levels (frames of nearly constant roll) between a joint's jumps, sorted by start.
-
-    The result is empty if the joint has no bone.
-    """
-    axis = own_axis(motion.skeleton, joint)
-    if axis is None:
-        return []
-    rotations = motion.rotations[:, joint]
-    jumps = np.abs(turns_about(rotations, axis)) > max(JUMP, limit(motion.fps))
-    jumps &= ~find_cuts(motion) if jumps.any() else True
-    borders = [0, *np.flatnonzero(jumps).tolist(), motion.frames]
-    roll = defined_roll(motion, joint)
-    defined = np.isfinite(roll)
-    return [
-        _Level(start, stop, _mean(roll[start:stop][defined[start:stop]]))
-        for start, stop in pairwise(borders)
-        if stop > start and defined[start:stop].any()
-    ]
 
 
 def _mean(angles: Array) -> float:
@@ -188,19 +241,6 @@ def _near_rest(levels: Sequence[_Level]) -> float | None:
     longest = max(near, key=lambda level: level.frames, default=None)
     total = sum(level.frames for level in levels)
     return longest.roll if longest and longest.frames >= _ENOUGH * total else None
-
-
-def _has_mirrored(motion: Motion, owner: Mapping[int, Chain], joint: int, roll: float) -> bool:
-    """Return True if the same joint on the other side has the mirrored roll in part of the clip."""
-    own = owner[joint]
-    is_parent = own.parent == joint
-    for other, chain in owner.items():
-        same = chain.segment == own.segment and chain.person == own.person
-        if same and chain.side != own.side and (chain.parent == other) == is_parent:
-            levels = _levels(motion, other)
-            alike = sum(one.frames for one in levels if abs(wrap(one.roll + roll)) <= ALIKE)
-            return alike >= _ENOUGH * motion.frames
-    return False
 
 
 def _wrong(levels: Sequence[_Level], usual: float, shortest: float) -> Iterator[_Level]:

@@ -25,7 +25,7 @@ def roll_from_usual(search: KindSearch, interval: Interval) -> Quantity | None:
     outside = outside[np.isfinite(outside)]
     if not len(outside):
         return None
-    usual = usual_roll(own.motion, search.chains, joint)
+    usual = usual_roll(search, joint)
     if usual is None:
         usual = float(np.angle(np.exp(1j * outside).sum()))
     middle = 0.5 * interval.residual  # of the angle range, so that no level is near its ends
