@@ -15,10 +15,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.detection.all_joints.finders import find_joint_jumps
 from twistcore.detection.cuts import find_cuts
@@ -27,7 +29,7 @@ from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import chain_of_joint, limit, own_axis, turns_about
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.notation import DistinctFrames, without_held
+from twistcore.skeleton.notation import without_held
 from twistcore.skeleton.rotation import (
     Array,
     geodesic_angle,
@@ -71,8 +73,8 @@ class _Clip:
     ----------
     motion
         The motion.
-    held
-        The held frames that were left out, or None.
+    at
+        The frame of `motion` that each frame of the clip shows, shape (frames of the clip,).
     owner
         The chain of each joint.
     listed
@@ -80,7 +82,7 @@ class _Clip:
     """
 
     motion: Motion
-    held: DistinctFrames | None
+    at: NDArray[np.intp]
     owner: Mapping[int, Chain]
     listed: Mapping[int, Sequence[int]]
 
@@ -88,14 +90,14 @@ class _Clip:
     def of(search: KindSearch) -> _Clip:
         """Collect what the search for stretches needs."""
         motion = search.corrected_motion()
-        held = without_held(motion)
+        at = np.arange(motion.frames)
+        if (held := without_held(motion)) is not None:
+            motion, at = held.motion, np.searchsorted(held.first, at, side="right") - 1
         listed: dict[int, list[int]] = {}
         for own in find_joint_jumps(search).values():
             for jump in own:
-                at = jump.start if held is None else held.of(jump.start)
-                listed.setdefault(search.joint_of(jump), []).append(at)
-        motion = motion if held is None else held.motion
-        return _Clip(motion, held, chain_of_joint(search.chains), listed)
+                listed.setdefault(search.joint_of(jump), []).append(int(at[jump.start]))
+        return _Clip(motion, at, chain_of_joint(search.chains), listed)
 
     def jumps(self, joint: int) -> list[int]:
         """Return the first frames of a joint's jumps about its own bone."""
@@ -145,7 +147,8 @@ class _Clip:
 
     def _has_mirrored(self, joint: int, roll: float) -> bool:
         """Return True if the joint on the other side has the mirrored roll in part of the clip."""
-        own = self.owner[joint]
+        if (own := self.owner.get(joint)) is None:
+            return False
         is_parent = own.parent == joint
         for other, chain in self.owner.items():
             same = chain.segment == own.segment and chain.person == own.person
@@ -166,7 +169,7 @@ def find_stretches(search: KindSearch) -> Found:
 
 def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
     clip = search.once(_Clip.of)
-    motion, held = clip.motion, clip.held
+    shortest = max(SHORTEST * clip.motion.fps, FEWEST)
     found: dict[str, list[Interval]] = {}
     for joint, chain in clip.owner.items():
         if not 1 <= len(clip.jumps(joint)) <= MOST_JUMPS:
@@ -174,33 +177,55 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
         usual, by_rest = clip.expected(joint)
         if usual is None:
             continue
-        for level in _wrong(clip.levels(joint), usual, max(SHORTEST * motion.fps, FEWEST)):
+        for level in _wrong(clip.levels(joint), usual, shortest):
+            start, stop = np.searchsorted(clip.at, (level.start, level.stop)).tolist()
             turn = float(wrap(level.roll - usual))
-            jump = turn_at_jumps(motion, joint, (level.start, level.stop), turn)
-            along = goes_along(motion, joint, (level.start, level.stop))
-            if held is not None:
-                level = _Level(held.begin(level.start), held.end(level.stop), level.roll)
-            name = motion.skeleton.names[joint]
-            explain = partial(_explained, name, turn, jump, by_rest=by_rest)
-            one = Interval(
-                chain.name,
-                level.start,
-                level.stop,
-                np.zeros(level.frames),
-                open=True,
-                residual=turn,
-                explain=explain,
-                kind=Kind.STRETCH,
-                carried=along,
-                joint=name,
-            )
+            one = stretch_over(search, chain.name, joint, (start, stop), turn)
+            explain = partial(_explained, one.joint, turn, one.residual, by_rest=by_rest)
+            one = replace(one, offset=np.zeros(one.frames), explain=explain)
             found.setdefault(chain.name, []).append(one)
     return found
 
 
-def usual_roll(search: KindSearch, joint: int) -> float | None:
-    """Return the roll of a joint with which its stretches are compared, in radians, or None."""
-    return search.once(_Clip.of).expected(joint)[0]
+def stretch_over(
+    search: KindSearch, chain: str, joint: int, span: tuple[int, int], turn: float
+) -> Interval:
+    """Return a stretch over a span of frames, with the offset that turns the joint back.
+
+    The offset is measured at the jumps at both edges of the span. `turn` is the difference from
+    the usual roll in the span, in radians, and the offset if the jumps do not fit it.
+    """
+    clip, (start, stop) = search.once(_Clip.of), span
+    edges = int(clip.at[start]), int(clip.at[stop - 1]) + 1
+    delta = turn_at_jumps(clip.motion, joint, edges, turn)
+    return Interval(
+        chain,
+        start,
+        stop,
+        np.full(stop - start, delta),
+        open=True,
+        residual=delta,
+        kind=Kind.STRETCH,
+        carried=goes_along(clip.motion, joint, edges),
+        joint=clip.motion.skeleton.names[joint],
+    )
+
+
+def roll_off(search: KindSearch, joint: int, span: tuple[int, int]) -> Array | None:
+    """Return the difference of a joint's roll from its usual roll, in radians, (frames,).
+
+    If the joint has no usual roll, its mean roll outside a span of frames is used instead. The
+    result is None if there is neither, and NaN in frames in which the roll is undefined.
+    """
+    clip = search.once(_Clip.of)
+    roll = defined_roll(clip.motion, joint)[clip.at]
+    usual = clip.expected(joint)[0]
+    if usual is None:
+        outside = np.delete(roll, slice(*span))
+        if not np.isfinite(outside).any():
+            return None
+        usual = _mean(outside[np.isfinite(outside)])
+    return wrap(roll - usual)
 
 
 def defined_roll(motion: Motion, joint: int) -> Array:
@@ -306,12 +331,13 @@ def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
     return own <= seen
 
 
-def _explained(joint: str, turn: float, jump: float, *, by_rest: bool) -> dict[str, float | str]:
-    """Return the evidence: the angle of a stretch, its reference, and the correction angle."""
+def _explained(joint: str, roll: float, turn: float, *, by_rest: bool) -> dict[str, float | str]:
+    """Return the evidence for a stretch: its angle and its roll from the reference, in degrees."""
     compared = "the rest pose and the other side" if by_rest else "the rest of the clip"
     return {
         "joint": joint,
         "turn_deg": math.degrees(turn),
+        "roll_deg": math.degrees(roll),
         "compared_with": compared,
-        "correction_deg": math.degrees(jump),
+        "correction_deg": math.degrees(turn),  # for readers of the first version
     }
