@@ -58,6 +58,10 @@ _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Track this burst")
 _DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # reasons why an interval of any kind is open
 _NOT_CORRECTED = tr("This finding is not corrected. Accept the finding to mark it as seen.")
+_MAY_INSERT = tr(
+    "This finding is not corrected. Press Insert if the joint is turned wrongly "
+    "from here on or up to here. Or accept the finding to mark it as seen."
+)
 _EDITED = tr_as("an interval", "edited")
 _OTHER_SIDE = tr("the frames around the interval may be the wrong ones")
 
@@ -390,7 +394,8 @@ def explanation(
         offer = interval.kind.info.offer if interval.correctable else ""
         fields = {"joint": interval.joint, "size": size}
         said = " ".join(f"{of_core(part.format(**fields))}." for part in (why, offer) if part)
-        rest = worse_line(measures) if offer else _NOT_CORRECTED
+        left = _MAY_INSERT if interval.kind == Kind.JOINT_JUMP else _NOT_CORRECTED
+        rest = worse_line(measures) if offer else left
         made = tr("Made by hand.") if judged.by_hand else ""
         return " ".join(filter(None, (said, rest, made)))
     sentences = [_lead(judged, chain, evidence), worse_line(measures)]
@@ -546,12 +551,7 @@ def _lone_jump(
             )
         )
         return " ".join(sentences)
-    sentences.append(
-        tr(
-            "This finding is not corrected. Press Insert if the joint is turned wrongly "
-            "from here on or up to here. Or accept the finding to mark it as seen."
-        )
-    )
+    sentences.append(_MAY_INSERT)
     return " ".join(sentences)
 
 

@@ -130,7 +130,12 @@ class IntervalsPanel(QWidget):
         self._refresh()
 
     def unfold_with(self, *actions: QAction) -> None:
-        """Let the Right and Left keys of `actions` expand and collapse a selected group first."""
+        """Let the Right and Left keys of `actions` expand and collapse a selected group first.
+
+        The Right key also moves the keyboard focus to the table, in which the Down and Up keys go
+        through the errors of the group. There, the Left key also collapses the group of a selected
+        error.
+        """
         for action in actions:
             action.installEventFilter(self)
 
@@ -138,9 +143,13 @@ class IntervalsPanel(QWidget):
         """Expand or collapse a group after a click on its arrow or, if it is visible, a key."""
         if isinstance(event, QShortcutEvent):
             on, group = _FOLDING.get(event.key().toString()), self._groups.selected
+            if on is False and self.table.hasFocus():
+                group = group or self._groups.entered
             seen = not self.table.visibleRegion().isEmpty()
             if seen and on is not None and group is not None and group.unfolded != on:
                 self._unfold(group, on)
+                if on:
+                    self.table.setFocus(Qt.FocusReason.ShortcutFocusReason)
                 return True
         elif isinstance(event, QMouseEvent) and event.type() == QEvent.Type.MouseButtonPress:
             index = self.table.indexAt(event.position().toPoint())

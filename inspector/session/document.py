@@ -308,14 +308,17 @@ class Document(OpenClip):
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
         """Add and select an interval made by hand, either `interval` or one proposed at a frame.
 
-        If a lone jump is selected at the frame, the frames of which this jump may be the beginning
-        or the end are proposed. If an interval of the same kind already has the same frames, it is
-        selected and no interval is added, because both offsets would add up.
+        If a lone jump or a joint jump is selected at the frame, the error that it may begin or end
+        is proposed; if no correction fits the jump, only a message is shown. If an interval of the
+        same kind already has the same frames, it is selected and no interval is added, because both
+        offsets would add up.
         """
         if self.data is None or not self.chain:
             return
         if interval is None:
-            interval = self._proposed(frame) or self.data.proposed(self.chain, frame)
+            interval = self._proposed(frame)
+        if interval is None:
+            return
         if (there := self.review.state.same_frames(interval)) is not None:
             first, last = (t + self.first_frame for t in (interval.start, interval.stop))
             message = tr(
@@ -335,13 +338,23 @@ class Document(OpenClip):
             self.select_interval(number)
 
     def _proposed(self, frame: int) -> Interval | None:
-        """Return the interval proposed at the selected lone jump, or None if `frame` is outside."""
-        selected = self.interval
-        if self.data is None or selected is None or selected.interval.kind != Kind.LONE_JUMP:
-            return None
-        jump, every = selected.interval, (j.interval for j in self.intervals)
-        there = jump.start <= frame < jump.stop
-        return self.data.proposed_at(jump, every) if there else None
+        """Return the interval proposed at a frame, or None after a message that none fits."""
+        assert self.data is not None
+        selected = self.interval.interval if self.interval else None
+        if selected is None or selected.kind not in (Kind.LONE_JUMP, Kind.JOINT_JUMP):
+            return self.data.proposed(self.chain, frame)
+        if not selected.start <= frame < selected.stop:
+            return self.data.proposed(self.chain, frame)
+        every = (j.interval for j in self.intervals)
+        proposed = self.data.proposed_at(selected, every, self.method)
+        if proposed is None:
+            message = tr(
+                "No correction fits this jump: {joint} neither returns soon nor stays turned about "
+                "its own bone. Correct it in your animation software.",
+                joint=selected.joint,
+            )
+            self.message.emit(message, False)
+        return proposed
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
         """Set τ (radians) of a chain, by default the selected chain, and detect again."""

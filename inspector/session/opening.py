@@ -26,9 +26,9 @@ from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.proposal import (
     flip_over,
     interval_over,
+    proposed_at_jump,
     proposed_flip,
     proposed_interval,
-    proposed_stretch,
 )
 from twistcore.review.session import read_session_file
 from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
@@ -104,12 +104,14 @@ class Analysed:
             return proposed_flip(limb, frame)
         return proposed_interval(chain, self.signals[chain], frame, self.motion.fps)
 
-    def proposed_at(self, jump: Interval, others: Iterable[Interval]) -> Interval:
-        """Return an interval of which a lone jump may be the beginning or the end.
+    def proposed_at(
+        self, jump: Interval, others: Iterable[Interval], method: str
+    ) -> Interval | None:
+        """Return an interval of which a jump may be the beginning or the end, or None.
 
         `others` are all other intervals of the clip.
         """
-        return proposed_stretch(self.motion, jump, others)
+        return proposed_at_jump(self.analysis.search(method), jump, others)
 
     def proposed_over(self, chain: str, start: int, stop: int) -> Interval:
         """Return a proposed interval over the frames [start, stop)."""

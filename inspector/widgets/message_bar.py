@@ -31,8 +31,8 @@ class MessageBar(QFrame):
         self.setObjectName("bar")
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
         self.label = QLabel(wordWrap=True, textInteractionFlags=selectable)
-        close = tool_button("✕", tr("Close this message"))
-        close.clicked.connect(self._close)
+        close = tool_button("✕", tr("Close this message (Esc)"))
+        close.clicked.connect(self.close_message)
         self._answers = QHBoxLayout()
         self._keys = soft(QLabel())
         layout = hbox((self.label, 1), self._answers, self._keys, owner=self, margins=(10, 4, 4, 4))
@@ -86,7 +86,7 @@ class MessageBar(QFrame):
     def withdraw(self, text: str) -> None:
         """Hide the bar if it shows this message."""
         if of_core(text) == self.label.text() and not self._answers.count():
-            self._close()
+            self.close_message()
 
     def ask(self, text: str, answers: Answers) -> None:
         """Show a question with buttons until the user answers or closes it."""
@@ -136,7 +136,8 @@ class MessageBar(QFrame):
         every = (item.widget() for item in items if item is not None)
         return [b for b in every if isinstance(b, QPushButton)]
 
-    def _close(self) -> None:
+    def close_message(self) -> None:
+        """Hide the bar; if a question waits behind an error, show the question."""
         if self._question is not None and not self._answers.count():
             self.hide()
             self.ask(*self._question)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject
+from PySide6.QtCore import QEvent, QObject, Qt
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QWidget
 
 from inspector.feature import HostWindow
@@ -22,7 +23,9 @@ _OF_BAR = (QEvent.Type.Show, QEvent.Type.LayoutRequest)
 class Centre(QWidget):
     """The central widget of the window. Its parts are one above the other, without gaps.
 
-    Messages appear over the lower edge of the 3D view, so that they move no other widget.
+    Messages appear over the upper edge of the 3D view, so that they move no other widget and cover
+    no part of the figure, which is below the legend. The Esc key closes a message unless something
+    else uses this key.
     """
 
     def __init__(self, window: HostWindow) -> None:
@@ -30,7 +33,7 @@ class Centre(QWidget):
         document = window.document
         self.viewport = Viewport(document, window.colours)
         self.bar = MessageBar(self.viewport)  # as its child, because the view may be native
-        for widget in (self.viewport, self.bar):
+        for widget in (self.viewport, self.bar, window):
             widget.installEventFilter(self)
         self.transport = Transport(document, window.player, window.actions_by_id)
         self.reviewer_line = ReviewerLine(document, window.settings)
@@ -40,14 +43,24 @@ class Centre(QWidget):
         own_surface(self.viewport)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Move the message bar after a change of its text or of the size of the view."""
-        kinds = _OF_VIEW if watched is self.viewport else _OF_BAR
+        """Place the message bar after a change of its text or of the view, and close it on Esc."""
+        kinds = _OF_BAR if watched is self.bar else _OF_VIEW if watched is self.viewport else ()
         if event.type() in kinds:
             self._place_bar()
+        # Keys reach the window only if neither a shortcut nor the focused widget uses them.
+        if watched is self.window() and self.bar.isVisible() and _is_escape(event):
+            self.bar.close_message()
+            return True
         return super().eventFilter(watched, event)
 
     def _place_bar(self) -> None:
         room = self.viewport.rect().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
         high = min(self.bar.heightForWidth(room.width()), room.height())
-        self.bar.setGeometry(room.left(), room.bottom() + 1 - high, room.width(), high)
+        self.bar.setGeometry(room.left(), room.top(), room.width(), high)
         self.bar.raise_()
+
+
+def _is_escape(event: QEvent) -> bool:
+    if not isinstance(event, QKeyEvent):
+        return False
+    return event.type() == QEvent.Type.KeyPress and event.key() == Qt.Key.Key_Escape

@@ -136,6 +136,48 @@ def test_right_unfolds_and_left_folds_wherever_the_focus_is(qtbot, kick):
     assert decided(kick) == []
 
 
+def test_the_keyboard_goes_through_an_unfolded_group(qtbot, kick):
+    """Also if the focus was in the 3D view: Right moves it into the list."""
+
+    def go(key):
+        press_in(qtbot, kick, kick.focusWidget(), key)
+
+    go_to_series(qtbot, kick)
+    group, members = current(kick).ids, SERIES
+    kick.viewport.view.setFocus()
+    go(KEY.Key_Right)
+    seen = []
+    for _ in range(members):
+        go(KEY.Key_Down)
+        seen += kick.intervals.selected_ids()
+    assert sorted(seen) == sorted(group)
+    assert kick.document.interval_id == seen[-1]
+    for _ in range(members - 1):
+        go(KEY.Key_Up)
+    assert kick.intervals.selected_ids() == (seen[0],)
+    frame = kick.document.frame
+    go(KEY.Key_Right)  # there is nothing to unfold
+    assert kick.document.frame == frame + 1
+    go(KEY.Key_Left)
+    assert (len(things(kick)), kick.intervals.selected_ids()) == (3, group)
+    assert kick.document.frame == frame + 1
+    go(KEY.Key_Left)
+    assert kick.document.frame == frame
+    go(KEY.Key_Down)  # the next group
+    assert len(kick.intervals.selected_ids()) == PAIR
+    assert decided(kick) == []
+
+
+def test_outside_the_list_left_goes_back_a_frame(qtbot, kick):
+    document = kick.document
+    flip = next(j for j in document.intervals if j.interval.kind == Kind.LIMB_FLIP)
+    document.select_interval(flip.id, jump=True)
+    kick.viewport.view.setFocus()
+    frame, rows = document.frame, len(things(kick))
+    press_in(qtbot, kick, kick.viewport.view, KEY.Key_Left)
+    assert (len(things(kick)), document.frame) == (rows, frame - 1)
+
+
 def test_an_arrow_is_clicked(qtbot, kick):
     table = kick.intervals.table
     model = table.model()

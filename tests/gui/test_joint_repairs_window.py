@@ -7,7 +7,15 @@ from PySide6.QtCore import Qt
 import twistcore as tc
 from inspector.session.open_clip import Show
 from tests.gui.windows import act, open_clip, press
-from tests.twistcore.test_joint_repairs import SKELETON, WALK, spiked, the_only, turned
+from tests.twistcore.test_joint_repairs import (
+    ACROSS,
+    SKELETON,
+    WALK,
+    spiked,
+    the_only,
+    tilted,
+    turned,
+)
 from twistcore.review import Decision, read_session
 from twistcore.skeleton.rotation import geodesic_angle
 
@@ -137,6 +145,28 @@ def test_insert_at_a_lone_jump_makes_the_stretch_that_it_may_begin(opened):
     assert opened.detail.why.text().endswith("Made by hand.")
     act(opened, "remove_interval")
     assert document.found(made.id) is None
+
+
+@pytest.mark.parametrize("stop", [110, 160])
+def test_insert_at_a_joint_jump_makes_what_fits_or_says_that_nothing_does(
+    qtbot, show_window, tmp_path, stop
+):
+    path = tmp_path / "clip.bvh"
+    tc.write_clip(WALK, tilted("LeftFoot", 100, stop, ACROSS), path)
+    window = show_window(size=(1280, 800))
+    open_clip(qtbot, window, path)
+    document, before = window.document, window.document.review.state
+    jump = next(j for j in before.intervals if j.interval.kind == tc.Kind.JOINT_JUMP)
+    document.select_interval(jump.id, jump=True)
+    assert "Press Insert" in window.detail.why.text()
+    act(window, "insert_interval")
+    if stop == 160:
+        assert "No correction fits this jump: LeftFoot" in window.bar.label.text()
+        assert document.review.state is before
+    else:
+        made = document.interval
+        assert made.by_hand
+        assert (made.interval.kind, made.interval.start, made.interval.stop) == ("spike", 100, 110)
 
 
 def test_an_earlier_version_s_session_gets_the_offset_that_it_lacks(qtbot, opened, show_window):

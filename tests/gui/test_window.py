@@ -19,7 +19,15 @@ from inspector.window.keyboard_page import KeyboardPage, shortcuts_markdown
 from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import act, close_window, decisions, export, open_clip, press
+from tests.gui.windows import (
+    act,
+    close_window,
+    decisions,
+    export,
+    open_clip,
+    press,
+    wait_until_active,
+)
 from twistcore.cli import main as twistcore
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
@@ -407,6 +415,46 @@ def test_a_chain_without_its_tick_is_left_out_of_table_and_strip(qtbot, opened):
 
 
 @pytest.mark.thorough
+def test_esc_closes_a_message_unless_something_else_needs_it(qtbot, opened):
+    def said():
+        return opened.bar.label.text() if opened.bar.isVisible() else ""
+
+    def escape(widget):
+        qtbot.keyClick(widget, Qt.Key.Key_Escape)
+        return said()
+
+    for focus in (opened.viewport.view, opened.intervals.table, opened):
+        focus.setFocus()
+        opened.bar.show_message("Something was done.", False)
+        opened.bar.show_message("Something went wrong.", True)
+        assert escape(focus) == ""
+    opened.bar.ask("Which one?", [("This", bool), ("That", bool)])
+    opened.bar.show_message("Something went wrong.", True)
+    assert escape(opened) == "Which one?"
+    assert escape(opened) == ""
+    opened.bar.show_message("Something went wrong.", True)
+    act(opened, "next_interval")
+    wait_until_active(opened)
+    opened.detail.write("note")
+    qtbot.waitUntil(opened.detail.note.hasFocus)
+    assert escape(opened.detail.note) == "Something went wrong."
+    act(opened, "presentation")
+    opened.bar.show_message("Something went wrong.", True)
+    assert escape(opened) == "Something went wrong."
+    assert not opened.actions_by_id["presentation"].isChecked()
+    assert escape(opened) == ""
+
+
+def test_a_message_covers_no_feet(qtbot, opened):
+    opened.bar.show_message("Something was done.", False)
+    bar, view = opened.bar, opened.viewport
+    assert bar.parent() is view
+    assert 0 < bar.geometry().top() < bar.geometry().bottom() < 0.5 * view.height()
+    opened.bar.show_message("A longer text. " * 30, False)
+    qtbot.waitUntil(lambda: bar.height() > 3 * bar.fontMetrics().height())
+    assert 0 < bar.geometry().top() < bar.geometry().bottom() < 0.5 * view.height()
+
+
 def test_a_presentation_leaves_figure_and_curves_and_gives_the_window_back(qtbot, opened):
     docks = {d.objectName(): d for d in opened.findChildren(QDockWidget)}
     before = {name: dock.isVisible() for name, dock in docks.items()}

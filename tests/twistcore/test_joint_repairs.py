@@ -22,7 +22,7 @@ from twistcore.report.changes import check_fidelity
 from twistcore.report.document import Report, report_to_json
 from twistcore.review import CarryOver, Decide, Decision, Edit, Journal, Redetect, recover
 from twistcore.review.model import levelled, resized
-from twistcore.review.proposal import proposed_stretch
+from twistcore.review.proposal import proposed_at_jump
 from twistcore.skeleton.limb import places
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import (
@@ -32,6 +32,7 @@ from twistcore.skeleton.rotation import (
     normalise,
     quaternion_from_axis_angle,
     slerp,
+    twist_angle,
     wrap,
 )
 from twistcore.skeleton.signals import twist_signals
@@ -115,13 +116,20 @@ def test_a_stretch_is_turned_back_to_what_it_was(joint, start, stop, kept):
     assert same[:, others].all()
 
 
+def search_in(motion):
+    return analyse(motion).search("consistency")
+
+
 @pytest.mark.parametrize("degrees", [-170.0, 100.0, 150.0])
 def test_its_angle_is_measured_at_the_jumps(degrees):
     motion = turned("LeftFoot", 120, 200, degrees=degrees)
     interval = the_only(tc.Review(tc.detect(motion)).state, tc.Kind.STRETCH).interval
     assert np.degrees(interval.delta) == pytest.approx(degrees, abs=2.0)
     assert np.ptp(interval.offset) == 0.0
-    assert interval.evidence["correction_deg"] == pytest.approx(np.degrees(interval.delta))
+    (found,) = (i for i in tc.detect(motion) if i.kind == tc.Kind.STRETCH)
+    listed = found.size, np.radians(found.evidence["turn_deg"])
+    assert listed == pytest.approx([interval.delta] * 2)  # the same everywhere
+    assert found.evidence["correction_deg"] == found.evidence["turn_deg"]
 
 
 @pytest.mark.parametrize(("start", "stop"), [(0, 90), (100, 150), (250, FRAMES)])
@@ -129,7 +137,7 @@ def test_a_lone_jump_suggests_the_shorter_side(start, stop):
     motion = turned("LeftFoot", start, stop, degrees=-170.0)
     jumps = [i for i in tc.detect(motion) if i.kind == tc.Kind.LONE_JUMP]
     for jump in jumps:
-        made = proposed_stretch(motion, jump, jumps)
+        made = proposed_at_jump(search_in(motion), jump, jumps)
         assert (made.joint, made.start, made.stop, made.carried) == ("LeftFoot", start, stop, True)
         assert np.degrees(made.delta) == pytest.approx(-170.0, abs=2.0)
 
@@ -148,8 +156,73 @@ def test_a_lone_jump_suggests_the_side_that_is_off():
     ]
     spans = [(120, 160), (120, 160), (175, 215), (175, 215)]
     for jump, span in zip(jumps, spans, strict=True):
-        made = proposed_stretch(both, jump, jumps)
+        made = proposed_at_jump(search_in(both), jump, jumps)
         assert (made.start, made.stop) == span
+
+
+def tilted(joint, start, stop, about, degrees=80.0):
+    """The walk with a joint turned about an axis across its bone in some frames."""
+    motion, at = MOTION, SKELETON.index(joint)
+    turn = quaternion_from_axis_angle(about, np.radians(degrees))
+    rotations = motion.rotations.copy()
+    rotations[start:stop, at] = multiply(rotations[start:stop, at], turn)
+    return motion.with_rotations(rotations)
+
+
+def jumps_of(motion, *kinds):
+    return [i for i in tc.detect(motion) if i.kind in kinds]
+
+
+BONE = own_axis(SKELETON, SKELETON.index("LeftFoot"))
+ACROSS = normalise(np.cross(BONE, (1.0, 0.0, 0.0)))
+
+
+def test_a_suggested_angle_is_the_change_of_the_roll():
+    """Far from the rest pose, a turn about the bone is only a part of this change."""
+    foot = SKELETON.index("LeftFoot")
+    bent = tilted("LeftFoot", 0, FRAMES, ACROSS)
+    other = normalise(ACROSS + 1.2 * np.cross(BONE, ACROSS))
+    rotations = bent.rotations.copy()
+    rotations[100:110, foot] = multiply(
+        tilted("LeftFoot", 100, 110, other).rotations[100:110, foot],
+        quaternion_from_axis_angle(BONE, np.radians(130.0)),
+    )
+    motion = bent.with_rotations(rotations)
+    roll = np.degrees(twist_angle(rotations[:, foot], BONE))
+    change = np.median(roll[100:110]) - np.median(np.delete(roll, slice(100, 110)))
+    jumps = jumps_of(motion, tc.Kind.LONE_JUMP)
+    assert [jump.start for jump in jumps] == [100, 110]
+    assert all(abs(np.degrees(jump.residual)) < abs(change) - 40.0 for jump in jumps)
+    for jump in jumps:
+        made = proposed_at_jump(search_in(motion), jump, jumps)
+        assert (made.kind, made.start, made.stop) == (tc.Kind.STRETCH, 100, 110)
+        assert np.degrees(made.delta) == pytest.approx(change, abs=10.0)
+
+
+def test_at_a_joint_jump_about_the_bone_a_stretch_is_suggested():
+    motion = turned("LeftFoot", 100, 150, degrees=50.0)
+    jumps = jumps_of(motion, tc.Kind.LONE_JUMP, tc.Kind.JOINT_JUMP)
+    assert [(i.kind, i.start) for i in jumps] == [("joint jump", 100), ("joint jump", 150)]
+    for jump in jumps:
+        made = proposed_at_jump(search_in(motion), jump, jumps)
+        assert (made.kind, made.start, made.stop) == (tc.Kind.STRETCH, 100, 150)
+        assert np.degrees(made.delta) == pytest.approx(50.0, abs=2.0)
+
+
+@pytest.mark.parametrize(("stop", "kind"), [(110, tc.Kind.SPIKE), (160, None), (FRAMES, None)])
+def test_at_another_joint_jump_a_spike_is_suggested_if_the_joint_soon_returns(stop, kind):
+    motion = tilted("LeftFoot", 100, stop, ACROSS)
+    jumps = jumps_of(motion, tc.Kind.JOINT_JUMP)
+    assert [jump.start for jump in jumps] == [t for t in (100, stop) if t < FRAMES]
+    for jump in jumps:
+        made = proposed_at_jump(search_in(motion), jump, jumps)
+        assert (made and made.kind) == kind
+        if made is not None:
+            assert (made.start, made.stop, made.joint) == (100, stop, "LeftFoot")
+            assert np.degrees(made.delta) == pytest.approx(80.0, abs=15.0)
+            refined = tc.refine(motion, tc.find_chains(motion), [made])
+            off = geodesic_angle(refined.rotations, MOTION.rotations)
+            assert np.degrees(off).max() < 15.0
 
 
 def test_a_joint_that_is_kept_stays_where_it_is():

@@ -111,7 +111,7 @@ def test_limits_and_numbers_are_those_of_the_search():
         assert abs(curve.limit[0]) == pytest.approx(fastest)
     ((stretch, roll),) = curves_of(MOTIONS[Kind.STRETCH](), Kind.STRETCH)
     mean = np.nanmean(roll.values[stretch.start : stretch.stop])
-    assert mean == pytest.approx(stretch.evidence["turn_deg"], abs=0.5)
+    assert mean == pytest.approx(stretch.evidence["roll_deg"], abs=0.5)
     ((helper, own),) = curves_of(helper_roll(), Kind.HELPER_ROLL)
     jump = own.values[helper.start] - own.values[helper.start - 1]
     assert jump == pytest.approx(helper.evidence["opens_deg"], abs=1e-6)

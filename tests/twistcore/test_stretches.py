@@ -29,6 +29,16 @@ def stretches(motion):
     return [i for i in tc.detect(motion) if i.kind == tc.Kind.STRETCH]
 
 
+def swung(axis, along, degrees, roll):
+    """A swing of 80° about an axis across the bone, `degrees` from `along`, after a roll."""
+    way = np.radians(degrees)
+    across = np.cos(way) * along + np.sin(way) * np.cross(axis, along)
+    return multiply(
+        quaternion_from_axis_angle(across, np.radians(80.0)),
+        quaternion_from_axis_angle(axis, np.radians(roll)),
+    )
+
+
 @pytest.mark.parametrize(
     ("joint", "degrees", "start", "stop"),
     [
@@ -49,6 +59,30 @@ def test_most_of_the_clip_upside_down_is_still_the_wrong_part():
     (found,) = stretches(turned("LeftFoot", 180.0, 80, FRAMES))
     assert (found.start, found.stop) == (80, FRAMES)
     assert "rest pose" in found.evidence["compared_with"]
+
+
+@pytest.mark.parametrize("step", [1, 2])
+def test_frames_that_are_right_are_left_out_if_the_joint_returns_about_another_axis(step):
+    """At 60 frames a second, only the list of joint jumps shows that it returns."""
+    motion = WALK.motion.at(np.arange(0, FRAMES, step))
+    motion = replace(motion, frame_time=WALK.motion.frame_time * step)
+    foot = motion.skeleton.names.index("LeftFoot")
+    axis = own_axis(motion.skeleton, foot)
+    along = np.cross(axis, [1.0, 0.0, 0.0])
+    along /= np.linalg.norm(along)
+    wrong, right = swung(axis, along, 0.0, -150.0), swung(axis, along, 100.0, -30.0)
+    rotations = motion.rotations.copy()
+    edges = [t // step for t in (100, 180, 200, 260)]
+    for start, stop, put in zip(edges[:-1], edges[1:], (wrong, right, wrong), strict=True):
+        rotations[start:stop, foot] = multiply(rotations[start:stop, foot], put)
+    turned = motion.with_rotations(rotations)
+    listed = {
+        kind: [(i.start, i.stop) for i in tc.detect(turned) if i.kind == kind]
+        for kind in (tc.Kind.STRETCH, tc.Kind.LONE_JUMP, tc.Kind.JOINT_JUMP)
+    }
+    assert listed[tc.Kind.STRETCH] == [(edges[0], edges[1]), (edges[2], edges[3])]
+    assert [at for at, _ in listed[tc.Kind.LONE_JUMP]] == [edges[0], edges[3]]
+    assert [at for at, _ in listed[tc.Kind.JOINT_JUMP]] == [edges[1], edges[2]]
 
 
 def test_the_sound_clip_and_smaller_turns_have_none():

@@ -1,7 +1,8 @@
 """Stretches: a joint turns suddenly about its own bone and is wrong until it turns back.
 
 For example, a foot may jump to an upside-down position and stay there until the end of the clip.
-The jump itself is listed as a lone jump. The roll about the bone in most frames of the clip is
+The jump itself is listed as a lone jump. Any sudden turn of the joint may end the stretch, as long
+as the roll differs before and after it. The roll about the bone in most frames of the clip is
 assumed to be right, which shows which side of the jump is wrong. If a joint is turned by more than
 120° from its rest pose in most frames, the roll near the rest pose is used instead, provided that
 the same joint on the other side of the body has that roll as well.
@@ -14,11 +15,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
+from twistcore.detection.all_joints.finders import find_joint_jumps
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind
@@ -61,6 +65,100 @@ class _Level:
         return self.stop - self.start
 
 
+@dataclass(frozen=True, eq=False)
+class _Clip:
+    """The corrected motion without held frames, with the jumps of its joints.
+
+    Attributes
+    ----------
+    motion
+        The motion.
+    at
+        The frame of `motion` that each frame of the clip shows, shape (frames of the clip,).
+    owner
+        The chain of each joint.
+    listed
+        The first frames of the joint jumps that are listed, keyed by joint.
+    """
+
+    motion: Motion
+    at: NDArray[np.intp]
+    owner: Mapping[int, Chain]
+    listed: Mapping[int, Sequence[int]]
+
+    @staticmethod
+    def of(search: KindSearch) -> _Clip:
+        """Collect what the search for stretches needs."""
+        motion = search.corrected_motion()
+        at = np.arange(motion.frames)
+        if (held := without_held(motion)) is not None:
+            motion, at = held.motion, np.searchsorted(held.first, at, side="right") - 1
+        listed: dict[int, list[int]] = {}
+        for own in find_joint_jumps(search).values():
+            for jump in own:
+                listed.setdefault(search.joint_of(jump), []).append(int(at[jump.start]))
+        return _Clip(motion, at, chain_of_joint(search.chains), listed)
+
+    def jumps(self, joint: int) -> list[int]:
+        """Return the first frames of a joint's jumps about its own bone."""
+        axis = own_axis(self.motion.skeleton, joint)
+        if axis is None:
+            return []
+        return self._too_fast(turns_about(self.motion.rotations[:, joint], axis))
+
+    def levels(self, joint: int) -> list[_Level]:
+        """Return the levels (frames of nearly constant roll) between a joint's jumps, by start.
+
+        Jumps about any axis count. The result is empty if the joint has no bone.
+        """
+        rotations = self.motion.rotations[:, joint]
+        jumps = self._too_fast(np.append(0.0, geodesic_angle(rotations[:-1], rotations[1:])))
+        borders = {0, *jumps, *self.listed.get(joint, ()), self.motion.frames}
+        roll = defined_roll(self.motion, joint)
+        defined = np.isfinite(roll)
+        return [
+            _Level(start, stop, _mean(roll[start:stop][defined[start:stop]]))
+            for start, stop in pairwise(sorted(borders))
+            if defined[start:stop].any()
+        ]
+
+    def _too_fast(self, turns: Array) -> list[int]:
+        """Return the frames, except at cuts, in which a joint turns too fast for a body.
+
+        `turns` are its turns since the previous frame, in radians, (frames,).
+        """
+        fast = np.abs(turns) > max(JUMP, limit(self.motion.fps))
+        fast &= ~find_cuts(self.motion) if fast.any() else True
+        found: list[int] = np.flatnonzero(fast).tolist()
+        return found
+
+    def expected(self, joint: int) -> tuple[float | None, bool]:
+        """Return the expected roll of a joint in radians; True if it follows from the rest pose.
+
+        The roll is None if it is unknown.
+        """
+        levels = self.levels(joint)
+        usual = _usual(levels)
+        if usual is None or abs(usual) > TURNED:
+            rest = _near_rest(levels)
+            if rest is not None and self._has_mirrored(joint, rest):
+                return rest, True
+        return usual, False
+
+    def _has_mirrored(self, joint: int, roll: float) -> bool:
+        """Return True if the joint on the other side has the mirrored roll in part of the clip."""
+        if (own := self.owner.get(joint)) is None:
+            return False
+        is_parent = own.parent == joint
+        for other, chain in self.owner.items():
+            same = chain.segment == own.segment and chain.person == own.person
+            if same and chain.side != own.side and (chain.parent == other) == is_parent:
+                levels = self.levels(other)
+                alike = sum(one.frames for one in levels if abs(wrap(one.roll + roll)) <= ALIKE)
+                return alike >= _ENOUGH * self.motion.frames
+        return False
+
+
 def find_stretches(search: KindSearch) -> Found:
     """Return the stretches of the joints of all chains, keyed by chain name."""
     if search.motion.frames < 4 or not search.chains:
@@ -70,63 +168,64 @@ def find_stretches(search: KindSearch) -> Found:
 
 
 def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
-    motion = search.corrected_motion()
-    if (held := without_held(motion)) is not None:
-        motion = held.motion
-    owner = chain_of_joint(search.chains)
+    clip = search.once(_Clip.of)
+    shortest = max(SHORTEST * clip.motion.fps, FEWEST)
     found: dict[str, list[Interval]] = {}
-    for joint, chain in owner.items():
-        levels = _levels(motion, joint)
-        if not 2 <= len(levels) <= 1 + MOST_JUMPS:
+    for joint, chain in clip.owner.items():
+        if not 1 <= len(clip.jumps(joint)) <= MOST_JUMPS:
             continue
-        usual, by_rest = _expected(motion, owner, joint, levels)
+        usual, by_rest = clip.expected(joint)
         if usual is None:
             continue
-        for level in _wrong(levels, usual, max(SHORTEST * motion.fps, FEWEST)):
+        for level in _wrong(clip.levels(joint), usual, shortest):
+            start, stop = np.searchsorted(clip.at, (level.start, level.stop)).tolist()
             turn = float(wrap(level.roll - usual))
-            jump = turn_at_jumps(motion, joint, (level.start, level.stop), turn)
-            along = goes_along(motion, joint, (level.start, level.stop))
-            if held is not None:
-                level = _Level(held.begin(level.start), held.end(level.stop), level.roll)
-            name = motion.skeleton.names[joint]
-            explain = partial(_explained, name, turn, jump, by_rest=by_rest)
-            one = Interval(
-                chain.name,
-                level.start,
-                level.stop,
-                np.zeros(level.frames),
-                open=True,
-                residual=turn,
-                explain=explain,
-                kind=Kind.STRETCH,
-                carried=along,
-                joint=name,
-            )
+            one = stretch_over(search, chain.name, joint, (start, stop), turn)
+            explain = partial(_explained, one.joint, turn, one.residual, by_rest=by_rest)
+            one = replace(one, offset=np.zeros(one.frames), explain=explain)
             found.setdefault(chain.name, []).append(one)
     return found
 
 
-def usual_roll(motion: Motion, chains: Sequence[Chain], joint: int) -> float | None:
-    """Return the roll of a joint with which its stretches are compared, in radians, or None.
+def stretch_over(
+    search: KindSearch, chain: str, joint: int, span: tuple[int, int], turn: float
+) -> Interval:
+    """Return a stretch over a span of frames, with the offset that turns the joint back.
 
-    `motion` is the motion without held frames.
+    The offset is measured at the jumps at both edges of the span. `turn` is the difference from
+    the usual roll in the span, in radians, and the offset if the jumps do not fit it.
     """
-    return _expected(motion, chain_of_joint(chains), joint, _levels(motion, joint))[0]
+    clip, (start, stop) = search.once(_Clip.of), span
+    edges = int(clip.at[start]), int(clip.at[stop - 1]) + 1
+    delta = turn_at_jumps(clip.motion, joint, edges, turn)
+    return Interval(
+        chain,
+        start,
+        stop,
+        np.full(stop - start, delta),
+        open=True,
+        residual=delta,
+        kind=Kind.STRETCH,
+        carried=goes_along(clip.motion, joint, edges),
+        joint=clip.motion.skeleton.names[joint],
+    )
 
 
-def _expected(
-    motion: Motion, owner: Mapping[int, Chain], joint: int, levels: Sequence[_Level]
-) -> tuple[float | None, bool]:
-    """Return the expected roll of a joint in radians, and True if it follows from the rest pose.
+def roll_off(search: KindSearch, joint: int, span: tuple[int, int]) -> Array | None:
+    """Return the difference of a joint's roll from its usual roll, in radians, (frames,).
 
-    The roll is None if it is unknown.
+    If the joint has no usual roll, its mean roll outside a span of frames is used instead. The
+    result is None if there is neither, and NaN in frames in which the roll is undefined.
     """
-    usual = _usual(levels)
-    if usual is None or abs(usual) > TURNED:
-        rest = _near_rest(levels)
-        if rest is not None and _has_mirrored(motion, owner, joint, rest):
-            return rest, True
-    return usual, False
+    clip = search.once(_Clip.of)
+    roll = defined_roll(clip.motion, joint)[clip.at]
+    usual = clip.expected(joint)[0]
+    if usual is None:
+        outside = np.delete(roll, slice(*span))
+        if not np.isfinite(outside).any():
+            return None
+        usual = _mean(outside[np.isfinite(outside)])
+    return wrap(roll - usual)
 
 
 def defined_roll(motion: Motion, joint: int) -> Array:
@@ -141,27 +240,6 @@ def defined_roll(motion: Motion, joint: int) -> Array:
     rotations = motion.rotations[:, joint]
     defined = twist_reliability(rotations, axis) > _DEFINED
     return np.where(defined, twist_angle(rotations, axis), np.nan)
-
-
-def _levels(motion: Motion, joint: int) -> list[_Level]:
-    """Return the levels (frames of nearly constant roll) between a joint's jumps, sorted by start.
-
-    The result is empty if the joint has no bone.
-    """
-    axis = own_axis(motion.skeleton, joint)
-    if axis is None:
-        return []
-    rotations = motion.rotations[:, joint]
-    jumps = np.abs(turns_about(rotations, axis)) > max(JUMP, limit(motion.fps))
-    jumps &= ~find_cuts(motion) if jumps.any() else True
-    borders = [0, *np.flatnonzero(jumps).tolist(), motion.frames]
-    roll = defined_roll(motion, joint)
-    defined = np.isfinite(roll)
-    return [
-        _Level(start, stop, _mean(roll[start:stop][defined[start:stop]]))
-        for start, stop in pairwise(borders)
-        if stop > start and defined[start:stop].any()
-    ]
 
 
 def _mean(angles: Array) -> float:
@@ -188,19 +266,6 @@ def _near_rest(levels: Sequence[_Level]) -> float | None:
     longest = max(near, key=lambda level: level.frames, default=None)
     total = sum(level.frames for level in levels)
     return longest.roll if longest and longest.frames >= _ENOUGH * total else None
-
-
-def _has_mirrored(motion: Motion, owner: Mapping[int, Chain], joint: int, roll: float) -> bool:
-    """Return True if the same joint on the other side has the mirrored roll in part of the clip."""
-    own = owner[joint]
-    is_parent = own.parent == joint
-    for other, chain in owner.items():
-        same = chain.segment == own.segment and chain.person == own.person
-        if same and chain.side != own.side and (chain.parent == other) == is_parent:
-            levels = _levels(motion, other)
-            alike = sum(one.frames for one in levels if abs(wrap(one.roll + roll)) <= ALIKE)
-            return alike >= _ENOUGH * motion.frames
-    return False
 
 
 def _wrong(levels: Sequence[_Level], usual: float, shortest: float) -> Iterator[_Level]:
@@ -266,12 +331,13 @@ def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
     return own <= seen
 
 
-def _explained(joint: str, turn: float, jump: float, *, by_rest: bool) -> dict[str, float | str]:
-    """Return the evidence: the angle of a stretch, its reference, and the correction angle."""
+def _explained(joint: str, roll: float, turn: float, *, by_rest: bool) -> dict[str, float | str]:
+    """Return the evidence for a stretch: its angle and its roll from the reference, in degrees."""
     compared = "the rest pose and the other side" if by_rest else "the rest of the clip"
     return {
         "joint": joint,
         "turn_deg": math.degrees(turn),
+        "roll_deg": math.degrees(roll),
         "compared_with": compared,
-        "correction_deg": math.degrees(jump),
+        "correction_deg": math.degrees(turn),  # for readers of the first version
     }

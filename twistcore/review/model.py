@@ -220,11 +220,14 @@ class ReviewState:
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
     def same_frames(self, interval: Interval) -> Judged | None:
-        """Return an interval with the same chain, kind and frames that is not rejected, or None."""
-        wanted = interval.kind, interval.start, interval.stop
+        """Return an interval that may be the same, with the same frames, or None.
+
+        Rejected intervals do not count.
+        """
         for judged in self.of_chain(interval.chain):
             own = judged.interval
-            if judged.decision != Decision.REJECTED and (own.kind, own.start, own.stop) == wanted:
+            frames = (own.start, own.stop) == (interval.start, interval.stop)
+            if judged.decision != Decision.REJECTED and frames and own.may_be_same(interval):
                 return judged
         return None
 

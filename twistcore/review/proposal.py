@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
-from twistcore.analysis.correction.joint_repairs import joint_of
+from twistcore.analysis.correction.joint_repairs import joint_of, turned_back
 from twistcore.detection import Interval, Kind
+from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import circular_median
 from twistcore.detection.limb_flips import BENT, LimbFlips
-from twistcore.detection.stretches import OFF, defined_roll, goes_along, turn_at_jumps
+from twistcore.detection.stretches import find_stretches, roll_off, stretch_over
 from twistcore.review.model import constant, off_line
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array, wrap
+from twistcore.skeleton.rotation import Array, geodesic_angle, slerp
 from twistcore.skeleton.signals import TwistSignals
 
 _REACH = 0.5  # seconds before and after the frame in which edges are searched for
 _HALF = 0.05  # seconds before and after the frame if there are no edges
+_JUMPS = Kind.LONE_JUMP, Kind.JOINT_JUMP  # kinds that may be the edge of another error
+_SOON = 0.2  # seconds within which a joint returns, so that its frames may be interpolated
+_BACK = 0.4  # of a jump: a joint that comes so near to the frame before the jump has returned
 _FAINT, _FAINT_FLIP = np.radians(1.0), np.radians(25.0)
 
 
@@ -70,48 +75,85 @@ def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
     return replace(flip, carried=limb.end_carried(start, flip.offset))
 
 
-def proposed_stretch(motion: Motion, jump: Interval, others: Iterable[Interval]) -> Interval:
-    """Return the stretch that a lone jump begins or ends, as a suggestion that is not confirmed.
+def proposed_at_jump(
+    search: KindSearch, jump: Interval, others: Iterable[Interval]
+) -> Interval | None:
+    """Return the error that a lone jump or a joint jump begins or ends, as a suggestion, or None.
 
-    It reaches from the jump to the next or the previous lone jump of the joint, or to an end of the
-    clip: to the side on which the joint's roll is far from its roll in the rest of the clip, or
-    else to the shorter side. `others` are the other intervals of the clip. Raises TwistError if the
-    clip has no such joint.
+    It is a stretch if the joint stays turned about its bone, and a spike if the joint soon comes
+    back. `others` are the other intervals of the clip. Raises TwistError if the clip has no such
+    joint.
     """
-    joint, frames = joint_of(motion.skeleton, jump), motion.frames
-    same = (i.start for i in others if (i.kind, i.joint) == (jump.kind, jump.joint))
-    edges = sorted({0, frames, jump.start, *same})
+    joint = joint_of(search.motion.skeleton, jump)
+    return _stretch_at(search, joint, jump, others) or _spike_at(search.motion, joint, jump)
+
+
+def _stretch_at(
+    search: KindSearch, joint: int, jump: Interval, others: Iterable[Interval]
+) -> Interval | None:
+    """Return the stretch that a jump begins or ends, or None.
+
+    If none was detected, it reaches from the jump to the next or the previous jump of the joint, or
+    to an end of the clip: to the side on which the roll is farther from the usual roll. The result
+    is None if the roll differs by less than half of the jump on both sides, or if turning the joint
+    back about its bone leaves more than half of a joint jump. If the usual roll is unknown, the
+    stretch is on the shorter side.
+    """
+    for found in (i for own in find_stretches(search).values() for i in own):
+        if found.joint == jump.joint and jump.start in (found.start, found.stop):
+            return found.for_review
+    same = (i.start for i in others if i.kind in _JUMPS and i.joint == jump.joint)
+    edges = sorted({0, search.motion.frames, jump.start, *same})
     at = edges.index(jump.start)
-    spans = [(jump.start, edges[at + 1], jump.residual)]
-    if at:
-        spans.append((edges[at - 1], jump.start, -jump.residual))
-    off = _off_spans(motion, joint, [(start, stop) for start, stop, _ in spans])
-    likely = [span for span in spans if span[:2] in off] if len(off) == 1 else spans
-    start, stop, turn = min(likely, key=lambda span: span[1] - span[0])
-    delta = turn_at_jumps(motion, joint, (start, stop), turn)
-    return replace(
-        constant(jump.chain, start, stop, delta),
-        open=True,
-        residual=turn,
-        kind=Kind.STRETCH,
-        carried=goes_along(motion, joint, (start, stop)),
-        joint=jump.joint,
-    )
+    spans = list(pairwise(edges[max(at - 1, 0) : at + 2]))
+    off = roll_off(search, joint, (spans[0][0], spans[-1][1]))
+    if off is None:
+        if jump.kind != Kind.LONE_JUMP:
+            return None
+        span = min(reversed(spans), key=lambda span: span[1] - span[0])
+        turn = jump.residual if span[0] == jump.start else -jump.residual
+        return stretch_over(search, jump.chain, joint, span, turn)
+    levels = {span: off[slice(*span)] for span in spans}
+    turns = {span: circular_median(own[np.isfinite(own)]) for span, own in levels.items()}
+    span, turn = max(turns.items(), key=lambda item: abs(item[1]))
+    if abs(turn) < 0.5 * abs(jump.residual):
+        return None
+    made = stretch_over(search, jump.chain, joint, span, turn)
+    removed = jump.kind == Kind.LONE_JUMP or _removes(search, made, jump)
+    return made if removed else None
 
 
-def _off_spans(
-    motion: Motion, joint: int, spans: Sequence[tuple[int, int]]
-) -> list[tuple[int, int]]:
-    """Return the spans in which a joint's roll is far from its roll outside all spans."""
-    roll = defined_roll(motion, joint)
-    rest = np.isfinite(roll)
-    for start, stop in spans:
-        rest[start:stop] = False
-    levels = {(a, b): roll[a:b][np.isfinite(roll[a:b])] for a, b in spans}
-    if not rest.any() or not all(map(len, levels.values())):
-        return []
-    usual = circular_median(roll[rest])
-    return [at for at, own in levels.items() if abs(wrap(circular_median(own) - usual)) > OFF]
+def _removes(search: KindSearch, stretch: Interval, jump: Interval) -> bool:
+    """Return True if turning the joint of a stretch back removes at least half of a jump."""
+    joint, first, stop = joint_of(search.motion.skeleton, stretch), jump.start - 1, jump.start + 1
+    before = (search.corrected() or search.motion.sliced)(first, stop)
+    after = turned_back(before, [stretch.within(first, stop)])
+    turn, left = (float(geodesic_angle(*m.rotations[:, joint])) for m in (before, after))
+    return left <= 0.5 * turn
+
+
+def _spike_at(motion: Motion, joint: int, jump: Interval) -> Interval | None:
+    """Return the spike that a jump begins or ends if the joint comes back within 0.2 s, or None."""
+    own, at = motion.rotations[:, joint], jump.start
+    longest = max(3, round(_SOON * motion.fps))
+    size = float(geodesic_angle(own[at - 1], own[at]))
+    ends = ((at, t) for t in range(at + 1, min(at + longest + 1, motion.frames)))
+    starts = ((t, at) for t in range(max(at - longest, 1), at))
+    for start, stop in sorted([*ends, *starts], key=lambda span: span[1] - span[0]):
+        other = stop if start == at else start
+        jumps = geodesic_angle(own[other - 1], own[other]) >= 0.5 * size
+        if jumps and geodesic_angle(own[start - 1], own[stop]) <= _BACK * size:
+            way = slerp(own[start - 1], own[stop], 0.5)
+            off = float(geodesic_angle(own[(start + stop) // 2], way))
+            return replace(
+                constant(jump.chain, start, stop, off),
+                open=True,
+                residual=off,
+                kind=Kind.SPIKE,
+                carried=True,
+                joint=jump.joint,
+            )
+    return None
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
