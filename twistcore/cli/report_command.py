@@ -53,6 +53,7 @@ def _of_session(arguments: argparse.Namespace) -> int:
     check_report(arguments.output, name, clip)
     refined = accepted_motion(clip, chains, session.state)
     made = Report(clip, chains, session.state, refined, name)
-    page, *_ = write_clip_report(arguments.output, made, pictures=not arguments.no_pictures)
+    drawn = not arguments.no_pictures
+    page, *_ = write_clip_report(arguments.output, made, pictures=drawn, play=drawn)
     remark(f"{page}: {len(session.state.intervals)} intervals")
     return 0

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction import Corrected, refine
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.detection_json import intervals_to_json
@@ -24,6 +25,13 @@ from twistcore.report.curve_drawing import ClipCurves, weight
 from twistcore.report.document import Report, reported_moves
 from twistcore.report.page_templates import rendered
 from twistcore.report.picture_job import SIZE, Drawn, Figure, draw_figures, figure_of
+from twistcore.report.played_finds import (
+    NOTHING_PLAYED,
+    Played,
+    applied_and,
+    pictured_frame,
+    played_data,
+)
 from twistcore.review.model import Decision, Judged
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.notes import NOT_EXAMINED, UNEXAMINED
@@ -49,11 +57,13 @@ def clip_page(
     report: Report,
     drawn: Drawn | None = None,
     home: Home | None = None,
+    played: Played = NOTHING_PLAYED,
 ) -> str:
     """Return the page of a clip as HTML.
 
     `document` is the result of :func:`document.report_to_json`. `drawn` are the pictures; without
-    them, the page does not mention pictures.
+    them, the page does not mention pictures. `played` are the intervals that the page plays if
+    `drawn` has the figure for them.
     """
     analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)
@@ -66,7 +76,8 @@ def clip_page(
         report=document,
         home=home,
         size=SIZE,
-        finds=_finds(report, analysis, drawing, drawn),
+        finds=_finds(report, analysis, drawing, _worst(report), drawn),
+        play=_play(report, analysis, drawing, drawn, played),
         no_pictures=drawn.problem if drawn is not None else "",
         curves=curves,
         curves_left_out=left_out,
@@ -84,21 +95,25 @@ def clip_page(
     )
 
 
-def figure_of_worst(report: Report) -> Figure | None:
-    """Return the figure to draw for the pictures of a page, or None if there is no interval."""
-    worst = _worst(report)
-    if not worst:
+def figure_of_worst(report: Report, played: Played = NOTHING_PLAYED) -> Figure | None:
+    """Return the figure to draw for a page, or None if there is nothing to draw."""
+    worst, motion = _worst(report), report.clip.motion
+    if not (worst or played.finds):
         return None
-    motion = report.clip.motion
     chosen = [j.interval for j in worst]
-    after = refine(motion, report.chains, _applied_and(report, *chosen))
-    wanted = [(i.chain, _pictured_frame(i)) for i in chosen]
-    return figure_of(motion, after, report.chains, wanted)
+    after = refine(motion, report.chains, applied_and(report, *chosen))
+    wanted = [(i.chain, pictured_frame(i)) for i in chosen]
+    views = [
+        (f.judged.interval.chain, motion.at(one), f.after.at(one - f.span[0]))
+        for f in played.finds
+        for one in [np.array([f.frame])]
+    ]
+    return figure_of(motion, after, report.chains, wanted, views)
 
 
-def pictures_of(report: Report) -> Drawn:
-    """Draw the pictures for the page of a clip."""
-    figure = figure_of_worst(report)
+def drawn_with(report: Report, played: Played = NOTHING_PLAYED) -> Drawn:
+    """Draw the pictures for the page of a clip, and prepare the figure that plays."""
+    figure = figure_of_worst(report, played)
     return draw_figures([figure])[0] if figure else Drawn()
 
 
@@ -116,38 +131,30 @@ def _worst(report: Report) -> list[Judged]:
     return sorted(may, key=lambda j: (-weight(j), j.interval.start))[:WORST]
 
 
-def _applied_and(report: Report, *also: Interval) -> list[Interval]:
-    """Return the applied intervals together with those in `also`."""
-    return [*(i for i in report.applied if all(i is not own for own in also)), *also]
-
-
-def _pictured_frame(interval: Interval) -> int:
-    """Return the middle of the frames with at least 90 % of the largest offset."""
-    size = np.abs(interval.offset)
-    there = np.flatnonzero(size >= 0.9 * size.max())
-    return interval.start + int(there[len(there) // 2])
-
-
 def _finds(
-    report: Report, analysis: ClipAnalysis, drawing: ClipCurves, drawn: Drawn | None
+    report: Report,
+    analysis: ClipAnalysis,
+    drawing: ClipCurves,
+    judged_finds: Sequence[Judged],
+    drawn: Drawn | None = None,
 ) -> list[dict[str, Any]]:
-    worst = _worst(report)
     chains = {chain.name: chain for chain in report.chains}
     out = []
-    for k, judged in enumerate(worst):
+    for k, judged in enumerate(judged_finds):
         interval, chain = judged.interval, chains[judged.interval.chain]
         alone = Corrected(analysis)
-        alone.take(_applied_and(report, interval))
+        alone.take(applied_and(report, interval))
         stuck = report.stuck.get(judged.id, ())
         find: dict[str, Any] = {
+            "id": judged.id,
             "label": chain.label,
             "limb": isinstance(chain, Limb),
             "alone": "" if interval.repairable else interval.joint,
             "kind": interval.kind.value,
             "interval": interval,
             "degrees": float(np.degrees(interval.shown)),
-            "frame": _pictured_frame(interval),
-            "seconds": _pictured_frame(interval) / report.clip.motion.fps,
+            "frame": pictured_frame(interval),
+            "seconds": pictured_frame(interval) / report.clip.motion.fps,
             "verdict": report.verdict(judged),
             "applied": judged.decision == Decision.ACCEPTED,
             "stuck": stuck,
@@ -160,6 +167,29 @@ def _finds(
             find["pictures"] = [_as_address(picture) for picture in pictures]
         out.append(find)
     return out
+
+
+def _play(
+    report: Report,
+    analysis: ClipAnalysis,
+    drawing: ClipCurves,
+    drawn: Drawn | None,
+    played: Played,
+) -> dict[str, Any] | None:
+    """Return what the page needs to play its intervals, or None if it does not play any."""
+    player = drawn.player if drawn is not None else {}
+    if not (played.finds and player):
+        return None
+    if "problem" in player:
+        return {**player, "finds": ()}
+    finds = _finds(report, analysis, drawing, [find.judged for find in played.finds])
+    return {
+        "problem": "",
+        "finds": [f | {"plays": p} for f, p in zip(finds, played.finds, strict=True)],
+        "left_out": [judged.interval for judged in played.left_out],
+        "data": played_data(report, played, player),
+        "scripts": list(map(Markup, player["scripts"])),
+    }
 
 
 def _as_address(picture: bytes) -> str:

@@ -15,17 +15,21 @@ from twistcore.files.marks import file_mark
 from twistcore.files.ordinary import is_file, read_file
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import own_name
-from twistcore.report.clip_page import clip_page, pictures_of
+from twistcore.report.clip_page import clip_page, drawn_with
 from twistcore.report.document import SCHEMA, Report, intervals_csv, report_to_json
+from twistcore.report.played_finds import NOTHING_PLAYED, played_finds
 
 
-def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -> tuple[Path, ...]:
+def write_clip_report(
+    folder: Path, report: Report, *, pictures: bool = False, play: bool = False
+) -> tuple[Path, ...]:
     """Write the report into `folder`, which is created if missing, and return the files' paths.
 
     The files are NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender.
     The JSON lists the SHA-256 of the other three and of the files in `report.files`. While they are
     being written, it also lists the SHA-256 of the files that they replace, so that the next run
-    recognises either version after a crash. Raises TwistError like :func:`check_report`, and
+    recognises either version after a crash. With `play`, a page with pictures also plays its
+    intervals. Raises TwistError like :func:`check_report`, and
     OSError.
     """
     name = report.name or own_name(report.clip.path)
@@ -33,8 +37,10 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
     folder.mkdir(parents=True, exist_ok=True)
     document = report_to_json(report)
     page, table, markers, last = report_files(folder, name)
+    played = played_finds(report) if play and pictures else NOTHING_PLAYED
+    drawn = drawn_with(report, played) if pictures else None
     written = {
-        page: encoded(clip_page(document, report, drawn=pictures_of(report) if pictures else None)),
+        page: encoded(clip_page(document, report, drawn, played=played)),
         table: encoded(intervals_csv(report)),
         markers: encoded(blender_markers(report.clip.name, report.state.intervals, report.verdict)),
     }
