@@ -37,6 +37,7 @@ def _of_folder(arguments: argparse.Namespace) -> int:
         arguments.output,
         workers=arguments.workers,
         pictures=not arguments.no_pictures,
+        play=arguments.play,
         most_pages=arguments.pages,
         counter=counter,
     )

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import Corrected, refine
+from twistcore.analysis.correction import Corrected
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
@@ -21,24 +19,14 @@ from twistcore.report.changes import (
     joint_changes,
     remaining_detection,
 )
-from twistcore.report.curve_drawing import ClipCurves, weight
+from twistcore.report.curve_drawing import ClipCurves
 from twistcore.report.document import Report, reported_moves
 from twistcore.report.page_templates import rendered
-from twistcore.report.picture_job import SIZE, Drawn, Figure, draw_figures, figure_of
-from twistcore.report.played_finds import (
-    NOTHING_PLAYED,
-    Played,
-    applied_and,
-    pictured_frame,
-    played_data,
-)
-from twistcore.review.model import Decision, Judged
-from twistcore.skeleton.limb import Limb
+from twistcore.report.picture_job import SIZE, Drawn
+from twistcore.report.worst_finds import shown_finds, shown_player, worst_finds
 from twistcore.skeleton.notes import NOT_EXAMINED, UNEXAMINED
 from twistcore.skeleton.rotation import largest_and_rms
 from twistcore.work.frozen import dataclass
-
-WORST = 3  # intervals shown in pictures
 
 
 @dataclass(frozen=True)
@@ -57,13 +45,11 @@ def clip_page(
     report: Report,
     drawn: Drawn | None = None,
     home: Home | None = None,
-    played: Played = NOTHING_PLAYED,
 ) -> str:
     """Return the page of a clip as HTML.
 
     `document` is the result of :func:`document.report_to_json`. `drawn` are the pictures; without
-    them, the page does not mention pictures. `played` are the intervals that the page plays if
-    `drawn` has the figure for them.
+    them, the page does not mention pictures.
     """
     analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)
@@ -76,8 +62,8 @@ def clip_page(
         report=document,
         home=home,
         size=SIZE,
-        finds=_finds(report, analysis, drawing, _worst(report), drawn),
-        play=_play(report, analysis, drawing, drawn, played),
+        finds=shown_finds(report, analysis, drawing, worst_finds(report), drawn),
+        play=shown_player(report, analysis, drawing, drawn),
         no_pictures=drawn.problem if drawn is not None else "",
         curves=curves,
         curves_left_out=left_out,
@@ -93,107 +79,6 @@ def clip_page(
         **reported_moves(document, report),
         **_changes(report),
     )
-
-
-def figure_of_worst(report: Report, played: Played = NOTHING_PLAYED) -> Figure | None:
-    """Return the figure to draw for a page, or None if there is nothing to draw."""
-    worst, motion = _worst(report), report.clip.motion
-    if not (worst or played.finds):
-        return None
-    chosen = [j.interval for j in worst]
-    after = refine(motion, report.chains, applied_and(report, *chosen))
-    wanted = [(i.chain, pictured_frame(i)) for i in chosen]
-    views = [
-        (f.judged.interval.chain, motion.at(one), f.after.at(one - f.span[0]))
-        for f in played.finds
-        for one in [np.array([f.frame])]
-    ]
-    return figure_of(motion, after, report.chains, wanted, views)
-
-
-def drawn_with(report: Report, played: Played = NOTHING_PLAYED) -> Drawn:
-    """Draw the pictures for the page of a clip, and prepare the figure that plays."""
-    figure = figure_of_worst(report, played)
-    return draw_figures([figure])[0] if figure else Drawn()
-
-
-# -- the worst intervals ---------------------------------------------------------------------------
-
-
-def _worst(report: Report) -> list[Judged]:
-    """Return up to WORST intervals that are not rejected, sorted by degrees × frames."""
-    names = {chain.name for chain in report.chains}
-    may = [
-        j
-        for j in report.state.intervals
-        if j.counts and j.decision != Decision.REJECTED and j.interval.chain in names
-    ]
-    return sorted(may, key=lambda j: (-weight(j), j.interval.start))[:WORST]
-
-
-def _finds(
-    report: Report,
-    analysis: ClipAnalysis,
-    drawing: ClipCurves,
-    judged_finds: Sequence[Judged],
-    drawn: Drawn | None = None,
-) -> list[dict[str, Any]]:
-    chains = {chain.name: chain for chain in report.chains}
-    out = []
-    for k, judged in enumerate(judged_finds):
-        interval, chain = judged.interval, chains[judged.interval.chain]
-        alone = Corrected(analysis)
-        alone.take(applied_and(report, interval))
-        stuck = report.stuck.get(judged.id, ())
-        find: dict[str, Any] = {
-            "id": judged.id,
-            "label": chain.label,
-            "limb": isinstance(chain, Limb),
-            "alone": "" if interval.repairable else interval.joint,
-            "kind": interval.kind.value,
-            "interval": interval,
-            "degrees": float(np.degrees(interval.shown)),
-            "frame": pictured_frame(interval),
-            "seconds": pictured_frame(interval) / report.clip.motion.fps,
-            "verdict": report.verdict(judged),
-            "applied": judged.decision == Decision.ACCEPTED,
-            "stuck": stuck,
-            "panel": drawing.near(alone, judged),
-            "pictures": None,
-        }
-        if drawn is not None and k < len(drawn.pictures):
-            # An interval that cannot be corrected has no picture of a corrected pose.
-            pictures = drawn.pictures[k][:1] if stuck else drawn.pictures[k]
-            find["pictures"] = [_as_address(picture) for picture in pictures]
-        out.append(find)
-    return out
-
-
-def _play(
-    report: Report,
-    analysis: ClipAnalysis,
-    drawing: ClipCurves,
-    drawn: Drawn | None,
-    played: Played,
-) -> dict[str, Any] | None:
-    """Return what the page needs to play its intervals, or None if it does not play any."""
-    player = drawn.player if drawn is not None else {}
-    if not (played.finds and player):
-        return None
-    if "problem" in player:
-        return {**player, "finds": ()}
-    finds = _finds(report, analysis, drawing, [find.judged for find in played.finds])
-    return {
-        "problem": "",
-        "finds": [f | {"plays": p} for f, p in zip(finds, played.finds, strict=True)],
-        "left_out": [judged.interval for judged in played.left_out],
-        "data": played_data(report, played, player),
-        "scripts": list(map(Markup, player["scripts"])),
-    }
-
-
-def _as_address(picture: bytes) -> str:
-    return f"data:image/jpeg;base64,{base64.b64encode(picture).decode()}"
 
 
 # -- decisions and changes -------------------------------------------------------------------------

@@ -15,9 +15,9 @@ from twistcore.files.marks import file_mark
 from twistcore.files.ordinary import is_file, read_file
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import own_name
-from twistcore.report.clip_page import clip_page, drawn_with
+from twistcore.report.clip_page import clip_page
 from twistcore.report.document import SCHEMA, Report, intervals_csv, report_to_json
-from twistcore.report.played_finds import NOTHING_PLAYED, played_finds
+from twistcore.report.worst_finds import drawn_with
 
 
 def write_clip_report(
@@ -37,10 +37,9 @@ def write_clip_report(
     folder.mkdir(parents=True, exist_ok=True)
     document = report_to_json(report)
     page, table, markers, last = report_files(folder, name)
-    played = played_finds(report) if play and pictures else NOTHING_PLAYED
-    drawn = drawn_with(report, played) if pictures else None
+    drawn = drawn_with(report, play) if pictures else None
     written = {
-        page: encoded(clip_page(document, report, drawn, played=played)),
+        page: encoded(clip_page(document, report, drawn)),
         table: encoded(intervals_csv(report)),
         markers: encoded(blender_markers(report.clip.name, report.state.intervals, report.verdict)),
     }

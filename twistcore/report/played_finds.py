@@ -16,10 +16,11 @@ from twistcore.review.model import Decision, Judged, Span
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
-MOST_BYTES = 1_600_000  # of motion in a page
+MOST_BYTES = 2_150_000  # of the figure, its motion and its texts, so that a page has 3 MB at most
 _LONGEST = 4.0  # seconds that are played of one interval
 _TURN, _PLACE = 4 * 2, 3 * 4  # bytes of a rotation and of a position
 _BASE64 = 4 / 3
+_BODY, _TEXTS = 8_000, 2_500  # bytes of the body of a joint and of the texts of an interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +48,10 @@ class PlayedFind:
 
 @dataclass(frozen=True, eq=False)
 class Played:
-    """The intervals that a page plays, the worst first, and those that did not fit into it."""
+    """The intervals that a page plays, the worst first, and those for which it has no space."""
 
-    finds: tuple[PlayedFind, ...] = ()
-    left_out: tuple[Judged, ...] = ()
-
-
-NOTHING_PLAYED = Played()
+    finds: tuple[PlayedFind, ...]
+    left_out: tuple[Judged, ...]
 
 
 def pictured_frame(interval: Interval) -> int:
@@ -69,21 +67,23 @@ def applied_and(report: Report, *also: Interval) -> list[Interval]:
 
 
 def played_finds(report: Report, most: int = MOST_BYTES) -> Played:
-    """Choose the intervals to play, rejected ones last, so that their motion takes few bytes.
+    """Choose the intervals to play, rejected ones last, that fit into `most` bytes of a page.
 
     Each one takes the frames that no worse one has taken already.
     """
     motion, names = report.clip.motion, {chain.name for chain in report.chains}
     moving = _moving(motion)
     per_frame = _BASE64 * (_TURN * len(motion.skeleton) + _PLACE * len(moving))
-    taken, left, finds, out = np.zeros(motion.frames, np.bool_), float(most), [], []
+    taken, finds, out = np.zeros(motion.frames, np.bool_), [], []
+    left = float(most - _BODY * len(motion.skeleton))
     for judged in sorted(report.state.intervals, key=_urgency):
         if judged.interval.chain not in names:
             continue
         span = _span(judged.interval, motion)
         find = _find(report, judged, span)
         new = np.count_nonzero(~taken[slice(*span)])
-        cost = per_frame * new + _BASE64 * _TURN * len(find.joints) * (span[1] - span[0])
+        after = _BASE64 * _TURN * len(find.joints) * (span[1] - span[0])
+        cost = _TEXTS + per_frame * new + after
         if cost > left:
             out.append(judged)
             continue
@@ -93,13 +93,15 @@ def played_finds(report: Report, most: int = MOST_BYTES) -> Played:
     return Played(tuple(finds), tuple(out))
 
 
-def played_data(report: Report, played: Played, player: Mapping[str, Any]) -> dict[str, Any]:
+def played_data(
+    report: Report, finds: Sequence[PlayedFind], player: Mapping[str, Any]
+) -> dict[str, Any]:
     """Return the data of the page's script, in the form that lessons have, without any names.
 
     `player` is the figure as in :class:`Drawn`. Rotations are quaternions of 16-bit numbers, which
     the script scales to length 1.
     """
-    spans = _joined([find.span for find in played.finds])
+    spans = _joined([find.span for find in finds])
     pages = [
         {
             **view,
@@ -114,7 +116,7 @@ def played_data(report: Report, played: Played, player: Mapping[str, Any]) -> di
             "applied": find.judged.decision == Decision.ACCEPTED,
             "after": _after(find),
         }
-        for find, view in zip(played.finds, player["views"], strict=True)
+        for find, view in zip(finds, player["views"], strict=True)
     ]
     return {
         **{key: player[key] for key in ("themes", "ghost")},
@@ -160,7 +162,7 @@ def _find(report: Report, judged: Judged, span: Span) -> PlayedFind:
 
 
 def _joined(spans: Sequence[Span]) -> list[Span]:
-    """Return the spans in order, with those that meet or overlap as one."""
+    """Return the spans in order, where spans that meet or overlap are joined."""
     out: list[Span] = []
     for start, stop in sorted(spans):
         if out and start <= out[-1][1]:

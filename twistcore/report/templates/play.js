@@ -63,7 +63,7 @@
     const offset = offsetNow(), seconds = (frame / page.span.fps).toFixed(2);
     const applied = page.applied ? "After" : "If accepted";
     one(".before .tag").textContent = offset ? `Before: turned by ${degrees(offset)}` : "Before";
-    one(".after .tag").textContent = page.after ? applied : "Nothing to correct";
+    one(".after .tag").textContent = page.after ? applied : "No correction";
     one("#at").textContent = `Frame ${frame} · ${seconds} s`;
     one("#frame").value = frame;
     one("#frame").setAttribute("aria-valuetext",
