@@ -25,18 +25,10 @@ _BODY, _TEXTS = 8_000, 2_500  # bytes of the body of a joint and of the texts of
 
 @dataclass(frozen=True, eq=False)
 class PlayedFind:
-    """An interval with the motion around it.
+    """An interval with the motion that is played.
 
-    Attributes
-    ----------
-    span
-        The frames [start, stop) that are played.
-    frame
-        The frame that is shown first.
-    joints
-        The joints that a correction turns, empty if nothing can be corrected.
-    after
-        The motion in `span` as corrected.
+    `span` are the frames [start, stop) to play, and `frame` is the frame to show first. `after` is
+    the motion in these frames as corrected, and `joints` are the joints that this turns, if any.
     """
 
     judged: Judged
@@ -44,14 +36,6 @@ class PlayedFind:
     frame: int
     joints: tuple[int, ...]
     after: Motion
-
-
-@dataclass(frozen=True, eq=False)
-class Played:
-    """The intervals that a page plays, the worst first, and those for which it has no space."""
-
-    finds: tuple[PlayedFind, ...]
-    left_out: tuple[Judged, ...]
 
 
 def pictured_frame(interval: Interval) -> int:
@@ -66,10 +50,10 @@ def applied_and(report: Report, *also: Interval) -> list[Interval]:
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 
-def played_finds(report: Report, most: int = MOST_BYTES) -> Played:
-    """Choose the intervals to play, rejected ones last, that fit into `most` bytes of a page.
+def played_finds(report: Report, most: int = MOST_BYTES) -> tuple[list[PlayedFind], list[Judged]]:
+    """Return the intervals that fit into `most` bytes of a page, the worst first, and the others.
 
-    Each one takes the frames that no worse one has taken already.
+    Rejected intervals are last. Each interval takes the frames that no worse one takes.
     """
     motion, names = report.clip.motion, {chain.name for chain in report.chains}
     moving = _moving(motion)
@@ -90,7 +74,7 @@ def played_finds(report: Report, most: int = MOST_BYTES) -> Played:
         left -= cost
         taken[slice(*span)] = True
         finds.append(find)
-    return Played(tuple(finds), tuple(out))
+    return finds, out
 
 
 def played_data(
@@ -112,8 +96,8 @@ def played_data(
             "frame": find.frame,
             "start": find.judged.interval.start,
             "offset": _offsets(find),
-            "curve": _curve(find.judged.interval, report.clip.motion),
-            "applied": find.judged.decision == Decision.ACCEPTED,
+            "curve": frames_around(find.judged.interval, report.clip.motion),
+            "right": _right(find),
             "after": _after(find),
         }
         for find, view in zip(finds, player["views"], strict=True)
@@ -187,10 +171,11 @@ def _span_data(motion: Motion, span: Span) -> dict[str, Any]:
     }
 
 
-def _curve(interval: Interval, motion: Motion) -> tuple[int, int]:
-    """Return the first frame of the curve next to the figure, and its number of frames."""
-    start, stop = frames_around(interval, motion)
-    return start, stop - start
+def _right(find: PlayedFind) -> str:
+    """Return the heading of the corrected figure."""
+    if not find.joints:
+        return "No correction"
+    return "After" if find.judged.decision == Decision.ACCEPTED else "If accepted"
 
 
 def _after(find: PlayedFind) -> dict[str, Any] | None:

@@ -28,7 +28,7 @@ WORST = 3  # intervals shown in pictures
 
 def figure_of_worst(report: Report, play: bool = False) -> Figure | None:
     """Return the figure to draw for a page, or None if there is nothing to draw."""
-    played = played_finds(report).finds if play else ()
+    played = played_finds(report)[0] if play else []
     worst, motion = worst_finds(report), report.clip.motion
     if not (worst or played):
         return None
@@ -106,13 +106,13 @@ def shown_player(
     player = drawn.player if drawn is not None else {}
     if not player or "problem" in player:
         return {**player, "finds": ()} if player else None
-    played = played_finds(report)
-    finds = shown_finds(report, analysis, drawing, [find.judged for find in played.finds])
+    played, left_out = played_finds(report)
+    finds = shown_finds(report, analysis, drawing, [find.judged for find in played])
     return {
         "problem": "",
-        "finds": [f | {"plays": p} for f, p in zip(finds, played.finds, strict=True)],
-        "left_out": [judged.interval for judged in played.left_out],
-        "data": played_data(report, played.finds, player),
+        "finds": [f | {"plays": p} for f, p in zip(finds, played, strict=True)],
+        "left_out": [judged.interval for judged in left_out],
+        "data": played_data(report, played, player),
         "scripts": list(map(Markup, player["scripts"])),
     }
 

@@ -60,16 +60,14 @@
   }
 
   function tell() {
-    const offset = offsetNow(), seconds = (frame / page.span.fps).toFixed(2);
-    const applied = page.applied ? "After" : "If accepted";
-    one(".before .tag").textContent = offset ? `Before: turned by ${degrees(offset)}` : "Before";
-    one(".after .tag").textContent = page.after ? applied : "No correction";
-    one("#at").textContent = `Frame ${frame} · ${seconds} s`;
+    const offset = offsetNow(), turned = offset ? `: turned by ${degrees(offset)}` : "";
+    one(".before .tag").textContent = `Before${turned}`;
+    one(".after .tag").textContent = page.right;
+    one("#at").textContent = `Frame ${frame} · ${(frame / page.span.fps).toFixed(2)} s`;
     one("#frame").value = frame;
-    one("#frame").setAttribute("aria-valuetext",
-      `Frame ${frame}${offset ? `, turned by ${degrees(offset)}` : ""}`);
-    const curve = abouts[at].querySelector(".curve");
-    if (curve) curve.style.setProperty("--at", (frame + 0.5 - page.curve[0]) / page.curve[1]);
+    one("#frame").setAttribute("aria-valuetext", `Frame ${frame}${turned}`);
+    const [start, stop] = page.curve;
+    abouts[at].style.setProperty("--at", (frame + 0.5 - start) / (stop - start));
   }
 
   function redraw() { // once per screen refresh
@@ -108,16 +106,11 @@
     frame = page.frame;
     links.forEach((link, n) => {
       link.tabIndex = n === at ? 0 : -1;
-      if (n === at) link.setAttribute("aria-current", "true");
-      else link.removeAttribute("aria-current");
+      link.setAttribute("aria-current", String(n === at));
       abouts[n].hidden = n !== at;
     });
     one("#frame").min = page.first;
     one("#frame").max = page.last;
-    const list = one("#list"), item = links[at].parentElement;
-    if (item.offsetTop < list.scrollTop) list.scrollTop = item.offsetTop;
-    const below = item.offsetTop + item.offsetHeight - list.clientHeight;
-    if (below > list.scrollTop) list.scrollTop = below;
     one("#said").textContent = abouts[at].innerText;
     aim();
     if (first) dress();
