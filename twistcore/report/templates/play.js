@@ -111,7 +111,8 @@
     });
     one("#frame").min = page.first;
     one("#frame").max = page.last;
-    one("#said").textContent = abouts[at].innerText;
+    const [head, text] = abouts[at].querySelectorAll("h3, p");
+    one("#said").textContent = `${head.innerText}: ${text.innerText}`;
     aim();
     if (first) dress();
     else redraw();
