@@ -34,6 +34,7 @@ from twistcore.cli.output import (
     step,
     terminal_text,
 )
+from twistcore.cli.report_command import diff_reports
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
@@ -262,9 +263,11 @@ def _applied_to_json(
 
 
 def diff_command(arguments: argparse.Namespace) -> int:
-    """Print the differences between two clips or two folders of clips."""
+    """Print the differences between two clips, two folders of clips or two reports."""
     if arguments.a.is_dir() or arguments.b.is_dir():
         return diff_folders(arguments)
+    if arguments.a.suffix == arguments.b.suffix == ".json":
+        return diff_reports(arguments)
     names = clip_name(arguments.a), clip_name(arguments.b)
     if names == ("-", "-"):
         raise TwistError("- (standard input) can be given only once")

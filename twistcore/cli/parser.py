@@ -159,7 +159,8 @@ def _diff(diff: Parser) -> None:
             name,
             type=readable,
             metavar=name.upper(),
-            help=f"the {which} clip or folder; '-' reads a BVH from standard input",
+            help=f"the {which} clip, folder or NAME.report.json; '-' reads a BVH from "
+            "standard input",
         )
     add_json(diff)
     add_workers(diff)

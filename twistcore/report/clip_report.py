@@ -80,7 +80,7 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
 
 def _other_clip(listing: Path, clip: Clip) -> str:
     """Return the name of a different clip in a report's JSON, or ''."""
-    document = _listed(listing)
+    document = listed_report(listing)
     of, mark = (str(document.get(key, "")) for key in ("clip", "sha256"))
     return of if of != clip.name and mark != clip.sha256 else ""
 
@@ -91,7 +91,7 @@ def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
     That file may be an earlier version of the clip or a clip from another folder, which cannot be
     distinguished.
     """
-    mark = _listed(report_files(folder, name)[-1]).get("sha256")
+    mark = listed_report(report_files(folder, name)[-1]).get("sha256")
     return mark is not None and mark != clip.sha256
 
 
@@ -107,7 +107,7 @@ def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
     A file that is being replaced has two values. Names and values are not checked. The result is
     empty if the file is missing or is not a report. Raises TwistError if it cannot be read.
     """
-    document = _listed(listing)
+    document = listed_report(listing)
     try:
         new, old = dict(document.get("files", {})), dict(document.get("replaced", {}))
     except (ValueError, TypeError):
@@ -115,7 +115,7 @@ def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
     return {name: tuple(of[name] for of in (new, old) if name in of) for name in new | old}
 
 
-def _listed(listing: Path) -> dict[str, Any]:
+def listed_report(listing: Path) -> dict[str, Any]:
     """Return a report's JSON, or an empty dict if it is missing or not a report.
 
     Raises TwistError if it cannot be read.

@@ -106,12 +106,14 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ),
     ),
     "diff": CommandHelp(
-        "show what differs between two clips or two folders of clips",
+        "show what differs between two clips, two folders of clips or two reports",
         "For each joint: the frames in which its rotation differs, and by how much. A stop is the "
-        "first frame after the difference. A difference is not an error: the exit code is 0.",
+        "first frame after the difference. For two reports of a clip: the intervals that are new, "
+        "gone or decided differently. A difference is not an error: the exit code is 0.",
         (
             "twistcore diff walk.bvh run.bvh",
             "twistcore diff delivery-1 delivery-2 --json",
+            "twistcore diff monday/walk.report.json tuesday/walk.report.json",
             "twistcore refine walk.bvh -o - | twistcore diff walk.bvh -",
         ),
     ),
