@@ -36,7 +36,7 @@ _ELSEWHERE = ("accepted", "tau", "listed")  # conditions that only the program c
 _SCRIPTS = (
     *("language.js", "swing_twist.js", "labels.js", "words.js", "clip_data.js"),
     *("orbit_camera.js", "gizmo.js", "striped_skin.js", "figure_view.js", "curves.js"),
-    *("hand.js", "lesson.js"),
+    *("hand.js", "playback.js", "lesson.js"),
 )
 
 

@@ -31,7 +31,7 @@ PAGE_PARTS = ASSETS / "lesson_page"
 # The scripts that draw a figure, without those of a page about a lesson.
 FIGURE_SCRIPTS = (
     *("swing_twist.js", "clip_data.js", "orbit_camera.js", "striped_skin.js", "figure_view.js"),
-    "hand.js",
+    *("hand.js", "playback.js"),
 )
 _LIBRARY_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 

@@ -1,4 +1,4 @@
-"""`twistcore refine | apply | diff`: write corrected clips, and compare clips."""
+"""`twistcore refine | apply`: write corrected clips."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import Any
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.analysis.correction import SURE_ENOUGH
 from twistcore.cli.arguments.argument_types import STANDARD_INPUT
-from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip, tell_clip
-from twistcore.cli.folder_commands import apply_folder, diff_folders
+from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip
+from twistcore.cli.folder_commands import apply_folder
 from twistcore.cli.interval_words import (
     counted_words,
     jump_sentences,
@@ -30,14 +30,10 @@ from twistcore.cli.output import (
     problem,
     refuse_overwrite,
     remark,
-    say,
     step,
-    terminal_text,
 )
-from twistcore.cli.report_command import diff_reports
 from twistcore.detection import Interval
-from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.compare import compare, difference_to_json
+from twistcore.errors import TwistError
 from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
 from twistcore.export.replay import (
     Replay,
@@ -260,38 +256,3 @@ def _applied_to_json(
         "notes": list(notes),
         "problems": list(problems),
     }
-
-
-def diff_command(arguments: argparse.Namespace) -> int:
-    """Print the differences between two clips, two folders of clips or two reports."""
-    if arguments.a.is_dir() or arguments.b.is_dir():
-        return diff_folders(arguments)
-    if arguments.a.suffix == arguments.b.suffix == ".json":
-        return diff_reports(arguments)
-    names = clip_name(arguments.a), clip_name(arguments.b)
-    if names == ("-", "-"):
-        raise TwistError("- (standard input) can be given only once")
-    a, b = open_clip(arguments.a), open_clip(arguments.b)
-    for name, clip in zip(names, (a, b), strict=True):
-        tell_clip(name, clip)
-    try:
-        difference = compare(a.motion, b.motion)
-    except ClipMismatchError as error:
-        raise ClipMismatchError(f"{', '.join(names)}: {error}") from None
-    if arguments.json:
-        print_json(difference_to_json(difference, *names))
-        return 0
-    width = max([24, *(len(terminal_text(j.joint)) for j in difference.joints)])
-    if difference.joints:
-        say(f"{'joint':<{width}} {'start':>7} – {'stop':<7} rotation differs", head=True)
-    for j in difference.joints:
-        name = f"{terminal_text(j.joint):<{width}}"
-        say(f"{name} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
-    for m in difference.moved:
-        say(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {m.frames} frames")
-    say(
-        f"rotations differ in {count_of(len({j.joint for j in difference.joints}), 'joint')} and "
-        f"{count_of(difference.frames, 'frame')}; joints move by at most "
-        f"{difference.max_position_of_height:.1e} of the height"
-    )
-    return 0

@@ -164,7 +164,7 @@ def _diff(diff: Parser) -> None:
         )
     add_json(diff)
     add_workers(diff)
-    diff.set_defaults(run=deferred("correct_commands", "diff_command"))
+    diff.set_defaults(run=deferred("diff_command", "diff_command"))
 
 
 def _refine(refine: Parser) -> None:

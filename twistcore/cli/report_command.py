@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from twistcore.cli.clip_inputs import tell_clip
-from twistcore.cli.output import count_of, counter, print_json, remark, say, tell_problems
+from twistcore.cli.output import count_of, counter, remark, tell_problems
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.files.ordinary import is_there
@@ -14,7 +14,6 @@ from twistcore.formats.reading import own_name, read_clip
 from twistcore.report.clip_report import check_report, write_clip_report
 from twistcore.report.document import Report
 from twistcore.report.folder_report import write_folder_report
-from twistcore.report.report_difference import report_difference
 from twistcore.review import read_session
 
 
@@ -30,19 +29,6 @@ def report_command(arguments: argparse.Namespace) -> int:
             )
         return _of_folder(arguments)
     return _of_session(arguments)
-
-
-def diff_reports(arguments: argparse.Namespace) -> int:
-    """Print how the intervals of two reports differ."""
-    found = report_difference(arguments.a, arguments.b)
-    if arguments.json:
-        print_json(found)
-        return 0
-    for i in found["changes"]:
-        decisions = " → ".join(filter(None, (i["before"], i["after"])))
-        say(f"{i['change']:<20} {i['chain']} {i['start']} – {i['stop']}: {i['kind']}, {decisions}")
-    say(f"{count_of(len(found['changes']), 'difference')}; {found['same']} intervals are the same")
-    return 0
 
 
 def _of_folder(arguments: argparse.Namespace) -> int:

@@ -65,15 +65,14 @@ def played_finds(report: Report, most: int = MOST_BYTES) -> tuple[list[PlayedFin
             continue
         span = _span(judged.interval, motion)
         find = _find(report, judged, span)
-        new = np.count_nonzero(~taken[slice(*span)])
         after = _BASE64 * _TURN * len(find.joints) * (span[1] - span[0])
-        cost = _TEXTS + per_frame * new + after
-        if cost > left:
+        cost = _TEXTS + per_frame * np.count_nonzero(~taken[slice(*span)]) + after
+        if cost <= left:
+            left -= cost
+            taken[slice(*span)] = True
+            finds.append(find)
+        else:
             out.append(judged)
-            continue
-        left -= cost
-        taken[slice(*span)] = True
-        finds.append(find)
     return finds, out
 
 
@@ -95,9 +94,9 @@ def played_data(
             "last": find.span[1] - 1,
             "frame": find.frame,
             "start": find.judged.interval.start,
-            "offset": _offsets(find),
+            "offset": np.degrees(find.judged.interval.offset).round(1).tolist(),
             "curve": frames_around(find.judged.interval, report.clip.motion),
-            "right": _right(find),
+            "accepted": find.judged.decision == Decision.ACCEPTED,
             "after": _after(find),
         }
         for find, view in zip(finds, player["views"], strict=True)
@@ -117,9 +116,7 @@ def _urgency(judged: Judged) -> tuple[bool, float, int]:
 
 def _moving(motion: Motion) -> list[int]:
     """Return the columns of `motion.positions` that are not the same in every frame."""
-    moves = np.ptp(motion.positions, axis=0).any(axis=-1)
-    found: list[int] = np.flatnonzero(moves).tolist()
-    return found
+    return list(map(int, np.flatnonzero(np.ptp(motion.positions, axis=0).any(axis=-1))))
 
 
 def _span(interval: Interval, motion: Motion) -> Span:
@@ -171,13 +168,6 @@ def _span_data(motion: Motion, span: Span) -> dict[str, Any]:
     }
 
 
-def _right(find: PlayedFind) -> str:
-    """Return the heading of the corrected figure."""
-    if not find.joints:
-        return "No correction"
-    return "After" if find.judged.decision == Decision.ACCEPTED else "If accepted"
-
-
 def _after(find: PlayedFind) -> dict[str, Any] | None:
     if not find.joints:
         return None
@@ -187,10 +177,3 @@ def _after(find: PlayedFind) -> dict[str, Any] | None:
 
 def _turns(rotations: Any) -> dict[str, str]:
     return packed(np.rint(32767.0 * rotations), "i2")
-
-
-def _offsets(find: PlayedFind) -> list[float]:
-    """Return the offset in each frame of a correctable interval, in degrees."""
-    offset = find.judged.interval.offset if find.joints else ()
-    degrees: list[float] = np.degrees(offset).round(1).tolist()
-    return degrees

@@ -113,7 +113,6 @@ COMMANDS: Mapping[str, CommandHelp] = {
         (
             "twistcore diff walk.bvh run.bvh",
             "twistcore diff delivery-1 delivery-2 --json",
-            "twistcore diff monday/walk.report.json tuesday/walk.report.json",
             "twistcore refine walk.bvh -o - | twistcore diff walk.bvh -",
         ),
     ),

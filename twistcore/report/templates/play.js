@@ -10,7 +10,11 @@
   const scenes = all(".scene"), links = all("#list a"), abouts = all(".about");
   const views = scenes.map((scene) => new FigureView.View(scene, data));
   const ROLES = [2, 3]; // of the wrong limb before and after, as in bone_colours.Role
-  let page = null, at = -1, frame = 0, camera = null, followed = null, playing = 0, waiting = false;
+  let page = null, at = -1, frame = 0, camera = null, followed = null, waiting = false;
+
+  const playback = Playback.onButton(one("#play"), ["Play", "Pause"],
+    () => ({ first: page.first, last: page.last, frame, fps: page.span.fps }),
+    () => Number(one("#speed").value), goTo);
 
   document.documentElement.classList.add("live");
   one("#no-3d").hidden = views[0].renderer !== null;
@@ -19,7 +23,7 @@
 
   const offsetNow = () => {
     const k = frame - page.start;
-    return k >= 0 && k < page.offset.length ? page.offset[k] : 0;
+    return (page.after && page.offset[k]) || 0;
   };
   const degrees = (angle) => `${Math.abs(angle).toFixed(0)}°`;
 
@@ -62,7 +66,8 @@
   function tell() {
     const offset = offsetNow(), turned = offset ? `: turned by ${degrees(offset)}` : "";
     one(".before .tag").textContent = `Before${turned}`;
-    one(".after .tag").textContent = page.right;
+    one(".after .tag").textContent = !page.after ? "No correction"
+      : page.accepted ? "After" : "If accepted";
     one("#at").textContent = `Frame ${frame} · ${(frame / page.span.fps).toFixed(2)} s`;
     one("#frame").value = frame;
     one("#frame").setAttribute("aria-valuetext", `Frame ${frame}${turned}`);
@@ -100,7 +105,7 @@
     const first = page === null, next = Math.min(Math.max(k, 0), links.length - 1);
     if (focus) links[next].focus();
     if (next === at) return;
-    stop();
+    playback.stop();
     at = next;
     page = data.pages[at];
     frame = page.frame;
@@ -132,29 +137,8 @@
   }
 
   function step(count) {
-    stop();
+    playback.stop();
     goTo(frame + count);
-  }
-
-  function stop() {
-    cancelAnimationFrame(playing);
-    playing = 0;
-    one("#play").textContent = "Play";
-  }
-
-  function play() { // loops over the frames around the find
-    if (playing) return stop();
-    one("#play").textContent = "Pause";
-    const count = page.last - page.first + 1;
-    let exact = frame - page.first, was = performance.now();
-    const next = (now) => {
-      exact += (Math.max(now - was, 0) / 1000) * page.span.fps * one("#speed").value;
-      was = now;
-      goTo(page.first + (Math.floor(exact) % count));
-      playing = requestAnimationFrame(next);
-    };
-    playing = requestAnimationFrame(next);
-    return undefined;
   }
 
   const home = () => {
@@ -168,7 +152,7 @@
     End: () => choose(links.length - 1, true),
     ArrowLeft: () => step(-1),
     ArrowRight: () => step(1),
-    " ": play,
+    " ": playback.toggle,
   };
   one("#list").addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || !KEYS[event.key]) return;
@@ -184,7 +168,6 @@
   });
   one("#back").addEventListener("click", () => step(-1));
   one("#on").addEventListener("click", () => step(1));
-  one("#play").addEventListener("click", play);
   one("#home").addEventListener("click", home);
   one("#frame").addEventListener("input", (event) => step(event.target.value - frame));
   scenes.forEach((scene) => Hand.orbits(scene, () => camera, redraw, home));

@@ -1,0 +1,59 @@
+"""`twistcore diff`: compare two clips, two folders of clips or two reports."""
+
+from __future__ import annotations
+
+import argparse
+
+from twistcore.cli.clip_inputs import clip_name, open_clip, tell_clip
+from twistcore.cli.folder_commands import diff_folders
+from twistcore.cli.output import count_of, print_json, say, terminal_text
+from twistcore.errors import ClipMismatchError, TwistError
+from twistcore.export.compare import compare, difference_to_json
+from twistcore.report.report_difference import report_difference
+
+
+def diff_command(arguments: argparse.Namespace) -> int:
+    """Print the differences between two clips, two folders of clips or two reports."""
+    if arguments.a.is_dir() or arguments.b.is_dir():
+        return diff_folders(arguments)
+    if arguments.a.suffix == arguments.b.suffix == ".json":
+        return _diff_reports(arguments)
+    names = clip_name(arguments.a), clip_name(arguments.b)
+    if names == ("-", "-"):
+        raise TwistError("- (standard input) can be given only once")
+    a, b = open_clip(arguments.a), open_clip(arguments.b)
+    for name, clip in zip(names, (a, b), strict=True):
+        tell_clip(name, clip)
+    try:
+        difference = compare(a.motion, b.motion)
+    except ClipMismatchError as error:
+        raise ClipMismatchError(f"{', '.join(names)}: {error}") from None
+    if arguments.json:
+        print_json(difference_to_json(difference, *names))
+        return 0
+    width = max([24, *(len(terminal_text(j.joint)) for j in difference.joints)])
+    if difference.joints:
+        say(f"{'joint':<{width}} {'start':>7} – {'stop':<7} rotation differs", head=True)
+    for j in difference.joints:
+        name = f"{terminal_text(j.joint):<{width}}"
+        say(f"{name} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
+    for m in difference.moved:
+        say(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {m.frames} frames")
+    say(
+        f"rotations differ in {count_of(len({j.joint for j in difference.joints}), 'joint')} and "
+        f"{count_of(difference.frames, 'frame')}; joints move by at most "
+        f"{difference.max_position_of_height:.1e} of the height"
+    )
+    return 0
+
+
+def _diff_reports(arguments: argparse.Namespace) -> int:
+    found = report_difference(arguments.a, arguments.b)
+    if arguments.json:
+        print_json(found)
+        return 0
+    for i in found["changes"]:
+        decisions = " → ".join(filter(None, (i["before"], i["after"])))
+        say(f"{i['change']:<20} {i['chain']} {i['start']} – {i['stop']}: {i['kind']}, {decisions}")
+    say(f"{count_of(len(found['changes']), 'difference')}; {found['same']} intervals are the same")
+    return 0
