@@ -33,7 +33,7 @@ var ClipData = (function () {
       }
       if (after) {
         after.joints.forEach((j, k) => {
-          out[j] = unit(part(after.values, at * after.joints.length + k, 4));
+          out[j] = unit(part(after.values, (frame - after.first) * after.joints.length + k, 4));
         });
       }
       return out;

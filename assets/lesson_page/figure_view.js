@@ -169,7 +169,8 @@ var FigureView = (function () {
     }
 
     // look: { solid, ghost } poses; strong: bone → the page is about it; differs: bone →
-    // coloured as "after"; left: bone → leaves a ghost. drawSigns(context, project): draws symbols on top of the figure.
+    // coloured by role, as "after" by default; left: bone → leaves a ghost. drawSigns(context, project):
+    // draws symbols on top of the figure.
     draw(camera, look, drawSigns) {
       const [width, height] = this.size;
       const context = this.signs.getContext("2d"), ratio = this.signs.width / Math.max(width, 1);
@@ -181,12 +182,12 @@ var FigureView = (function () {
       drawSigns(context, project);
     }
 
-    _render(camera, { solid, ghost, strong, differs, left }) {
+    _render(camera, { solid, ghost, strong, differs, left, role = AFTER }) {
       const palette = this.colours.palette;
       this.solids.forEach((body) => {
         body.place(solid, null);
         body.paint((bone, part) => {
-          if (bone >= 0 && differs[bone]) return palette[AFTER][part];
+          if (bone >= 0 && differs[bone]) return palette[role][part];
           return bone >= 0 && strong[bone]
             ? palette[CHOSEN][part] : mixed(palette[PLAIN][part], this.surface, FAINT);
         });
@@ -226,8 +227,8 @@ var FigureView = (function () {
       });
     }
 
-    _drawLines(context, project, { solid, ghost, strong, differs, left }) {
-      const roles = this.colours.roles;
+    _drawLines(context, project, { solid, ghost, strong, differs, left, role = AFTER }) {
+      const roles = this.colours.roles, changed = role === AFTER ? roles.after : roles.before;
       const tip = (pose, bone) => plus(
         pose.positions[bone.parent], rotate(pose.rotations[bone.parent], bone.tip));
       const stroke = (pose, bone, colour, width) => {
@@ -242,7 +243,7 @@ var FigureView = (function () {
       };
       this.figure.bones.forEach((bone, k) => {
         if (left[k]) stroke(ghost, bone, roles.before, 3);
-        const colour = differs[k] ? roles.after : strong[k] ? roles.accent : roles.bone;
+        const colour = differs[k] ? changed : strong[k] ? roles.accent : roles.bone;
         stroke(solid, bone, colour, strong[k] ? 6 : 3);
       });
     }

@@ -21,8 +21,11 @@
 
   const view = new FigureView.View(one("#scene"), lesson);
   const plot = new Curves.Plot(one("#curves canvas"), goTo);
-  const state = { at: -1, frame: 0, whatIf: null, stage: null, lit: "", look: "both", playing: 0, met: new Set() };
+  const state = { at: -1, frame: 0, whatIf: null, stage: null, lit: "", look: "both", met: new Set() };
   let page = null, camera = null, shown = null, waiting = false;
+  const playback = Playback.onButton(one("#play"), [tr("Play"), tr_as("button", "Stop")],
+    () => ({ first: page.first, last: page.last, frame: state.frame, fps: page.span.fps }),
+    () => 0.25, goTo);
 
   document.documentElement.classList.add("live");
   one("#no-3d").hidden = view.renderer !== null;
@@ -225,7 +228,7 @@
   // -- input -------------------------------------------------------------------------------
 
   function turnTo(at) {
-    stop();
+    playback.stop();
     state.at = at;
     page = lesson.pages[at];
     Object.assign(state, {
@@ -292,25 +295,6 @@
     redraw();
   }
 
-  function stop() {
-    cancelAnimationFrame(state.playing);
-    state.playing = 0;
-    one("#play").textContent = tr("Play");
-  }
-
-  function play() { // loops over the frames of the page at a quarter of their speed
-    if (state.playing) return stop();
-    one("#play").textContent = tr_as("button", "Stop");
-    const from = state.frame, began = performance.now(), count = page.last - page.first + 1;
-    const step = (now) => {
-      const passed = Math.floor(((now - began) / 4000) * page.span.fps);
-      goTo(page.first + ((from - page.first + Math.max(passed, 0)) % count));
-      state.playing = requestAnimationFrame(step);
-    };
-    state.playing = requestAnimationFrame(step);
-    return undefined;
-  }
-
   function lookAt(look) {
     state.look = look;
     legend();
@@ -331,13 +315,12 @@
     redraw();
   });
   one("#frame").addEventListener("input", (event) => {
-    stop();
+    playback.stop();
     goTo(+event.target.value);
   });
   one("#along").addEventListener("click", () => alter({ counter: false }));
   one("#counter").addEventListener("click", () => alter({ counter: true }));
   one("#reset").addEventListener("click", reset);
-  one("#play").addEventListener("click", play);
   one("#back").addEventListener("click", () => turnTo(state.at - 1));
   one("#next").addEventListener("click", () => turnTo(state.at + 1));
   one("#home").addEventListener("click", () => {
@@ -352,7 +335,7 @@
     Escape: () => state.lit && light(state.lit),
     ArrowLeft: () => goTo(state.frame - 1),
     ArrowRight: () => goTo(state.frame + 1),
-    " ": () => play(),
+    " ": () => playback.toggle(),
     b: () => page.after && lookAt(LOOKS[(LOOKS.indexOf(state.look) + 1) % LOOKS.length]),
   };
   document.addEventListener("keydown", (event) => {

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,18 +13,17 @@ from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.lessons.page_in_clip import chain_of
 from inspector.session.opening import Analysed
 from inspector.teaching.taught_frame import joint_labels
-from inspector.viewport.bodies import BoneSegment, build_soup, find_bones
-from inspector.viewport.ground import ground_lines, lowest
-from inspector.viewport.limb_circle import limb_bones
-from inspector.viewport.striped_skin import STATIONS, build_skin
+from inspector.viewport.bodies import BoneSegment, find_bones
+from inspector.viewport.ground import lowest
+from inspector.viewport.web_figure import emphasised, figure_data, skin_data
 from twistcore.analysis.correction import carried_by_limb, offsets_by_chain, remove_twist
 from twistcore.detection.paper import running_offset
+from twistcore.files.packed_numbers import packed
 from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.skeleton.figure import figure_size, guess_up, heading
 from twistcore.skeleton.limb import Limb
 
 _MORE = 10  # frames beyond the number that a task asks for
-_KINDS = {"f4": "<f4", "u2": "<u2", "i2": "<i2", "u1": "u1", "u4": "<u4"}
 
 
 @dataclass(frozen=True)
@@ -34,15 +32,6 @@ class Window:
 
     first: int
     last: int
-
-
-def packed(values: Any, kind: str) -> dict[str, str]:
-    """Encode an array as little-endian numbers in base64.
-
-    `kind` is the type of the numbers, a key of _KINDS.
-    """
-    data = np.ascontiguousarray(values, dtype=_KINDS[kind]).tobytes()
-    return {"kind": kind, "data": base64.b64encode(data).decode("ascii")}
 
 
 class PageData:
@@ -117,45 +106,11 @@ class PageData:
         up = guess_up(data.positions, find_chains(data.motion), skeleton)
         height = figure_size(data.positions, skeleton)
         bones = self._bones[clip] = find_bones(data.motion, up, height)
-        soup, ground = build_soup(bones), lowest(data.positions, up, height)
-        points, lines, strength = ground_lines(ground)
-        whole = "u2" if len(soup.vertices) < 1 << 16 else "u4"
-        return {
-            "parents": skeleton.parents.tolist(),
-            "vertices": packed(soup.vertices, "f4"),
-            "joint": packed(soup.joint, "u2"),
-            "bone": packed(soup.bone, "i2"),
-            "part": packed(soup.part, "u1"),
-            "faces": packed(soup.faces, whole),
-            "edges": packed(soup.edges, whole),
-            "bones": [{"parent": b.parent, "tip": b.tip.tolist()} for b in bones],
-            "ground": packed(points[lines.ravel()], "f4"),
-            "strength": packed(strength[lines.ravel()], "f4"),
-            "skin": self._skin(clip, height),
-            "room": {
-                "up": up.tolist(),
-                "height": height,
-                "level": ground.level,
-                "radius": ground.radius,
-            },
-        }
-
-    def _skin(self, clip: Path, height: float) -> dict[str, Any] | None:
-        """Return the striped skin of the limbs of a clip if a page shows it."""
-        if not any(page.place.skin and page.place.clip == clip for page in self._lesson.pages):
-            return None
-        skin = build_skin(self._bones[clip], self._clips[clip].chains, height)
-        names = (
-            *("parent", "child", "below", "above", "axis", "across", "radius", "circle"),
-            *("fin", "fin_normals"),
-        )
-        return {name: getattr(skin, name).tolist() for name in names} | {
-            "stations": STATIONS.tolist(),
-            "bone": packed(skin.bone, "i2"),
-            "part": packed(skin.part, "u1"),
-            "faces": packed(skin.faces[:, [0, 1, 2, 0, 2, 3]], "u4"),
-            "edges": packed(skin.edges, "u4"),
-        }
+        ground = lowest(data.positions, up, height)
+        figure = figure_data(skeleton, bones, up, height, ground)
+        if any(page.place.skin and page.place.clip == clip for page in self._lesson.pages):
+            figure["skin"] = skin_data(bones, data.chains, height)
+        return figure
 
     def _span(self, clip: Path, window: Window) -> dict[str, Any]:
         """Return the local rotations of the joints and the recorded positions in a window."""
@@ -215,7 +170,7 @@ class PageData:
             "label": chain.label if chain else "",
             "taught": taught,
             "joints": joint_labels(data.motion.skeleton, chain) if chain and curves else {},
-            "strong": _strong(self._bones[place.clip], chain, data),
+            "strong": emphasised(self._bones[place.clip], chain, data.motion.skeleton),
             "ahead": ahead.tolist(),
             "frame": place.frame,
             "first": window.first,
@@ -249,7 +204,8 @@ class PageData:
         joints = np.flatnonzero((after != motion.rotations).any(axis=(0, 2)))
         if not len(joints):
             return None
-        return {"joints": joints.tolist(), "rotations": packed(after[:, joints], "f4")}
+        rotations = packed(after[:, joints], "f4")
+        return {"joints": joints.tolist(), "first": start, "rotations": rotations}
 
 
 def _ends(chain: Chain | None) -> dict[str, int] | None:
@@ -258,16 +214,3 @@ def _ends(chain: Chain | None) -> dict[str, int] | None:
         return None
     end = chain.end if isinstance(chain, Limb) else -1
     return {"parent": chain.parent, "child": chain.child, "end": end}
-
-
-def _strong(bones: Sequence[BoneSegment], chain: Chain | None, data: Analysed) -> list[int]:
-    """Return the indices of the bones of a chain or limb, which are emphasised."""
-    if chain is None:
-        return []
-    pairs: Iterable[tuple[int, int]] = {
-        (chain.parent, chain.child),
-        (chain.child, chain.grandchild),
-    }
-    if isinstance(chain, Limb):
-        pairs = set(limb_bones(chain, data.motion.skeleton))
-    return [k for k, bone in enumerate(bones) if (bone.parent, bone.child) in pairs]

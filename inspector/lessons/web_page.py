@@ -1,7 +1,6 @@
 """Write a lesson as a web page that needs no network, with equations, sliders and a 3D figure.
 
-Its template, styles and scripts are in assets/lesson_page. The 3D library three.js comes from the
-package trimesh, which contains it for its own viewer.
+Its template, styles and scripts are in assets/lesson_page.
 """
 
 from __future__ import annotations
@@ -9,15 +8,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile, ZipFile
 
 import jinja2
 from markupsafe import Markup
 
-from inspector.bundled import ASSETS
 from inspector.language import chosen_language, texts_of_script, tr, tr_as
 from inspector.lessons.lesson_file import LessonFile
 from inspector.lessons.page_data import PageData
@@ -26,7 +22,8 @@ from inspector.session.opening import Analysed, analyse_clip
 from inspector.teaching.equation_table import SECTIONS
 from inspector.teaching.gizmo_drawing import lit_parts
 from inspector.teaching.symbols import MARKS, SYMBOLS, colour
-from inspector.viewport.bone_colours import GHOST_ALPHA, palette
+from inspector.viewport.bone_colours import GHOST_ALPHA
+from inspector.viewport.web_figure import PAGE_PARTS, page_part, theme_data, three_js
 from inspector.widgets.theme import DARK, LIGHT, Theme
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
@@ -36,13 +33,11 @@ from twistcore.formats.bvh import read_bvh
 LARGEST = 5_000_000  # maximum bytes of a page
 _SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds around a page's frame; the first that fits
 _ELSEWHERE = ("accepted", "tau", "listed")  # conditions that only the program can check
-_FOLDER = ASSETS / "lesson_page"
 _SCRIPTS = (
     *("language.js", "swing_twist.js", "labels.js", "words.js", "clip_data.js"),
     *("orbit_camera.js", "gizmo.js", "striped_skin.js", "figure_view.js", "curves.js"),
-    *("hand.js", "lesson.js"),
+    *("hand.js", "playback.js", "lesson.js"),
 )
-_LIBRARY_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
 
 def export_page(lesson: LessonFile, path: Path) -> None:
@@ -66,33 +61,6 @@ def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
     raise TwistError(f"{lesson.path.name}: {why}")
 
 
-def three_js() -> str:
-    """Return three.js from the package trimesh, with its licence.
-
-    Raises TwistError if it is missing.
-    """
-    package = find_spec("trimesh")
-    if package is None or package.origin is None:
-        raise _without_library(tr("it is not installed"))
-    try:
-        with ZipFile(Path(package.origin).parent / "resources/templates/viewer.zip") as viewer:
-            text = viewer.read("viewer.html.template").decode("utf-8")
-        start, stop = text.index("/**\n * @license"), text.index(_LIBRARY_ENDS)
-    except (OSError, KeyError, ValueError, BadZipFile):
-        why = tr("the installed version does not contain it")
-        raise _without_library(why) from None
-    return text[start : stop + len(_LIBRARY_ENDS)]
-
-
-def _without_library(why: str) -> TwistError:
-    text = tr(
-        "The web page of a lesson needs three.js from the Python package trimesh, but {why}. "
-        "Install the version of trimesh that this program requires.",
-        why=why,
-    )
-    return TwistError(text)
-
-
 def _opened(clip: Path) -> Analysed:
     return analyse_clip(read_bvh(clip))
 
@@ -111,7 +79,7 @@ def _assembled(lesson: LessonFile, opened: Callable[[Path], Analysed], seconds: 
     done_elsewhere = [any(c.name in _ELSEWHERE for c in page.done) for page in lesson.pages]
     data = PageData(lesson, opened, seconds).gathered() | _looks(formulas)
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_FOLDER),
+        loader=jinja2.FileSystemLoader(PAGE_PARTS),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -125,15 +93,11 @@ def _assembled(lesson: LessonFile, opened: Callable[[Path], Analysed], seconds: 
         sections=SECTIONS,
         symbols=SYMBOLS,
         formula=formulas.svg,
-        style=Markup(_colours() + _read("page.css")),
+        style=Markup(_colours() + page_part("page.css")),
         library=Markup(three_js()),
-        scripts=[Markup(_read(name)) for name in _SCRIPTS],
+        scripts=[Markup(page_part(name)) for name in _SCRIPTS],
         data=Markup(_json(data)),
     )
-
-
-def _read(name: str) -> str:
-    return (_FOLDER / name).read_text(encoding="utf-8")
 
 
 def _json(data: Any) -> str:
@@ -158,30 +122,23 @@ def _looks(formulas: Formulas) -> dict[str, Any]:
 
 def _words() -> dict[str, str]:
     """Return the texts of the scripts with their translations, without untranslated ones."""
-    texts = {found for name in _SCRIPTS for found in texts_of_script(_read(name))}
+    texts = {found for name in _SCRIPTS for found in texts_of_script(page_part(name))}
     translated = {text: tr_as(meaning, text) for meaning, text in sorted(texts)}
     return {text: own for text, own in translated.items() if own != text}
 
 
 def _theme(theme: Theme) -> dict[str, Any]:
     families = {mark.family for mark in MARKS.values()}
-    return {
-        "dark": theme.dark,
-        "roles": _roles(theme),
-        "families": {family: colour(family, theme) for family in sorted(families)},
-        "palette": palette(theme).clip(0.0, 255.0).round().astype(int).tolist(),
-    }
-
-
-def _roles(theme: Theme) -> dict[str, str]:
-    return {name: value for name, value in vars(theme).items() if isinstance(value, str)}
+    own = {family: colour(family, theme) for family in sorted(families)}
+    return theme_data(theme) | {"families": own}
 
 
 def _colours() -> str:
     """Return the colours of both themes as CSS properties."""
 
     def properties(theme: Theme) -> str:
-        own = _roles(theme) | {f"family-{f}": c for f, c in _theme(theme)["families"].items()}
+        data = _theme(theme)
+        own = data["roles"] | {f"family-{f}": c for f, c in data["families"].items()}
         return "".join(f"--{name.replace('_', '-')}:{value};" for name, value in own.items())
 
     dark = f"@media (prefers-color-scheme: dark){{:root{{color-scheme:dark;{properties(DARK)}}}}}"

@@ -71,7 +71,10 @@ def test_a_report_of_a_clip(started, tmp_path):
         review.do(Annotate(j.id, text, text))
         review.do(Decide((j.id,), Decision.ACCEPTED, reviewer=text, decided_at=text))
     report = Report(clip, found.chains_and_limbs, review.state, clip.motion, name="r", by=HTML[0])
-    check(started, write_clip_report(tmp_path, report)[0], "<s>")
+    page = write_clip_report(tmp_path, report, pictures=True, play=True)[0]
+    check(started, page, "<s>")
+    count = len(review.state.intervals)
+    assert started.tell("document.querySelectorAll('#list a').length") == count
 
 
 def test_a_report_of_a_folder(started, tmp_path):

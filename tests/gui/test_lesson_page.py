@@ -8,9 +8,10 @@ from zipfile import ZipFile
 import pytest
 
 from inspector.bundled import SAMPLE
-from inspector.lessons import web_page
 from inspector.lessons.lesson_file import read_lesson
-from inspector.lessons.web_page import LARGEST, export_page, page_text, three_js
+from inspector.lessons.web_page import LARGEST, export_page, page_text
+from inspector.viewport import web_figure
+from inspector.viewport.web_figure import three_js
 from twistcore.errors import TwistError
 
 LESSON = """---
@@ -196,13 +197,13 @@ def test_places_that_are_not_there_are_told(tmp_path):
 
 def test_without_the_library_a_sentence_says_what_to_install(tmp_path, monkeypatch):
     assert three_js().startswith("/**\n * @license")
-    monkeypatch.setattr(web_page, "find_spec", lambda _name: None)
+    monkeypatch.setattr(web_figure, "find_spec", lambda _name: None)
     with pytest.raises(TwistError, match="trimesh"):
         three_js()
     folder = tmp_path / "resources/templates"
     folder.mkdir(parents=True)
     other = type("Spec", (), {"origin": str(tmp_path / "__init__.py")})
-    monkeypatch.setattr(web_page, "find_spec", lambda _name: other)
+    monkeypatch.setattr(web_figure, "find_spec", lambda _name: other)
     with pytest.raises(TwistError, match=r"three\.js|trimesh"):
         three_js()
     with ZipFile(folder / "viewer.zip", "w") as viewer:

@@ -28,7 +28,6 @@ from twistcore.export.joint_map import names_of_naming, read_joint_map
 from twistcore.files.atomic import is_stream, write_atomically
 from twistcore.formats.bvh import BvhClip, parse_bvh, read_bvh, rewriting
 from twistcore.formats.bvh.compose import bvh_text
-from twistcore.formats.bvh.rewriting import Rewriting, RewrittenJoint
 from twistcore.formats.clip import Clip
 from twistcore.formats.suffixes import clip_suffix
 from twistcore.skeleton.chain import find_chains
@@ -37,7 +36,7 @@ from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array
 
 # What a step does to the file, and to the motion with which the written file is compared.
-Step: TypeAlias = tuple[str, Callable[[BvhClip], Rewriting], Callable[[Motion], Motion]]
+Step: TypeAlias = tuple[str, Callable[[BvhClip], rewriting.Rewriting], Callable[[Motion], Motion]]
 
 OPTIONS = ("up", "scale", "channels", "order", "unroll", "fps", "rename")  # in the order of work
 LIMITS = 1e-4, 1e-4  # degrees and share of the height by which a written pose may differ
@@ -59,7 +58,7 @@ def clean_command(arguments: argparse.Namespace) -> int:
     clip = first = _as_bvh(source)
     said = [] if clip is source else ["written as a new BVH with six decimals"]
     expected = source.motion
-    changes: list[tuple[str, RewrittenJoint]] = []
+    changes: list[tuple[str, rewriting.RewrittenJoint]] = []
     for option, step, moved in _steps(arguments, clip, said):
         done = step(clip)
         clip, expected = done.clip, moved(expected)
@@ -174,7 +173,7 @@ def _new_names(chosen: str, clip: BvhClip, said: list[str]) -> Mapping[str, str]
 def _print(
     output: Path,
     clips: tuple[BvhClip, BvhClip],
-    changes: Sequence[tuple[str, RewrittenJoint]],
+    changes: Sequence[tuple[str, rewriting.RewrittenJoint]],
     renamed: Mapping[str, str],
     found: Deviation,
 ) -> None:

@@ -1,48 +1,29 @@
-"""`twistcore diff`: compare two clips, two folders of clips, or two reviews of a clip."""
+"""`twistcore diff`: compare two clips, two folders of clips, two sessions or two reports."""
 
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
-from typing import Any
 
 from twistcore.cli.clip_inputs import clip_name, open_clip, tell_clip
-from twistcore.cli.decided_sessions import refuse_decided
+from twistcore.cli.diff_sessions import diff_sessions
 from twistcore.cli.folder_commands import diff_folders
-from twistcore.cli.output import (
-    count_of,
-    note,
-    print_json,
-    refuse_overwrite,
-    remark,
-    say,
-    terminal_text,
-)
+from twistcore.cli.output import count_of, print_json, say, terminal_text
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
-from twistcore.export.replay import check_bytes
-from twistcore.files.marks import found_file
-from twistcore.formats.reading import read_clip
-from twistcore.review import Judged, Session, read_session, write_session
-from twistcore.review.agreement import (
-    Agreement,
-    agreement_to_json,
-    check_same_clip,
-    decided_by_person,
-    merged_review,
-    paired,
-    reviewers_of,
-)
+from twistcore.report.report_difference import is_report, report_difference
 
 
 def diff_command(arguments: argparse.Namespace) -> int:
-    """Print the differences between two clips, two folders of clips, or two sessions."""
-    sessions = [path for path in (arguments.a, arguments.b) if ".json" in path.suffixes]
-    if len(sessions) == 1 or (arguments.merge and not sessions):
-        only = f"expected two sessions, but only {sessions[0]} is one" if sessions else ""
-        raise TwistError(only or "--merge needs two sessions")
-    if sessions:
-        return _diff_sessions(arguments)
+    """Print the differences between two clips, folders of clips, sessions or reports."""
+    documents = [path for path in (arguments.a, arguments.b) if ".json" in path.suffixes]
+    if any(map(is_report, documents)):
+        return _diff_reports(arguments)
+    if len(documents) == 1:
+        raise TwistError(f"expected two sessions, but only {documents[0]} is one")
+    if arguments.merge and not documents:
+        raise TwistError("--merge needs two sessions")
+    if documents:
+        return diff_sessions(arguments)
     if arguments.a.is_dir() or arguments.b.is_dir():
         return diff_folders(arguments)
     return _diff_clips(arguments)
@@ -78,81 +59,13 @@ def _diff_clips(arguments: argparse.Namespace) -> int:
     return 0
 
 
-# -- two reviews -----------------------------------------------------------------------------------
-
-
-def _diff_sessions(arguments: argparse.Namespace) -> int:
-    """Print how far two reviewers agree and where they differ, and merge their sessions."""
-    a, b = read_session(arguments.a), read_session(arguments.b)
-    try:
-        check_same_clip(a.sha256, b.sha256)
-        found = Agreement(paired(a.state.intervals, b.state.intervals))
-        if arguments.merge:
-            refuse_overwrite([arguments.merge], [arguments.a, arguments.b])
-            refuse_decided(arguments.merge)
-            _merge(arguments.a, a, b, found, arguments.merge)
-    except ClipMismatchError as error:
-        raise ClipMismatchError(f"{arguments.a}, {arguments.b}: {error}") from None
+def _diff_reports(arguments: argparse.Namespace) -> int:
+    found = report_difference(arguments.a, arguments.b)
     if arguments.json:
-        print_json(_sessions_to_json(arguments, a, b, found))
-    else:
-        _tell_sessions(arguments, (a, b), found)
-    if arguments.merge:
-        agreed = sum(p.decided_by_both and p.difference is None for p in found.pairs)
-        left = f"{count_of(len(found.differences), 'interval')} left undecided, see their notes"
-        remark(f"{arguments.merge}: agreed decisions: {agreed}; {left}")
+        print_json(found)
+        return 0
+    for i in found["changes"]:
+        decisions = " → ".join(filter(None, (i["before"], i["after"])))
+        say(f"{i['change']:<20} {i['chain']} {i['start']} – {i['stop']}: {i['kind']}, {decisions}")
+    say(f"{count_of(len(found['changes']), 'difference')}; {found['same']} intervals are the same")
     return 0
-
-
-def _merge(path: Path, a: Session, b: Session, found: Agreement, output: Path) -> None:
-    """Write a session with the agreed decisions. `path` is the file of session `a`."""
-    places = Path(a.clip), path.parent / Path(a.clip).name
-    if (clip_path := found_file(places, a.sha256)) is None:
-        raise TwistError(f"{path}: the clip of this session was not found; put it next to it")
-    clip = read_clip(clip_path, fps=a.fps)
-    check_bytes(a, clip)
-    write_session(clip, merged_review(found, a.state), output)
-    if a.state.tracking != b.state.tracking:
-        note(f"{output}: note: the sessions differ in tracking; the tracking of {path} was kept")
-
-
-def _tell_sessions(
-    arguments: argparse.Namespace, sessions: tuple[Session, Session], found: Agreement
-) -> None:
-    for name, path, session in zip("AB", (arguments.a, arguments.b), sessions, strict=True):
-        intervals = session.state.intervals
-        decided, who = sum(map(decided_by_person, intervals)), reviewers_of(intervals)
-        by = f" by {', '.join(who)}" if who else ""
-        say(f"{name} {path}: {decided} of {len(intervals)} intervals decided{by}")
-    if found.differences:
-        width = max(16, *(len(pair.either.interval.chain) for pair in found.differences))
-        say(f"{'chain':<{width}} {'A':<32} {'B':<32} difference", head=True)
-    for pair in found.differences:
-        chain = terminal_text(pair.either.interval.chain)
-        sides = f"{_side(pair.mine):<32} {_side(pair.theirs):<32}"
-        say(f"{chain:<{width}} {sides} {pair.difference}")
-    say(found.summary)
-
-
-def _side(judged: Judged | None) -> str:
-    if judged is None:
-        return "–"
-    interval = judged.interval
-    return f"{judged.verdict} {interval.start} – {interval.stop} {interval.angle_text(1)}"
-
-
-def _sessions_to_json(
-    arguments: argparse.Namespace, a: Session, b: Session, found: Agreement
-) -> dict[str, Any]:
-    return {
-        "schema": "twistcore.agreement/1",
-        "a": str(arguments.a),
-        "b": str(arguments.b),
-        "sha256": a.sha256,
-        "reviewers": {
-            "a": list(reviewers_of(a.state.intervals)),
-            "b": list(reviewers_of(b.state.intervals)),
-        },
-        **agreement_to_json(found),
-        "merged": str(arguments.merge) if arguments.merge else None,
-    }

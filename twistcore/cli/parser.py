@@ -160,7 +160,8 @@ def _diff(diff: Parser) -> None:
             name,
             type=readable,
             metavar=name.upper(),
-            help=f"the {which} clip, folder or session; '-' reads a BVH from standard input",
+            help=f"the {which} clip, folder, session or NAME.report.json; '-' reads a BVH from "
+            "standard input",
         )
     diff.add_argument(
         "--merge",
@@ -249,7 +250,17 @@ def _report(report: Parser) -> None:
         metavar="N",
         help="write pages of the N worst clips only (default: of all clips)",
     )
-    report.add_argument("--no-pictures", action="store_true", help="leave out the 3D pictures")
+    report.add_argument(
+        "--play",
+        action="store_true",
+        help="also play the intervals in the pages of a folder, with up to 3 MB each "
+        "(a page of a session always plays them)",
+    )
+    report.add_argument(
+        "--no-pictures",
+        action="store_true",
+        help="leave out the 3D pictures and the figure that plays",
+    )
     report.set_defaults(run=deferred("report_command", "report_command"))
 
 

@@ -37,6 +37,7 @@ def _of_folder(arguments: argparse.Namespace) -> int:
         arguments.output,
         workers=arguments.workers,
         pictures=not arguments.no_pictures,
+        play=arguments.play,
         most_pages=arguments.pages,
         counter=counter,
     )
@@ -53,6 +54,7 @@ def _of_session(arguments: argparse.Namespace) -> int:
     check_report(arguments.output, name, clip)
     refined = accepted_motion(clip, chains, session.state)
     made = Report(clip, chains, session.state, refined, name)
-    page, *_ = write_clip_report(arguments.output, made, pictures=not arguments.no_pictures)
+    drawn = not arguments.no_pictures
+    page, *_ = write_clip_report(arguments.output, made, pictures=drawn, play=drawn)
     remark(f"{page}: {len(session.state.intervals)} intervals")
     return 0

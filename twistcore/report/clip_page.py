@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from typing import Any
@@ -10,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction import Corrected, refine
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
+from twistcore.analysis.correction import Corrected
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.detection_json import intervals_to_json
@@ -20,17 +19,14 @@ from twistcore.report.changes import (
     joint_changes,
     remaining_detection,
 )
-from twistcore.report.curve_drawing import ClipCurves, weight
+from twistcore.report.curve_drawing import ClipCurves
 from twistcore.report.document import Report, reported_moves
 from twistcore.report.page_templates import rendered
-from twistcore.report.picture_job import SIZE, Drawn, Figure, draw_figures, figure_of
-from twistcore.review.model import Decision, Judged
-from twistcore.skeleton.limb import Limb
+from twistcore.report.picture_job import SIZE, Drawn
+from twistcore.report.worst_finds import shown_finds, shown_player, worst_finds
 from twistcore.skeleton.notes import NOT_EXAMINED, UNEXAMINED
 from twistcore.skeleton.rotation import largest_and_rms
 from twistcore.work.frozen import dataclass
-
-WORST = 3  # intervals shown in pictures
 
 
 @dataclass(frozen=True)
@@ -66,7 +62,8 @@ def clip_page(
         report=document,
         home=home,
         size=SIZE,
-        finds=_finds(report, analysis, drawing, drawn),
+        finds=shown_finds(report, analysis, drawing, worst_finds(report), drawn),
+        play=shown_player(report, analysis, drawing, drawn),
         no_pictures=drawn.problem if drawn is not None else "",
         curves=curves,
         curves_left_out=left_out,
@@ -82,88 +79,6 @@ def clip_page(
         **reported_moves(document, report),
         **_changes(report),
     )
-
-
-def figure_of_worst(report: Report) -> Figure | None:
-    """Return the figure to draw for the pictures of a page, or None if there is no interval."""
-    worst = _worst(report)
-    if not worst:
-        return None
-    motion = report.clip.motion
-    chosen = [j.interval for j in worst]
-    after = refine(motion, report.chains, _applied_and(report, *chosen))
-    wanted = [(i.chain, _pictured_frame(i)) for i in chosen]
-    return figure_of(motion, after, report.chains, wanted)
-
-
-def pictures_of(report: Report) -> Drawn:
-    """Draw the pictures for the page of a clip."""
-    figure = figure_of_worst(report)
-    return draw_figures([figure])[0] if figure else Drawn()
-
-
-# -- the worst intervals ---------------------------------------------------------------------------
-
-
-def _worst(report: Report) -> list[Judged]:
-    """Return up to WORST intervals that are not rejected, sorted by degrees × frames."""
-    names = {chain.name for chain in report.chains}
-    may = [
-        j
-        for j in report.state.intervals
-        if j.counts and j.decision != Decision.REJECTED and j.interval.chain in names
-    ]
-    return sorted(may, key=lambda j: (-weight(j), j.interval.start))[:WORST]
-
-
-def _applied_and(report: Report, *also: Interval) -> list[Interval]:
-    """Return the applied intervals together with those in `also`."""
-    return [*(i for i in report.applied if all(i is not own for own in also)), *also]
-
-
-def _pictured_frame(interval: Interval) -> int:
-    """Return the middle of the frames with at least 90 % of the largest offset."""
-    size = np.abs(interval.offset)
-    there = np.flatnonzero(size >= 0.9 * size.max())
-    return interval.start + int(there[len(there) // 2])
-
-
-def _finds(
-    report: Report, analysis: ClipAnalysis, drawing: ClipCurves, drawn: Drawn | None
-) -> list[dict[str, Any]]:
-    worst = _worst(report)
-    chains = {chain.name: chain for chain in report.chains}
-    out = []
-    for k, judged in enumerate(worst):
-        interval, chain = judged.interval, chains[judged.interval.chain]
-        alone = Corrected(analysis)
-        alone.take(_applied_and(report, interval))
-        stuck = report.stuck.get(judged.id, ())
-        find: dict[str, Any] = {
-            "label": chain.label,
-            "limb": isinstance(chain, Limb),
-            "alone": "" if interval.repairable else interval.joint,
-            "kind": interval.kind.value,
-            "interval": interval,
-            "degrees": float(np.degrees(interval.shown)),
-            "frame": _pictured_frame(interval),
-            "seconds": _pictured_frame(interval) / report.clip.motion.fps,
-            "verdict": report.verdict(judged),
-            "applied": judged.decision == Decision.ACCEPTED,
-            "stuck": stuck,
-            "panel": drawing.near(alone, judged),
-            "pictures": None,
-        }
-        if drawn is not None and k < len(drawn.pictures):
-            # An interval that cannot be corrected has no picture of a corrected pose.
-            pictures = drawn.pictures[k][:1] if stuck else drawn.pictures[k]
-            find["pictures"] = [_as_address(picture) for picture in pictures]
-        out.append(find)
-    return out
-
-
-def _as_address(picture: bytes) -> str:
-    return f"data:image/jpeg;base64,{base64.b64encode(picture).decode()}"
 
 
 # -- decisions and changes -------------------------------------------------------------------------

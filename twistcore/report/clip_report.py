@@ -15,17 +15,21 @@ from twistcore.files.marks import file_mark
 from twistcore.files.ordinary import is_file, read_file
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import own_name
-from twistcore.report.clip_page import clip_page, pictures_of
+from twistcore.report.clip_page import clip_page
 from twistcore.report.document import SCHEMA, Report, intervals_csv, report_to_json
+from twistcore.report.worst_finds import drawn_with
 
 
-def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -> tuple[Path, ...]:
+def write_clip_report(
+    folder: Path, report: Report, *, pictures: bool = False, play: bool = False
+) -> tuple[Path, ...]:
     """Write the report into `folder`, which is created if missing, and return the files' paths.
 
     The files are NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender.
     The JSON lists the SHA-256 of the other three and of the files in `report.files`. While they are
     being written, it also lists the SHA-256 of the files that they replace, so that the next run
-    recognises either version after a crash. Raises TwistError like :func:`check_report`, and
+    recognises either version after a crash. With `play`, a page with pictures also plays its
+    intervals. Raises TwistError like :func:`check_report`, and
     OSError.
     """
     name = report.name or own_name(report.clip.path)
@@ -33,8 +37,9 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
     folder.mkdir(parents=True, exist_ok=True)
     document = report_to_json(report)
     page, table, markers, last = report_files(folder, name)
+    drawn = drawn_with(report, play) if pictures else None
     written = {
-        page: encoded(clip_page(document, report, drawn=pictures_of(report) if pictures else None)),
+        page: encoded(clip_page(document, report, drawn)),
         table: encoded(intervals_csv(report)),
         markers: encoded(blender_markers(report.clip.name, report.state.intervals, report.verdict)),
     }
@@ -75,7 +80,7 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
 
 def _other_clip(listing: Path, clip: Clip) -> str:
     """Return the name of a different clip in a report's JSON, or ''."""
-    document = _listed(listing)
+    document = listed_report(listing)
     of, mark = (str(document.get(key, "")) for key in ("clip", "sha256"))
     return of if of != clip.name and mark != clip.sha256 else ""
 
@@ -86,7 +91,7 @@ def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
     That file may be an earlier version of the clip or a clip from another folder, which cannot be
     distinguished.
     """
-    mark = _listed(report_files(folder, name)[-1]).get("sha256")
+    mark = listed_report(report_files(folder, name)[-1]).get("sha256")
     return mark is not None and mark != clip.sha256
 
 
@@ -102,7 +107,7 @@ def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
     A file that is being replaced has two values. Names and values are not checked. The result is
     empty if the file is missing or is not a report. Raises TwistError if it cannot be read.
     """
-    document = _listed(listing)
+    document = listed_report(listing)
     try:
         new, old = dict(document.get("files", {})), dict(document.get("replaced", {}))
     except (ValueError, TypeError):
@@ -110,7 +115,7 @@ def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
     return {name: tuple(of[name] for of in (new, old) if name in of) for name in new | old}
 
 
-def _listed(listing: Path) -> dict[str, Any]:
+def listed_report(listing: Path) -> dict[str, Any]:
     """Return a report's JSON, or an empty dict if it is missing or not a report.
 
     Raises TwistError if it cannot be read.

@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction import Corrected
-from twistcore.review.model import Decision, Judged
+from twistcore.detection import Interval
+from twistcore.review.model import Decision, Judged, Span
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
@@ -140,8 +142,7 @@ class ClipCurves:
         chain = next((c for c in every if c.name == interval.chain), None)
         if chain is None or chain.name not in self._tau:
             return None
-        around = max(3, round(_AROUND * motion.fps))
-        span = max(0, interval.start - around), min(motion.frames, interval.stop + around)
+        span = frames_around(interval, motion)
         columns = max(1, min(_MOST_COLUMNS // 3, span[1] - span[0]))
         symbol, meaning, *angles = self._angles(corrected, chain)[0]
         before, after = (angle[slice(*span)] for angle in angles)
@@ -191,6 +192,12 @@ class ClipCurves:
                 *_unwrapped(signals.theta_c, after.theta_c, sound.theta_c),
             ),
         ]
+
+
+def frames_around(interval: Interval, motion: Motion) -> Span:
+    """Return an interval's frames with half a second before and after them, [start, stop)."""
+    around = max(3, round(_AROUND * motion.fps))
+    return max(0, interval.start - around), min(motion.frames, interval.stop + around)
 
 
 def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:

@@ -15,12 +15,13 @@ from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.encoding import encoded
 from twistcore.files.ordinary import check_no_links, open_to_read, real_path
-from twistcore.report.clip_page import Home, clip_page, figure_of_worst
+from twistcore.report.clip_page import Home, clip_page
 from twistcore.report.document import Report, report_to_json
 from twistcore.report.folder_numbers import FolderNumbers, worst_first
 from twistcore.report.folder_page import GENERATOR, folder_page, known_page
 from twistcore.report.picture_job import NOT_INSTALLED, Drawn, Figure, draw_figures
 from twistcore.report.recorded_clip import report_of
+from twistcore.report.worst_finds import figure_of_worst
 from twistcore.work.processes import each, reason
 from twistcore.work.progress import Counter, uncounted
 
@@ -47,6 +48,7 @@ def write_folder_report(
     *,
     workers: int = 1,
     pictures: bool = True,
+    play: bool = False,
     most_pages: int | None = None,
     broken: Sequence[Broken] = (),
     records: Sequence[ClipRecord] | None = None,
@@ -63,6 +65,8 @@ def write_folder_report(
     ----------
     folder
         The batch folder.
+    play
+        True for pages with pictures that also play their intervals, with up to 3 MB each.
     most_pages
         The maximum number of clips with a page. The worst clips are chosen.
     broken
@@ -90,7 +94,9 @@ def write_folder_report(
         with_page = [n for n in with_page if n in changed or not (target / pages[n]).is_file()]
     chunks = [with_page[k : k + _TOGETHER] for k in range(0, len(with_page), _TOGETHER)]
     tasks = [tuple(by_name[name] for name in chunk) for chunk in chunks]
-    work = partial(_write_pages, folder=folder, target=target, home=home, pictures=pictures)
+    work = partial(
+        _write_pages, folder=folder, target=target, home=home, pictures=pictures, play=play
+    )
     problems: list[str] = []
     with counter(len(with_page)) as tell:
         for task, ended in each(work, tasks, workers):
@@ -123,12 +129,18 @@ def page_of(name: str) -> str:
 
 
 def _write_pages(
-    records: Sequence[ClipRecord], *, folder: Path, target: Path, home: str, pictures: bool
+    records: Sequence[ClipRecord],
+    *,
+    folder: Path,
+    target: Path,
+    home: str,
+    pictures: bool,
+    play: bool,
 ) -> list[str]:
     """Write the pages of some clips. Return for each the reason why it is incomplete, or ''."""
     reports = [_read_again(record, folder) for record in records]
     figures: list[Figure | None] = [
-        figure_of_worst(report) if isinstance(report, Report) and pictures else None
+        figure_of_worst(report, play) if isinstance(report, Report) and pictures else None
         for report in reports
     ]
     drawn = _drawn(figures)

@@ -1,4 +1,6 @@
-"""Draw the pictures of a report in a separate process that runs the desktop program.
+"""Draw the figures of a report in a separate process that runs the desktop program.
+
+The process draws pictures, and for a page that plays it prepares the figure and its views.
 
 The figures are written into a folder, to which the process adds the pictures. So this module needs
 neither Qt nor VTK, and a crash of the graphics driver does not end the report.
@@ -13,7 +15,8 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -61,33 +64,45 @@ class Figure:
     """The figure to draw for one clip: a motion with the poses of all its pictures.
 
     `chains` are the chains and limbs. They determine which limbs have a skin and in which direction
-    the figure faces.
+    the figure faces. `views` are the poses for which the page that plays needs a view, if any.
     """
 
     motion: Motion
     chains: tuple[Chain, ...]
     pairs: tuple[BeforeAfter, ...]
+    views: tuple[BeforeAfter, ...] = ()
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """The JPEG pictures of all pairs, in order, or the reason why there are none."""
+    """The JPEG pictures of all pairs, in order, or the reason why there are none.
+
+    `player` is the figure for a page that plays: `figure`, `themes`, `ghost`, `scripts`, and for
+    each view of the figure one item of `views`. It is empty if the figure has no views.
+    """
 
     pictures: tuple[tuple[bytes, bytes], ...] = ()
     problem: str = ""
+    player: Mapping[str, Any] = field(default_factory=dict)
 
 
 def figure_of(
-    before: Motion, after: Motion, chains: Sequence[Chain], wanted: Sequence[tuple[str, int]]
+    before: Motion,
+    after: Motion,
+    chains: Sequence[Chain],
+    wanted: Sequence[tuple[str, int]],
+    views: Sequence[tuple[str, Motion, Motion]] = (),
 ) -> Figure:
     """Return a figure with a pair of pictures for each (chain name, frame) in `wanted`.
 
-    Each pair shows the poses of the motions `before` and `after`.
+    Each pair shows the poses of the motions `before` and `after`. Each of the `views` has a chain
+    name and two motions of one frame, before and after.
     """
     count = min(before.frames, _SAMPLE)
     some = np.linspace(0, before.frames - 1, count).astype(np.intp)
     frames = np.array([frame for _, frame in wanted], dtype=np.intp)
-    parts = before.at(some), before.at(frames), after.at(frames)
+    poses = [pose for _, *both in views for pose in both]
+    parts = before.at(some), before.at(frames), after.at(frames), *poses
     motion = Motion(
         before.skeleton,
         np.concatenate([p.rotations for p in parts]),
@@ -96,14 +111,16 @@ def figure_of(
         before.frame_time,
     )
     pairs = [BeforeAfter(n, count + k, count + len(wanted) + k) for k, (n, _) in enumerate(wanted)]
-    return Figure(motion, tuple(chains), tuple(pairs))
+    at = count + 2 * len(wanted)
+    seen = [BeforeAfter(n, at + 2 * k, at + 2 * k + 1) for k, (n, *_) in enumerate(views)]
+    return Figure(motion, tuple(chains), tuple(pairs), tuple(seen))
 
 
 def draw_figures(
     figures: Sequence[Figure], python: Sequence[str] = (sys.executable,)
 ) -> list[Drawn]:
     """Draw all figures in one process. If this fails, the results contain the reason."""
-    total = sum(len(figure.pairs) for figure in figures)
+    total = sum(len(figure.pairs + figure.views) for figure in figures)
     if not total:
         return [Drawn() for _ in figures]
     if any(importlib.util.find_spec(name) is None for name in _NEEDED):
@@ -141,19 +158,26 @@ def _run(command: Sequence[str], seconds: float) -> str:
 
 
 def _read_pictures(folder: Path, number: int, figure: Figure, problem: str) -> Drawn:
-    pictures = []
-    for k in range(len(figure.pairs)):
-        files = [picture_path(folder, number, k, which) for which in (0, 1)]
-        if not all(file.is_file() for file in files):
-            return Drawn(problem=problem or "the drawing process did not draw all pictures")
-        before, after = (file.read_bytes() for file in files)
-        pictures.append((before, after))
-    return Drawn(tuple(pictures))
+    pairs = [
+        [picture_path(folder, number, k, which) for which in (0, 1)]
+        for k in range(len(figure.pairs))
+    ]
+    player = player_path(folder, number)
+    asked = [*(file for pair in pairs for file in pair), *([player] if figure.views else ())]
+    if not all(file.is_file() for file in asked):
+        return Drawn(problem=problem or "the drawing process did not draw all pictures")
+    pictures = tuple((before.read_bytes(), after.read_bytes()) for before, after in pairs)
+    return Drawn(pictures, player=json.loads(player.read_bytes()) if figure.views else {})
 
 
 def picture_path(folder: Path, figure: int, pair: int, which: int) -> Path:
     """Return the path of a picture in a job's folder. `which` is 0 for before and 1 for after."""
     return folder / f"{figure}-{pair}-{which}.jpg"
+
+
+def player_path(folder: Path, figure: int) -> Path:
+    """Return the path of the data of a figure that plays, in a job's folder."""
+    return folder / f"{figure}.player.json"
 
 
 # -- the files of a job ----------------------------------------------------------------------------
@@ -182,6 +206,7 @@ def write_job(folder: Path, figures: Sequence[Figure]) -> None:
                 "frame_time": figure.motion.frame_time,
                 "chains": [_chain_to_json(chain) for chain in figure.chains],
                 "pairs": [vars(pair) for pair in figure.pairs],
+                "views": [vars(view) for view in figure.views],
             }
             for figure in figures
         ],
@@ -217,7 +242,8 @@ def _figure_from(path: Path, entry: dict[str, Any]) -> Figure:
             entry["frame_time"],
         )
     chains = tuple(_chain_from(chain) for chain in entry["chains"])
-    return Figure(motion, chains, tuple(BeforeAfter(**pair) for pair in entry["pairs"]))
+    pairs, views = (tuple(BeforeAfter(**pair) for pair in entry[k]) for k in ("pairs", "views"))
+    return Figure(motion, chains, pairs, views)
 
 
 def _chain_to_json(chain: Chain) -> dict[str, Any]:

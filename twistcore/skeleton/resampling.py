@@ -14,13 +14,13 @@ def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
     `times` are the times of the samples, in frames. A sample uses no frame later than the first
     frame at or after it.
     """
-    before, after, share = frames_around(times, len(q))
+    before, after, share = frames_at_times(times, len(q))
     turned = slerp(q[before], q[after], np.broadcast_to(share[:, None], q[before].shape[:-1]))
     weight = share.reshape(-1, *[1] * (r.ndim - 1))
     return turned, r[before] + weight * (r[after] - r[before])
 
 
-def frames_around(times: Array, frames: int) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+def frames_at_times(times: Array, frames: int) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
     """Return the frames before and after each time, and how far it is between them, 0…1."""
     before = np.floor(times + 1e-9).astype(np.intp)
     share = np.clip(times - before, 0.0, 1.0)

@@ -106,11 +106,12 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ),
     ),
     "diff": CommandHelp(
-        "show what differs between two clips, two folders of clips or two reviews of a clip",
+        "show what differs between two clips, two folders, two reviews or two reports",
         "For each joint: the frames in which its rotation differs, and by how much. A stop is the "
         "first frame after the difference. For two sessions of the same clip: how far the "
-        "reviewers agree, and each interval on which they do not. A difference is not an error: "
-        "the exit code is 0.",
+        "reviewers agree, and each interval on which they do not. For two reports of a clip: the "
+        "intervals that are new, gone or decided differently. A difference is not an error: the "
+        "exit code is 0.",
         (
             "twistcore diff walk.bvh run.bvh",
             "twistcore diff delivery-1 delivery-2 --json",

@@ -22,7 +22,7 @@ from twistcore.formats.bvh.lower_rate import reparsed, with_rows
 from twistcore.formats.bvh.patch import MIN_DECIMALS, with_numbers
 from twistcore.formats.bvh.reader import parse_bvh
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.resampling import frames_around, resampled
+from twistcore.skeleton.resampling import frames_at_times, resampled
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
@@ -175,7 +175,7 @@ def at_rate(clip: BvhClip, fps: float) -> Rewriting:
     if abs(fps * clip.frame_time - 1.0) < _SAME_RATE:
         return Rewriting(clip, (), (f"the rate is {clip.fps:.6g} frames per second already",))
     times = rate_times(clip.frames, clip.frame_time, fps)
-    before, after, share = frames_around(times, clip.frames)
+    before, after, share = frames_at_times(times, clip.frames)
     held = with_rows(clip, before.tolist(), 1.0 / fps)
     moving = clip.values[before] != clip.values[after]
     turning = np.stack([moving[:, list(x.rotation)].any(axis=1) for x in clip.channels], axis=1)

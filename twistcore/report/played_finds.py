@@ -1,0 +1,179 @@
+"""Collect the motion around the worst intervals, for the figure that plays in a clip's page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from twistcore.analysis.correction.twist_removal import refiner
+from twistcore.detection import Interval
+from twistcore.files.packed_numbers import packed
+from twistcore.report.curve_drawing import frames_around, weight
+from twistcore.report.document import Report
+from twistcore.review.model import Decision, Judged, Span
+from twistcore.skeleton.motion import Motion
+from twistcore.work.frozen import dataclass
+
+MOST_BYTES = 2_150_000  # of the figure, its motion and its texts, so that a page has 3 MB at most
+_LONGEST = 4.0  # seconds that are played of one interval
+_TURN, _PLACE = 4 * 2, 3 * 4  # bytes of a rotation and of a position
+_BASE64 = 4 / 3
+_BODY, _TEXTS = 8_000, 2_500  # bytes of the body of a joint and of the texts of an interval
+
+
+@dataclass(frozen=True, eq=False)
+class PlayedFind:
+    """An interval with the motion that is played.
+
+    `span` are the frames [start, stop) to play, and `frame` is the frame to show first. `after` is
+    the motion in these frames as corrected, and `joints` are the joints that this turns, if any.
+    """
+
+    judged: Judged
+    span: Span
+    frame: int
+    joints: tuple[int, ...]
+    after: Motion
+
+
+def pictured_frame(interval: Interval) -> int:
+    """Return the middle of the frames with at least 90 % of the largest offset."""
+    size = np.abs(interval.offset)
+    there = np.flatnonzero(size >= 0.9 * size.max())
+    return interval.start + int(there[len(there) // 2])
+
+
+def applied_and(report: Report, *also: Interval) -> list[Interval]:
+    """Return the applied intervals together with those in `also`."""
+    return [*(i for i in report.applied if all(i is not own for own in also)), *also]
+
+
+def played_finds(report: Report, most: int = MOST_BYTES) -> tuple[list[PlayedFind], list[Judged]]:
+    """Return the intervals that fit into `most` bytes of a page, the worst first, and the others.
+
+    Rejected intervals are last. Each interval takes the frames that no worse one takes.
+    """
+    motion, names = report.clip.motion, {chain.name for chain in report.chains}
+    moving = _moving(motion)
+    per_frame = _BASE64 * (_TURN * len(motion.skeleton) + _PLACE * len(moving))
+    taken, finds, out = np.zeros(motion.frames, np.bool_), [], []
+    left = float(most - _BODY * len(motion.skeleton))
+    for judged in sorted(report.state.intervals, key=_urgency):
+        if judged.interval.chain not in names:
+            continue
+        span = _span(judged.interval, motion)
+        find = _find(report, judged, span)
+        after = _BASE64 * _TURN * len(find.joints) * (span[1] - span[0])
+        cost = _TEXTS + per_frame * np.count_nonzero(~taken[slice(*span)]) + after
+        if cost <= left:
+            left -= cost
+            taken[slice(*span)] = True
+            finds.append(find)
+        else:
+            out.append(judged)
+    return finds, out
+
+
+def played_data(
+    report: Report, finds: Sequence[PlayedFind], player: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the data of the page's script, in the form that lessons have, without any names.
+
+    `player` is the figure as in :class:`Drawn`. Rotations are quaternions of 16-bit numbers, which
+    the script scales to length 1.
+    """
+    spans = _joined([find.span for find in finds])
+    pages = [
+        {
+            **view,
+            "span": next(k for k, span in enumerate(spans) if find.span[1] <= span[1]),
+            "chain": None,
+            "first": find.span[0],
+            "last": find.span[1] - 1,
+            "frame": find.frame,
+            "start": find.judged.interval.start,
+            "offset": np.degrees(find.judged.interval.offset).round(1).tolist(),
+            "curve": frames_around(find.judged.interval, report.clip.motion),
+            "accepted": find.judged.decision == Decision.ACCEPTED,
+            "after": _after(find),
+        }
+        for find, view in zip(finds, player["views"], strict=True)
+    ]
+    return {
+        **{key: player[key] for key in ("themes", "ghost")},
+        "figures": [player["figure"]],
+        "spans": [_span_data(report.clip.motion, span) for span in spans],
+        "chains": [],
+        "pages": pages,
+    }
+
+
+def _urgency(judged: Judged) -> tuple[bool, float, int]:
+    return judged.decision == Decision.REJECTED, -weight(judged), judged.interval.start
+
+
+def _moving(motion: Motion) -> list[int]:
+    """Return the columns of `motion.positions` that are not the same in every frame."""
+    return list(map(int, np.flatnonzero(np.ptp(motion.positions, axis=0).any(axis=-1))))
+
+
+def _span(interval: Interval, motion: Motion) -> Span:
+    start, stop = frames_around(interval, motion)
+    most = round(_LONGEST * motion.fps)
+    if stop - start > most:
+        start = max(start, pictured_frame(interval) - most // 2)
+        stop = min(stop, start + most)
+    return start, stop
+
+
+def _find(report: Report, judged: Judged, span: Span) -> PlayedFind:
+    """Return an interval with its corrected motion: as written, or if it were accepted as well."""
+    motion, interval = report.clip.motion.sliced(*span), judged.interval
+    if any(interval is own for own in report.applied):
+        after = report.refined.sliced(*span)
+    elif interval.correctable:
+        intervals = applied_and(report, interval)
+        after = refiner(report.clip.motion, report.chains, intervals)(*span)
+    else:
+        after = motion
+    turned = np.flatnonzero((after.rotations != motion.rotations).any(axis=(0, 2)))
+    return PlayedFind(judged, span, pictured_frame(interval), tuple(turned.tolist()), after)
+
+
+def _joined(spans: Sequence[Span]) -> list[Span]:
+    """Return the spans in order, where spans that meet or overlap are joined."""
+    out: list[Span] = []
+    for start, stop in sorted(spans):
+        if out and start <= out[-1][1]:
+            start, before = out.pop()
+            stop = max(stop, before)
+        out.append((start, stop))
+    return out
+
+
+def _span_data(motion: Motion, span: Span) -> dict[str, Any]:
+    own, moving = motion.sliced(*span), _moving(motion)
+    offsets = motion.skeleton.offsets.copy()
+    offsets[list(motion.positioned)] = motion.positions[0]
+    return {
+        "figure": 0,
+        "first": span[0],
+        "fps": motion.fps,
+        "offsets": offsets.round(6).tolist(),
+        "moving": [motion.positioned[k] for k in moving],
+        "rotations": _turns(own.rotations),
+        "positions": packed(own.positions[:, moving], "f4"),
+    }
+
+
+def _after(find: PlayedFind) -> dict[str, Any] | None:
+    if not find.joints:
+        return None
+    rotations = _turns(find.after.rotations[:, list(find.joints)])
+    return {"joints": list(find.joints), "first": find.span[0], "rotations": rotations}
+
+
+def _turns(rotations: Any) -> dict[str, str]:
+    return packed(np.rint(32767.0 * rotations), "i2")
