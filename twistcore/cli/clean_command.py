@@ -30,9 +30,8 @@ from twistcore.formats.bvh import BvhClip, parse_bvh, read_bvh, rewriting
 from twistcore.formats.bvh.compose import bvh_text
 from twistcore.formats.clip import Clip
 from twistcore.formats.suffixes import clip_suffix
-from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.figure import guess_up
-from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.figure import up_letter
+from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
 
 # What a step does to the file, and to the motion with which the written file is compared.
@@ -134,8 +133,7 @@ def _axes(
 ) -> Iterator[tuple[str, Array]]:
     """Yield the matrices (3, 3) of `--up` and `--scale`. The figure may be upright already."""
     if up := arguments.up:
-        axis = guess_up(forward_kinematics(motion)[1], find_chains(motion), motion.skeleton)
-        if "XYZ"[int(axis.argmax())] != up:
+        if up_letter(motion) != up:
             yield "up", Z_TO_Y if up == "Y" else Z_TO_Y.T
         else:
             said.append(f"{up} points up already")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from twistcore.skeleton.chain import Chain
-from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.chain import Chain, find_chains
+from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array
 
@@ -28,6 +28,12 @@ def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) ->
         extent = np.ptp(rest, axis=0)
     up: Array = np.eye(3)[2 if extent[2] > 1.5 * extent[1] else 1]
     return up
+
+
+def up_letter(motion: Motion) -> str:
+    """Return the axis that points up in a motion, 'Y' or 'Z' (see :func:`guess_up`)."""
+    up = guess_up(forward_kinematics(motion)[1], find_chains(motion), motion.skeleton)
+    return "XYZ"[int(up.argmax())]
 
 
 def figure_size(positions: Array, skeleton: Skeleton) -> float:
