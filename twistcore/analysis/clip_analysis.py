@@ -170,7 +170,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return an analysis with all chains of another rig, or with the chosen ones only."""
+        """Analyse all chains of another rig, or only the chosen ones."""
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)
@@ -264,7 +264,7 @@ class ClipAnalysis:
         """Compare the clip with another take; return a note for each bone with a constant offset.
 
         - reference: another take of the same skeleton
-        - name: the name of the other take in the notes, by default the name of the take itself
+        - name: the name that the notes use for the reference; its own name by default
 
         Raises ClipMismatchError if the skeletons differ.
         """
@@ -275,7 +275,7 @@ class ClipAnalysis:
         return tuple(Note(CONSTANT_OFFSET, str(offset)) for offset in offsets)
 
     def by(self, method: str = DEFAULT_METHOD, tell: Tell | None = None) -> Analysis:
-        """Return the analysis of the chains by a detector, computed on first use.
+        """Return a detector's analysis of the chains, computed on first use.
 
         `tell` is called with the progress. Raises TwistError for an unknown method.
         """
@@ -337,7 +337,7 @@ class ClipAnalysis:
             del self._hinges[key]
 
     def kept(self, method: str) -> Analysis | None:
-        """Return the analysis by a detector if it has already been computed, or None.
+        """Return a detector's analysis if it has already been computed, or None.
 
         This method never starts or waits for a detector.
         """
@@ -367,7 +367,7 @@ class ClipAnalysis:
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
-        """Return the faults without those at joints of people who were not chosen."""
+        """Leave out faults at joints of people who were not chosen."""
         if self._people is None:
             return list(faults)
         others = {
@@ -428,7 +428,7 @@ class ClipAnalysis:
 
     @property
     def failed_kinds(self) -> tuple[str, ...]:
-        """The error messages of kinds from other packages whose search has failed so far."""
+        """The error messages of third-party kinds whose search has failed so far."""
         return tuple(self._failed_kinds.values())
 
     def carried_along(self, twist: Interval) -> bool:
@@ -553,10 +553,10 @@ class ClipAnalysis:
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
         """Return the interval, or an open copy of it if its correction makes something worse.
 
-        A counter-twist that coincides with a step of the whole body also becomes open, because that
-        step alone may be the error, and so does an interval whose confidence is too low for its
-        kind. Intervals of a detector without confidence, such as the paper's, are returned
-        unchanged. Repeated calls return the same object.
+        Two more kinds of interval become open: a counter-twist at a step of the whole body, because
+        the step alone may be the error, and an interval whose confidence is too low for its kind.
+        Intervals of a detector without confidence, such as the paper's, are returned unchanged.
+        Repeated calls return the same object.
         """
         if self._whole is not None:
             return self._whole.protected(interval, method)
@@ -576,7 +576,7 @@ class ClipAnalysis:
         return self._protected[interval] or interval
 
     def _at_body_step(self, interval: Interval, method: str) -> bool:
-        """True if there is a body step at an edge of the interval, even without counter-twists.
+        """True if the body steps at an edge of the interval, with and without counter-twists.
 
         Counter-twists of many chains that begin in the same frame look like a body step. Therefore
         the steps are also measured in the clip without any counter-twist.
@@ -614,11 +614,10 @@ class ClipAnalysis:
         return Hinges(self.motion)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
-        """Return the automatically corrected counter-twists in chains next to the interval's
-        chain.
+        """Return the automatically corrected counter-twists in chains that share a joint.
 
-        These chains share a joint. If the interval is not corrected automatically, for example
-        because τ was changed, counter-twists in its chain are left out: they may be the same error.
+        If the interval is not corrected automatically, for example because τ was changed,
+        counter-twists in its own chain are left out: they may be the same error.
         """
         own = self.chain(interval.chain)
         joints = {own.parent, own.child}
@@ -751,7 +750,7 @@ class _ByName:
         if not isinstance(named, Limb | Helper) and Kind.CARRIED_ROLL in self.kinds:
             found = self._with_carried(chain, tau, found)
         if found and isinstance(named, Limb) and Kind.COUNTER_TWIST in self.kinds:
-            found = self._unless_not_followed(named, found)
+            found = self._without_side_effects(named, found)
         found = [self.clip.protected(i, self.method) for i in found]
         if not isinstance(named, Limb | Helper):
             for sought in filter(self.kinds.__contains__, _SOUGHT):  # always in the same order
@@ -776,11 +775,11 @@ class _ByName:
         )
         return [*left, *rolls]
 
-    def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
+    def _without_side_effects(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
         """Remove flips that are only a side effect of a twist error in the limb's first joint.
 
-        If a child did not turn back with its parent's twist error, the rest of the limb turns by
-        the missing angle. That is one error, not two.
+        If the child did not counter its parent's twist error, the rest of the limb turns by the
+        missing angle. That is one error, not two.
         """
         known = self.clip.by(self.method)
         twists = [
@@ -800,7 +799,7 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the evidence for an interval with a reason for doubt, so that a person decides."""
+    """Add a reason for doubt to the evidence for an interval, so that a person decides."""
     evidence = explain() if explain else {}
     return {**evidence, "doubts": [doubt, *evidence.get("doubts", ())]}
 
@@ -814,7 +813,7 @@ def _kept(analysis: Analysis) -> DistinctFrames | None:
 def _made_worse(
     explain: Callable[[], dict[str, Any]] | None, worse: Sequence[ProtectedMeasure]
 ) -> dict[str, Any]:
-    """Return the evidence for an interval with the measures that its correction makes worse."""
+    """Add the measures that a correction makes worse to the evidence for its interval."""
     evidence = explain() if explain else {}
     doubts = [m.doubt for m in worse]
     doubts += [d for d in evidence.get("doubts", ()) if d not in doubts]
@@ -921,7 +920,7 @@ class Detection:
                 )
             else:
                 yield (
-                    f"Because of {count} lone jumps every detection is uncertain, so "
+                    f"Because of {count} lone jumps, every detection is uncertain, so "
                     "nothing is corrected automatically."
                 )
 

@@ -118,7 +118,7 @@ class _Union:
 
 
 def _is_jump(interval: Interval) -> bool:
-    """Return True for a jump, an error at one moment that cannot be corrected."""
+    """True for a jump: an error of a single moment, which cannot be corrected."""
     lasts = interval.repairable or interval.kind.info.lasting
     return not lasts and interval.frames <= _JUMP
 
@@ -176,7 +176,7 @@ def without_alternatives(
     *,
     chosen: Iterable[Interval] = (),
 ) -> tuple[Interval, ...]:
-    """Return the intervals without those whose correction has a more certain alternative.
+    """Leave out intervals whose correction has a more certain alternative.
 
     If two alternatives were corrected together, the limb would end up in neither of the two
     intended poses.
@@ -210,7 +210,7 @@ def without_alternatives(
 def _without_alternatives(
     intervals: Sequence[Interval], part: list[int], chosen: Collection[int] = ()
 ) -> list[int]:
-    """Return the members of a part without those whose correction has a more certain alternative.
+    """Leave out members of a part whose correction has a more certain alternative.
 
     `chosen` contains the id() of intervals that are always kept.
     """
@@ -339,7 +339,7 @@ def _is_like(interval: Interval, lead: Interval) -> bool:
 def _part(interval: Interval, chain: Chain, inside: bool) -> str:
     """Return the part of the body that is wrong.
 
-    The name begins with a small letter if it is `inside` a sentence.
+    The name begins with a lower-case letter if it is `inside` a sentence.
     """
     if interval.joint:
         return interval.joint

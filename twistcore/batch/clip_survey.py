@@ -91,7 +91,7 @@ def survey_folder(
 ) -> list[ClipSurvey]:
     """Survey all clips of a folder, worst first.
 
-    Corrected clips that this program wrote from clips in the folder are left out.
+    Clips that this program exported from other clips in the folder are left out.
 
     Parameters
     ----------

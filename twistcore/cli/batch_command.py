@@ -63,7 +63,7 @@ def batch_command(arguments: argparse.Namespace) -> int:
         blind = _tell_doubts(folder, {source.path for source in inputs.sources})
         broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
     if summary.stopped:
-        left = f"{summary.left} clips are left; the same command continues"
+        left = f"{summary.left} clips are left; run the same command to continue"
         problem(f"{summary.stopped}: {left}")
     counts = f"{count_of(summary.done, 'clip')} done, {summary.known} done before"
     counts += f", {len(summary.failed)} failed"
@@ -118,9 +118,7 @@ def _exports(count: int) -> str:
 def _written(
     arguments: argparse.Namespace, folder: Path, sources: Collection[str], rules: Sequence[Any]
 ) -> bool:
-    """Write the result files and the report, and print broken rules. Return True if any is
-    broken.
-    """
+    """Write the results and the report, and print broken rules. Return True if there are any."""
     broken: list[Any] = []
     if rules or any(getattr(arguments, name) for name in _FILES):
         from twistcore.batch.gates import broken as broken_of

@@ -25,7 +25,7 @@ _BOLD, _YELLOW, _RED = "1", "33", "31"
 
 @dataclass(frozen=True)
 class Voice:
-    """How much is printed: `quiet` only results and errors, `verbose` also the time of each step.
+    """The verbosity: `quiet` prints only results and errors, `verbose` also times each step.
 
     `document` is True if a JSON document is printed instead of remarks on standard output.
     """

@@ -119,7 +119,7 @@ def _detect(detect: Parser) -> None:
     detect.add_argument(
         "--explain",
         action="store_true",
-        help="also print why each interval was found, and why peaks above τ are in no interval",
+        help="also explain each interval, and each peak above τ that is outside all intervals",
     )
     detect.add_argument(
         "--fail-over",
@@ -186,8 +186,8 @@ def _refine(refine: Parser) -> None:
         "--session",
         type=target,
         metavar="FILE",
-        help="also write the corrections as a session, such as walk.twist.json, that `apply`, "
-        "`export`, `report` and the window read (default: none)",
+        help="also write the corrections as a session, such as walk.twist.json, for `apply`, "
+        "`export`, `report` and the window (default: none)",
     )
     add_json(refine)
     refine.set_defaults(run=deferred("correct_commands", "refine_command"))
@@ -220,7 +220,7 @@ def _report(report: Parser) -> None:
         help="a session, or the folder of results of `twistcore batch`",
     )
     report.add_argument(
-        "-o", "--output", type=folder, required=True, metavar="DIR", help="folder of the pages"
+        "-o", "--output", type=folder, required=True, metavar="DIR", help="folder for the pages"
     )
     report.add_argument(
         "--clip",
@@ -239,21 +239,21 @@ def _report(report: Parser) -> None:
         "--pages",
         type=count,
         metavar="N",
-        help="write pages of the N worst clips only (default: of all clips)",
+        help="write pages for only the N worst clips (default: all clips)",
     )
     report.add_argument("--no-pictures", action="store_true", help="leave out the 3D pictures")
     report.set_defaults(run=deferred("report_command", "report_command"))
 
 
 def _inject(inject: Parser) -> None:
-    add_clip(inject, "the BVH to put errors into")
+    add_clip(inject, "the BVH into which errors are injected")
     add_output(inject)
     inject.add_argument(
         "--truth",
         type=target,
         required=True,
         metavar="TRUTH.json",
-        help="file to write the errors into, for `twistcore evaluate`",
+        help="file for the list of injected errors, for `twistcore evaluate`",
     )
     inject.add_argument(
         "--seed",
@@ -448,7 +448,7 @@ def _export(parser: Parser) -> None:
         "--start",
         type=number,
         metavar="N",
-        help="frame of the scene that is frame 0 of the clip (default: 0, in Blender 1)",
+        help="frame of the scene at which the clip begins (default: 0, in Blender 1)",
     )
     parser.add_argument(
         "--dry-run", action="store_true", help="write a script that only lists what it would key"

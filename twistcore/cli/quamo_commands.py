@@ -234,6 +234,6 @@ def _warn_of_twist(clip: Clip, joints: Sequence[int], spans: Sequence[NoisySpan]
     ):
         note(
             f"{clip.path}: these joints have {count_of(count, 'interval')} with twist errors; "
-            "tracking smears the edges of errors and does not remove them, so detect and refine "
+            "tracking would smear their edges without removing them, so run detect and refine "
             "first"
         )

@@ -57,7 +57,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     sessions = FolderSessions({}, ())
     if arguments.sessions:
         _refuse_rig(arguments)
-        sessions = _beside(source, paths)
+        sessions = _sessions_next_to(source, paths)
     problems = [one.why for one in sessions.damaged]
     rigs = [path for path in (arguments.rig, arguments.joint_names) if path]
     refuse_overwrite([arguments.output], [*paths, *sessions.files, *rigs])
@@ -144,7 +144,7 @@ def _tuned_to_json(
     }
 
 
-def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
+def _sessions_next_to(source: Path, paths: Sequence[Path]) -> FolderSessions:
     """Return the sessions next to the clips `paths`, and the damaged ones.
 
     Raises TwistError if there are no sessions.

@@ -141,10 +141,10 @@ def frozen_sentence(spans: int) -> str:
         return ""
     if spans == 1:
         return (
-            "In one span of frames, the numbers of a limb do not change at all (kind "
+            "In one span of frames, the values of a limb do not change at all (kind "
             "'frozen frames')."
         )
     return (
-        f"In {spans} spans of frames, the numbers of a limb do not change at all (kind "
+        f"In {spans} spans of frames, the values of a limb do not change at all (kind "
         "'frozen frames')."
     )

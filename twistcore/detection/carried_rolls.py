@@ -97,7 +97,7 @@ class RollsOfChains:
 def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRolls:
     """Analyse carried rolls, up to the point where τ is needed.
 
-    `motion` is the motion without its counter-twists, which would be found a second time.
+    `motion` must be free of counter-twists, because they would be found a second time.
     """
     signals = {}
     for chain in chains:

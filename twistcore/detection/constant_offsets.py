@@ -61,16 +61,16 @@ class ConstantOffset:
                 f"{self.chain.label} is turned by about {self.degrees:+.0f}° against its child in "
                 "every frame, compared with the rest pose."
             )
-        compared = self.reference if self.other is None else self.other.label
+        standard = self.reference if self.other is None else self.other.label
         return (
             f"{self.chain.label} is turned by about {self.degrees:+.0f}° against its child in "
-            f"every frame, compared with {compared}."
+            f"every frame, compared with {standard}."
         )
 
 
 @dataclass(frozen=True)
 class _Usual:
-    """The usual angle of a joint's twist, in radians, and how much it varies, 0…1."""
+    """The usual angle of a joint's twist, in radians, and its variation, 0…1."""
 
     angle: float
     varies: float
@@ -131,7 +131,7 @@ def _check_skeleton(own: Skeleton, other: Skeleton, chains: Sequence[Chain], nam
         turned = float(bones[0] @ bones[1]) < _ALIKE * float(np.prod(np.linalg.norm(bones, axis=1)))
         if turned or parents[0] != parents[1]:
             joint = own.names[chain.child]
-            raise ClipMismatchError(f"{wanted}, found another bone from its parent to {joint!r}")
+            raise ClipMismatchError(f"{wanted}, found a different parent bone of {joint!r}")
 
 
 def _offsets(

@@ -77,8 +77,8 @@ class KindInfo:
         {frames}, {span}, {size}, {joint} and {angle} are replaced in them, except that `why` and
         `offer` may contain only {joint} and {size}.
     happens : str
-        What happens to a part of the body, for the name of a group of errors: "{part} jumps". If
-        not given, the part and the name of the kind are used.
+        A clause for the name of a group of errors, such as "{part} jumps". If not given, the part
+        and the name of the kind are used.
     """
 
     name: str

@@ -90,7 +90,7 @@ class Detectors(Mapping[str, Detector]):
         if name in built_in():
             if type(made) is type(own := self[name]):
                 return own
-            raise TwistError(f"{name!r} is the name of one of twistcore's own detectors")
+            raise TwistError(f"{name!r} is the name of a built-in detector")
         kept = self._given.get(name)
         if kept is None or kept.detector is not made:
             kept = self._given[name] = GuardedDetector(made, place)

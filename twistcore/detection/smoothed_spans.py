@@ -1,6 +1,6 @@
 """Spans in which a joint has lost its fine movement, because gaps were filled or it was smoothed.
 
-A captured motion trembles a little in every frame, and no body moves as evenly as a filtered
+A captured motion jitters slightly in every frame, and no body moves as evenly as a filtered
 motion. Fine movement is measured by the fourth difference, the deviation from an even curve over
 five frames. It is ten to ten thousand times smaller where a joint was smoothed, but it is also
 smaller at a lower pace. Therefore, a joint is compared with frames of its own motion at the same or
@@ -42,7 +42,7 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 class SmoothedSpan:
     """Frames [start, stop) in which gaps of a joint were filled or the joint was smoothed.
 
-    `times` is the factor by which its fine movement is below nearly all the rest of the clip.
+    `times` is the factor by which fine movement is reduced, compared with most of the clip.
     """
 
     joint: int

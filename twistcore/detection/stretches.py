@@ -170,7 +170,7 @@ def _mean(angles: Array) -> float:
 
 
 def _usual(levels: Sequence[_Level]) -> float | None:
-    """Return the roll, in radians, that most frames have, or None if no roll is that frequent."""
+    """Return the roll of most frames in radians, or None if there is no such roll."""
     total = sum(level.frames for level in levels)
     for level in sorted(levels, key=lambda one: -one.frames):
         alike = [one for one in levels if abs(wrap(one.roll - level.roll)) <= ALIKE]
@@ -268,10 +268,10 @@ def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
 
 def _explained(joint: str, turn: float, jump: float, *, by_rest: bool) -> dict[str, float | str]:
     """Return the evidence: the angle of a stretch, its reference, and the correction angle."""
-    compared = "the rest pose and the other side" if by_rest else "the rest of the clip"
+    reference = "the rest pose and the other side" if by_rest else "the rest of the clip"
     return {
         "joint": joint,
         "turn_deg": math.degrees(turn),
-        "compared_with": compared,
+        "compared_with": reference,
         "correction_deg": math.degrees(jump),
     }

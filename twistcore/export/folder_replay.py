@@ -171,10 +171,9 @@ class _Clips:
 def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
     """Write a clip corrected by its session into a folder.
 
-    `apply` writes the same bytes for these two files. `own` has the SHA-256
-    of the files that this command wrote into the folder before, keyed by name. Raises TwistError,
-    without writing anything, if another file with this name exists, and the errors of
-    :func:`twistcore.export.replay.replayed`.
+    The bytes are the same as from `apply`. `own` has the SHA-256 of the files that this command
+    wrote into the folder before, keyed by name. Raises TwistError, without writing anything, if
+    another file with this name exists, and the errors of :func:`twistcore.export.replay.replayed`.
     """
     replay = replayed(pair.session, pair.clip)
     patch = rewritten(replay.clip, replay.motion)

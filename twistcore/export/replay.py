@@ -60,9 +60,9 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
 def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return sentences about chains that cannot be corrected, and about joints that move as well.
+    """Return sentences about chains that cannot be corrected, and about joints that move along.
 
-    Such a joint is a child that is not on the axis of a corrected chain.
+    A child off the axis of a corrected chain moves along with its parent.
     """
     sentences = chains_left(clip.motion, chains, chosen)
     left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)

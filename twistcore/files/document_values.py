@@ -109,7 +109,7 @@ def shown_value(value: object) -> str:
 
 
 def shown_words(said: object) -> str:
-    """Return another program's message in a short printable form. It may quote the document."""
+    """Return another program's message, which may quote a document, short and printable."""
     words = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(said)[:200])
     return words if len(str(said)) <= 200 else f"{words}…"
 

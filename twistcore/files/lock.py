@@ -29,7 +29,7 @@ def lock(handle: int) -> bool:
     return True
 
 
-def is_sure(handle: int) -> bool:
+def lock_for_certain(handle: int) -> bool:
     """Lock an open file. Return False if it is already locked or the file system has no locks."""
     try:
         _lock(handle)

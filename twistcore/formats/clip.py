@@ -51,7 +51,7 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
     """Return a message if a file has far too few numbers for its joints and frames, or None.
 
     A damaged or malicious file can declare many joints and many frames in a few bytes each, but the
-    poses of all joints in all frames would need memory for their product.
+    poses need memory in proportion to the product of both numbers.
     """
     if joints * frames <= _POSES or joints <= _JOINTS_A_NUMBER * columns:
         return None

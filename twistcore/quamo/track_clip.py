@@ -90,12 +90,12 @@ def joints_of_24(
 
 
 def placed_joint(motion: Motion) -> int | None:
-    """Return the joint that positions the figure: the topmost moving joint above half of the
-    joints.
+    """Return the joint that moves the figure as a whole, or None.
 
-    This joint is usually the root, but in some rigs the root is still and the hips below it move.
-    If no such joint moves, the root is returned, or None if it has no position channels. Movement
-    in a T-pose at an end of the clip or across a cut is ignored.
+    This is the topmost moving joint with at least half of the joints below it: usually the root,
+    but in some rigs the root is still and the hips below it move. If no such joint moves, the root
+    is returned, or None if it has no position channels. Movement in a T-pose at an end of the clip
+    or across a cut is ignored.
     """
     skeleton = motion.skeleton
     carried = np.ones(len(skeleton), dtype=np.int64)  # joints in the subtree, including its top

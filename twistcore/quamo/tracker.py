@@ -203,7 +203,7 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Track a whole clip, with the same bits as one call of :class:`Stepper` per frame.
+    """Track a whole clip, with the same result as one call of :class:`Stepper` per frame.
 
     `tell` is called repeatedly with the completed share. If it raises an exception, the tracking
     ends.

@@ -117,7 +117,7 @@ def _worst(report: Report) -> list[Judged]:
 
 
 def _applied_and(report: Report, *also: Interval) -> list[Interval]:
-    """Return the applied intervals together with those in `also`."""
+    """Return the applied intervals and the intervals in `also`, without repetitions."""
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 

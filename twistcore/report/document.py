@@ -152,7 +152,7 @@ class Report:
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
-        """Return the verdict to show, 'not correctable' if an accepted interval is uncorrected."""
+        """Return the verdict to show, 'not correctable' for an accepted but stuck interval."""
         if judged.decision == Decision.ACCEPTED and judged.id in self.stuck:
             return NOT_CORRECTABLE
         return judged.verdict

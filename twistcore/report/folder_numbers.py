@@ -84,7 +84,7 @@ class FolderNumbers:
     missing
         Number of frames that headers declare but files do not have.
     cut
-        Number of clips with such frames.
+        Number of clips with missing frames.
     in_part
         Number of clips with limbs that no chain examines.
     how

@@ -48,7 +48,7 @@ class Decision(StrEnum):
 class Tracking:
     """The joints tracked or smoothed after the twist correction, and the settings.
 
-    In sessions without the keys after `weights`, these have their defaults.
+    The keys after `weights` have defaults for sessions that do not contain them.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class Tracking:
     causal
         True to track only forward in time, False to track forward and backward.
     place
-        True to track also the figure's position.
+        True to track the figure's position as well.
     spline
         True to smooth with the spline, which has no gains, instead of tracking.
     cutoff

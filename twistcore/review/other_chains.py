@@ -19,7 +19,7 @@ def changed_chains(
 
     A chain that is in both keeps its τ, unless this was the automatic τ, which is then computed
     again. The errors of neighbouring chains are explained together, so a neighbour of an added or
-    removed chain may have other intervals now. Such a chain is detected again. `what` is the name
+    removed chain may now have different intervals and is searched again. `what` is the name
     of the command.
     """
     method = before.usable(state.method)

@@ -73,10 +73,10 @@ def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
 def proposed_stretch(motion: Motion, jump: Interval, others: Iterable[Interval]) -> Interval:
     """Return the stretch that a lone jump begins or ends, as a suggestion that is not confirmed.
 
-    It reaches from the jump to the next or the previous lone jump of the joint, or to an end of the
-    clip: to the side on which the joint's roll is far from its roll in the rest of the clip, or
-    else to the shorter side. `others` are the other intervals of the clip. Raises TwistError if the
-    clip has no such joint.
+    The stretch extends from the jump to the next or the previous lone jump of the joint, or to an
+    end of the clip: on the side where the joint's roll is far from the rest of the clip or, if this
+    is unclear, on the shorter side. `others` are the other intervals of the clip. Raises TwistError
+    if the clip has no such joint.
     """
     joint, frames = joint_of(motion.skeleton, jump), motion.frames
     same = (i.start for i in others if (i.kind, i.joint) == (jump.kind, jump.joint))

@@ -38,7 +38,7 @@ def soft_onset(interval: Interval) -> str:
 
 
 def onset_frames(offset: Array) -> tuple[int, int]:
-    """Return in how many frames an offset, (frames,), rises to its maximum and falls again."""
+    """Return the durations, in frames, of an offset's rise to its maximum and of its fall."""
     size = np.abs(offset)
     if not size.any():
         return 0, 0

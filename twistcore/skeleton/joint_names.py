@@ -325,7 +325,7 @@ def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
 
 
 def _side(pieces: list[_Piece]) -> str:
-    """Return the side in a name. Words precede letters, and capitals precede small letters."""
+    """Return the side in a name. Words have priority over letters, and capitals over lower case."""
     sides = [p for p in pieces if p.side]
     if len(sides) == len(pieces):
         return ""  # Xsens' L5 is a vertebra

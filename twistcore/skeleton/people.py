@@ -346,7 +346,7 @@ def _in_common(runs: Sequence[Sequence[str]]) -> int:
 def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
     """Return a person's name in reading order, such as 'B', or 'Person1' instead of '1'.
 
-    `shared` are the words that all people have next to it.
+    `shared` are the words next to the name that all people have in common.
     """
     if words and shared and all(word.isdigit() for word in words):
         words = [shared[-1], *words]

@@ -74,7 +74,7 @@ def _drift(length: int, protocol: Protocol) -> Array:
 
 
 def filter_reach(protocol: Protocol, fps: float) -> int:
-    """Return by how many frames a low-pass extends an offset at each end, 0 without a low-pass."""
+    """Return the frames by which a low-pass extends an offset at each end, 0 without a low-pass."""
     return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
 
 

@@ -122,9 +122,9 @@ class CommonTau:
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
-    """Return how many more errors and how many fewer false alarms `own` gives than `common`.
+    """Return the numbers of additional errors found and of false alarms avoided by `own`.
 
-    `own` is the τ suggested for this chain alone, and `common` is the common τ.
+    `own` is the τ suggested for this chain alone. It is compared with the common τ.
     """
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)

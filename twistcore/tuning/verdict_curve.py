@@ -96,9 +96,7 @@ class VerdictCurve:
 
     @property
     def needed(self) -> tuple[int, int]:
-        """Return how many more accepted intervals (of any chain) and verdicts on this chain are
-        needed.
-        """
+        """Return the numbers of accepted intervals (any chain) and own verdicts still needed."""
         own = self.counts
         errors = max(ENOUGH_ERRORS - own[0] - self.others[1], 0)
         return errors, 0 if own[0] >= ENOUGH_ERRORS else max(ENOUGH_OWN - sum(own), 0)
@@ -129,12 +127,11 @@ class VerdictCurve:
         return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
-        """Return the cost of every τ: the fraction of missed errors plus `price` per alarm and
-        clip.
+        """Return the cost of every τ: the fraction of missed errors plus the price of alarms.
 
-        If a chain has few errors, the errors of other chains show how large errors are in these
-        clips. `weight` is the number of times that each row is counted, shape (draws, rows); the
-        result then has the shape (draws, n).
+        `price` is the cost of one alarm per clip. If a chain has few errors, the errors of other
+        chains show how large errors are in these clips. `weight` is the number of times that each
+        row is counted, shape (draws, rows); the result then has the shape (draws, n).
         """
         weight = np.ones((1, len(self.errors))) if weight is None else weight
         errors, rows = weight @ self.errors, max(len(self.errors), 1)

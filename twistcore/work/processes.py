@@ -252,7 +252,7 @@ def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
 def _started() -> subprocess.Popen[bytes]:
     """Start a process that carries out orders.
 
-    It is spawned, because a fork may hang in a program with threads.
+    The process is spawned, because a fork may hang in a program with threads.
     """
     path = os.pathsep.join(dict.fromkeys(str(Path(entry).absolute()) for entry in sys.path))
     own: dict[str, Any] = {"process_group": 0}

@@ -15,7 +15,7 @@ Tell = Callable[[float], None]  # called with the share done, 0…1; may raise t
 class Cancelled(BaseException):
     """Raised by a :data:`Tell` function to cancel the work that called it.
 
-    It is not a subclass of Exception, so that no error handler catches it.
+    Cancelled is not a subclass of Exception, so that no error handler catches it.
     """
 
 

@@ -80,7 +80,7 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
 
 
 def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return the sum of the offsets that C, or the end of the limb, followed.
+    """Return, for each chain or limb, the sum of the offsets that C or the limb's end followed.
 
     The result has the same form as :func:`offsets_by_chain`.
     """

@@ -80,7 +80,7 @@ class Decomposition:
 
     @property
     def swing_is_one(self) -> bool:
-        """True if q has exactly one swing. If w is opposite to a, there are many pairs (n, θp)."""
+        """True if the swing is unique. If w is opposite to a, many pairs (n, θp) give q."""
         return self.swing_reliability > UNDEFINED
 
     @property

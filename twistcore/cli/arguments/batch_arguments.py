@@ -30,14 +30,14 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="FILE",
-        help="file with one PATH per line, like @FILE; repeat it for more (default: none)",
+        help="file with one PATH per line, like @FILE; repeatable (default: none)",
     )
     parser.add_argument(
         "-o",
         "--output",
         required=True,
         metavar="OUTDIR",
-        help="folder of the results, or its URL",
+        help="folder for the results, or its URL",
     )
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
@@ -60,7 +60,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--resume",
         action="store_true",
-        help="continue an interrupted run; the command does so without this option, too",
+        help="continue an interrupted run (the command always does)",
     )
     parser.add_argument(
         "--shard",
@@ -96,14 +96,14 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
             f"--{name}",
             type=target,
             metavar="FILE",
-            help=f"write the results as {what} (default: no such file)",
+            help=f"write the results as {what} (default: none)",
         )
     parser.add_argument(
         "--fail-if",
         action="append",
         default=[],
         metavar="RULE",
-        help="exit with 1 if a rule is true, such as 'severity>5'; repeat it for more "
+        help="exit with 1 if a rule such as 'severity>5' is broken; repeatable "
         "(docs/gates.md; default: none)",
     )
     parser.set_defaults(run=deferred("batch_command", "batch_command"))

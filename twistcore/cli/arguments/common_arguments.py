@@ -66,8 +66,8 @@ def add_reference(parser: argparse._ActionsContainer) -> None:
         "--reference",
         type=Path,
         metavar="CLIP",
-        help="another take of the same skeleton: also note the bones that are turned by more than "
-        "30° in every frame, compared with it (default: none)",
+        help="another take of the same skeleton; bones that differ from it by more than 30° in "
+        "every frame are noted (default: none)",
     )
 
 

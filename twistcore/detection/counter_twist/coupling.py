@@ -67,7 +67,7 @@ class _Line:
     captured, predicted, sigma
         In radians, shape (2, n + 1, len(t)).
     rarer
-        The cost of a lone jump in addition to the caps.
+        The extra cost of a lone jump, above the caps.
     """
 
     limbs: Limbs

@@ -3,7 +3,7 @@
 All values are gains in nats (log-likelihood ratios against natural motion). An interval gains from
 its two edges, from the steps inside that it explains, and from closing, which means that its jumps
 add up to 0. The gain from closing is the log ratio of two likelihoods of a sum of 0 (modulo a full
-turn): given the scales of the steps, and if the two jumps were unrelated. The prior cost of an
+turn): for steps of these scales, and for two unrelated jumps. The prior cost of an
 interval grows with its length. The disjoint intervals with the highest total gain are found by
 dynamic programming over the edges, in the order of their ends. The gain of an interval does not
 depend on τ, so it is computed once. A new τ only selects the edges at which intervals may begin or

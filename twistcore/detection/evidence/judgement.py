@@ -183,15 +183,18 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
             return "no joint below the limb shows which way the limb bends"
         return f"no joint below the {joint} shows which way it bends"
     if term == "both_turn_more":
-        return f"together, both bones turn {t.together:.0f} times as far there: the limb moves fast"
+        return (
+            f"both bones together turn {t.together:.0f} times as far as the offset: the limb "
+            "moves fast"
+        )
     if term == "long":
         return f"it lasts {t.seconds:.1f} s, longer than almost any error"
     if term == "unanswered":
         return "one of the two bones does not turn where the interval begins or ends"
     if term == "small":
         return (
-            f"it turns by only {t.step:.1f}°, and neither a joint at rest nor the azimuth "
-            "confirms the turn"
+            f"the turn is only {t.step:.1f}°, and neither a joint at rest nor the azimuth "
+            "confirms it"
         )
     if term == "often":
         return f"such turns occur {t.rate or 0.0:.1f} times a second in this {joint}"

@@ -259,7 +259,7 @@ class _Against:
     Attributes
     ----------
     turned
-        In degrees, −1 near errors.
+        The turns in degrees, −1 near errors.
     free
         The number of frames without errors.
     natural
@@ -272,12 +272,12 @@ class _Against:
 
 
 def reach_at(fps: float) -> int:
-    """Return the number of frames on either side that are next to an edge."""
+    """Return the number of frames before and after an edge that are considered near it."""
     return max(4, round(_BESIDE * fps))
 
 
 class _Measured:
-    """One error of a chain, with the quantities that the evidence about it consists of."""
+    """One error of a chain, with the quantities from which its evidence is computed."""
 
     def __init__(self, background: Background, find: Find) -> None:
         self.background, self.chain, self.find = background, background.chain, find
@@ -441,10 +441,9 @@ class _Measured:
         return before, after, usual.furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
-        """Return how many similar turns of P and C occur per second elsewhere, and a quantile.
+        """Return the number of similar turns per second elsewhere, and their 99 % quantile.
 
-        The quantile is the 99 % quantile of these turns. Both results are None if there is too
-        little motion without errors.
+        Both are None if there is too little motion without errors.
         """
         width = max(1, round(median([e.width for e in self.edges] or [1])))
         against = self.background.against(width)

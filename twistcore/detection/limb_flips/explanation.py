@@ -127,7 +127,7 @@ class Left:
     cost
         The cost of leaving the jump unexplained.
     price
-        The cost of that run, the best one with the jump as an edge.
+        The cost of the best run with the jump as an edge.
     spared
         The cost of leaving all jumps of that run unexplained.
     """

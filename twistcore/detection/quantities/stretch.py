@@ -31,7 +31,7 @@ def roll_from_usual(search: KindSearch, interval: Interval) -> Quantity | None:
     middle = 0.5 * interval.residual  # of the angle range, so that no level is near its ends
     degrees = np.degrees(middle + wrap(roll - usual - middle))
     return Quantity(
-        f"Roll of {interval.joint} from its usual roll",
+        f"Roll of {interval.joint} relative to its usual roll",
         degrees[own.at],
         own.level(math.copysign(math.degrees(OFF), interval.residual)),
         math.degrees(interval.size),

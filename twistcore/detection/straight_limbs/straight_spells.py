@@ -59,7 +59,7 @@ class Bend:
     ) -> bool | None:
         """Return True if removing an offset brings the limb closer to its hinge; None if unknown.
 
-        Frames are weighted by how far the limb is bent. An almost straight limb may naturally be
+        Frames are weighted by the bend of the limb. An almost straight limb may naturally be
         bent slightly backward.
 
         Parameters

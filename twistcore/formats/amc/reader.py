@@ -149,9 +149,7 @@ class _Rows:
         return AmcError(self._path, expected, line=line, column=column)
 
     def read(self, tell: Tell) -> tuple[Array, NDArray[np.int64]]:
-        """Return the numbers, (frames, columns) in the order of the joints, and their token
-        indices.
-        """
+        """Return the numbers in joint order, (frames, columns), and their token indices."""
         # bytes.split treats some control characters as letters; token_spans treats them as space.
         odd = len(self._data) != len(self._data.translate(None, _CONTROL))
         split: Callable[[bytes], list[bytes]] = _SOLID.findall if odd else bytes.split

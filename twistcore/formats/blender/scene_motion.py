@@ -22,7 +22,7 @@ _MOVED = 1e-5  # share of the height; a bone that moves farther gets position ch
 
 @dataclass(frozen=True, eq=False)
 class Converted:
-    """The motion of a scene, and notes about data of the scene that the motion does not have."""
+    """The motion of a scene, and notes about scene data that a motion cannot represent."""
 
     motion: Motion
     notes: tuple[str, ...]

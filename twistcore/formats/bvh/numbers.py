@@ -95,9 +95,9 @@ def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
 
 
 def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
-    """Return an estimate, slightly too high, of how many values there are.
+    """Return a slightly high estimate of the number of values.
 
-    It is based on the density of numbers in the first block.
+    The estimate is based on the density of numbers in the first block.
     """
     if not spans:
         return 0

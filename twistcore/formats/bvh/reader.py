@@ -160,9 +160,9 @@ def parse_bvh(
 
 
 def timing_fields(data: bytes) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return where the numbers after 'Frames:' and 'Frame Time:' are in a valid BVH text.
+    """Return the spans of the numbers after 'Frames:' and 'Frame Time:' in a valid BVH text.
 
-    Each is a span (start, end) of byte offsets.
+    Each span is (start, end) in byte offsets.
     """
     found = _MOTION.search(data)
     assert found is not None

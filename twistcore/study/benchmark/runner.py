@@ -128,7 +128,7 @@ def run_benchmark(
 def _results(
     todo: Sequence[str], clips: dict[str, Path], settings: BenchmarkSettings, workers: int
 ) -> Iterator[ClipResult]:
-    """Yield results in order of completion. A clip that fails is recorded but ends no run."""
+    """Yield results in order of completion. A clip that fails does not end the run."""
     items = [(clips[name], name) for name in todo]
     for (_, name), result in each(functools.partial(_run_item, settings), items, workers):
         if isinstance(result, Exception):
@@ -155,7 +155,7 @@ def read_partial(
 ) -> Iterator[ClipResult]:
     """Yield the results of unchanged clips without problems, ignoring an incomplete last line.
 
-    Raises FormatError if it is another kind of file or was written with other settings.
+    Raises FormatError if the file is of another kind or was written with other settings.
     """
     with path.open(encoding="utf-8") as file:
         head = None

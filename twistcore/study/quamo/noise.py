@@ -1,7 +1,7 @@
 """Synthetic random noise at error levels A and B, which does not imitate any pose estimator.
 
-The levels match only the size and the speed that are reported for the errors of video pose
-estimators [Le26 Table 1].
+The levels match only the reported magnitude and speed of the errors of video pose estimators [Le26
+Table 1].
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera measures d
 
 @dataclass(frozen=True)
 class NoiseLevel:
-    """The sizes of the noise, in degrees per joint and axis, and in metres for the root.
+    """The magnitudes of the noise, in degrees per joint and axis, and in metres for the root.
 
     Attributes
     ----------
@@ -30,9 +30,9 @@ class NoiseLevel:
     white
         Noise that is independent in every frame at 25 Hz.
     root_smooth
-        The range from which the size of the root's bias is drawn for each clip.
+        The range from which the magnitude of the root's bias is drawn for each clip.
     root_white
-        The size of the white noise of the root, which is the same for every clip.
+        The magnitude of the root's white noise, the same for every clip.
     """
 
     smooth: float
