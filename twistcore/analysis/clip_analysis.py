@@ -198,7 +198,7 @@ class ClipAnalysis:
     def chain(self, name: str) -> Chain:
         """Return the chain or limb with the given name or label.
 
-        Raises TwistError, which lists similar names, if there is none.
+        Raises TwistError with similar names if there is none.
         """
         return chain_named(self.chains_and_limbs, name, self.name)
 
@@ -453,7 +453,7 @@ class ClipAnalysis:
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def search(self, method: str) -> KindSearch:
-        """Return the input for the functions that find the intervals of a kind.
+        """Return the input for the finders of all kinds.
 
         `method` is the name of a detector, or an empty string for the clip as captured.
         """
@@ -525,7 +525,7 @@ class ClipAnalysis:
         return self._with_many(found_by(Kind.LONE_JUMP, self.search("")))
 
     def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
-        """Return the people who have many of the given jumps, which are keyed by chain name."""
+        """Return the people who have many of the given jumps (keyed by chain name)."""
         least = max(RESTLESS, RESTLESS_A_MINUTE * self.motion.frames / self.motion.fps / 60.0)
         counts = {
             person: sum(not self._in_burst(j) for c in own for j in jumps[c.name])
@@ -1123,7 +1123,7 @@ def detect(
         Threshold τ, in degrees or in radians, for all chains or keyed by the name of a chain or
         limb; automatic where not given.
     tell : callable, optional
-        Called from time to time with the fraction of the work that is done, 0…1.
+        Called repeatedly with the completed share of the work, 0…1.
 
     Returns
     -------

@@ -3,10 +3,10 @@
 Three rules form the groups. None of them depends on a reviewer's decisions:
 
 1. *Edges*: on one limb, intervals whose edges are at most one frame apart belong together, if one
-   of them is a jump or if they share a frame. A jump has only one edge, its first frame. This joins
-   a flip with the jumps at its edges.
+   of them is a jump or if they share a frame. A jump has only one edge, its first frame. This rule
+   joins a flip with the jumps at its edges.
 2. *Overlap*: on one limb, intervals that share at least 80 % of the longer one's frames belong
-   together. This joins a leg with its foot.
+   together. This rule joins a leg with its foot.
 3. *Series*: if at least three of these groups have the same kind of error in the same chain, in the
    same direction and of similar size in the middle, they are one group.
 
@@ -118,7 +118,7 @@ class _Union:
 
 
 def _is_jump(interval: Interval) -> bool:
-    """True for a jump: an error of a single moment, which cannot be corrected."""
+    """True for a jump: a momentary error that cannot be corrected."""
     lasts = interval.repairable or interval.kind.info.lasting
     return not lasts and interval.frames <= _JUMP
 
@@ -140,7 +140,7 @@ def _touching(intervals: Sequence[Interval], members: Iterable[int]) -> Iterator
 def _met(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[int, int]]:
     """Yield pairs that connect intervals whose edges touch.
 
-    Intervals that share no frame are connected only if one of them is a jump: without a jump, one
+    Intervals without a common frame are connected only if one of them is a jump. If neither is, one
     error simply ends where another one begins.
     """
     if len(meeting) < 2:

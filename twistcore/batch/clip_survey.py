@@ -35,7 +35,7 @@ class ClipSurvey:
     intervals : int
         Number of intervals found.
     severity : float
-        How bad the errors are: the root mean square of all visible errors over the frames, degrees.
+        The root mean square of all visible errors over the frames, degrees.
     problem : str
         The reason why the clip could not be read, or an empty string.
     unchecked : str
@@ -102,7 +102,7 @@ def survey_folder(
     workers : int
         Number of processes.
     tell : callable, optional
-        Called after each clip with the fraction of finished clips, 0…1.
+        Called after each clip with the completed share of the clips, 0…1.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A batch folder at a URL. A run works in a local copy, which is uploaded at the end."""
+"""A batch folder at a URL. A run works in a local copy and uploads it at the end."""
 
 from __future__ import annotations
 

@@ -48,10 +48,10 @@ def make_plan(
     """Find the clips that must be processed.
 
     Each clip is recognised by its signature or, if this is unknown, by the hash of its bytes. A
-    clip is new if its bytes, the version or the parameters have changed, but not if the same bytes
-    have another name. A failure caused by the clip itself is permanent; a clip that failed for
-    lack of time, memory or disk space is processed again. `intact` is a function that returns True
-    if the corrected file of a clip is unchanged.
+    clip is new if its bytes, the version or the parameters have changed. A new name for the same
+    bytes does not make it new. A failure caused by the clip itself is permanent; a clip that failed
+    for lack of time, memory or disk space is processed again. `intact` is a function that returns
+    True if the corrected file of a clip is unchanged.
     """
     plan = Plan(manifest.rows())
     mark, sizes = parameters.mark, manifest.sizes(parameters.mark)

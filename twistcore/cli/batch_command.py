@@ -91,7 +91,7 @@ def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
 
 
 def _tell_doubts(folder: Path, sources: Collection[str]) -> bool:
-    """Print how many clips had nothing to examine, unexamined limbs or missing frames.
+    """Print the numbers of clips that were not examined, only examined in part, or lack frames.
 
     Returns True if nothing could be examined in some clip.
     """
@@ -178,7 +178,8 @@ def _rules(arguments: argparse.Namespace) -> list[Any]:
 def _parameters(arguments: argparse.Namespace) -> Parameters:
     """Return the processing parameters.
 
-    They include the contents of files such as the profile, which other machines may not have.
+    They include the contents of files such as the profile, because other machines may not have
+    them.
     """
     profile, rig = None, None
     if arguments.detector and arguments.scheduler:

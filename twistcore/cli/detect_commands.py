@@ -90,7 +90,7 @@ class _Info:
     notes
         Sentences for the text output.
     not_examined
-        A sentence that says why nothing in the clip can be examined, or an empty tuple.
+        A sentence with the reason why nothing in the clip can be examined, or an empty tuple.
     """
 
     document: Document

@@ -1,4 +1,4 @@
-"""Describe in words how many intervals were found, corrected or left, and what was not examined."""
+"""Describe the numbers of found, corrected and remaining intervals, and the unexamined limbs."""
 
 from __future__ import annotations
 

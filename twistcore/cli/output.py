@@ -109,7 +109,7 @@ def step(text: str) -> Iterator[None]:
 def counter(total: int, done: int = 0) -> Iterator[TellName]:
     """Yield a function to call with the name of each finished clip.
 
-    It prints nothing with --quiet.
+    With --quiet, the function prints nothing.
     """
     with uncounted(total) if is_quiet() else clip_counter(total, done) as tell:
         yield lambda name: tell(terminal_text(name))

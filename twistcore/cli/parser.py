@@ -57,8 +57,8 @@ PROGRAMS = ("blender", "maya", "motionbuilder")  # choices of `export --script`
 def make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of all commands.
 
-    If the `words` of a command line are given, only the arguments of the command in it are added,
-    which saves time.
+    If the `words` of a command line are given, only the arguments of its command are added, to save
+    time.
     """
     parser = Parser(prog="twistcore")
     _set_texts(parser, PROGRAM)

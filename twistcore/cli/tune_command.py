@@ -206,7 +206,7 @@ def _of_both(
 ) -> Iterator[_Line]:
     """Yield lines that compare the suggested with the automatic τ, by chain and for all chains.
 
-    `minutes` is the total duration of all clips, which the curves of single chains may not cover.
+    `minutes` is the total duration of all clips, including clips that lack some chains.
     """
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))

@@ -32,7 +32,7 @@ def find_bursts(search: KindSearch) -> Found:
 def find_frozen(search: KindSearch) -> Found:
     """Return the frames in which a limb does not move.
 
-    They are keyed by the first chosen chain of each limb.
+    The intervals are keyed by the first chosen chain of each limb.
     """
     return frozen_intervals(search.motion, search.chains, search.chosen)
 

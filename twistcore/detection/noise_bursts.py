@@ -81,8 +81,8 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 def _of_joint(motion: Motion, joint: int) -> Array:
     """Return σ of a joint's noise in degrees, (frames,), or 0 if a neighbour compensates for it.
 
-    The array is read-only, because it is cached with the motion. For joints without noise, it takes
-    no memory.
+    The array is read-only, because it is cached with the motion. The array of a joint without noise
+    takes no memory.
     """
     known = _by_joint(motion)
     if joint not in known:

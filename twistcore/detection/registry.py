@@ -79,7 +79,7 @@ class Detectors(Mapping[str, Detector]):
     def register(self, detector: Detector, place: str = "") -> Detector:
         """Add a detector, or replace an earlier one with the same name.
 
-        Returns the guarded detector, which reports an error as a TwistError that contains its name.
+        Returns the guarded detector: it reports an error as a TwistError that contains its name.
         `place` is the file and class from which the detector was loaded. Raises TwistError if
         `detector` is not a detector.
         """

@@ -141,7 +141,7 @@ def _mean_around(values: Array, width: int) -> Array:
     """Return the mean of `width` rows around each row, repeating the outermost row at the ends.
 
     Sums of rows are computed by doubling, so that small sums contain no rounding errors of large
-    ones. This does not need scipy, which takes longer to load than the rest of a command.
+    ones. scipy is not used, because it takes longer to load than the rest of a command.
     """
     before = width // 2
     ends = (before, width - 1 - before), *[(0, 0)] * (values.ndim - 1)
@@ -235,7 +235,7 @@ def _quantile(values: Array, share: float) -> Array:
 
 
 def _without_short(mask: Mask, least: int) -> Mask:
-    """Return the mask without its runs that are shorter than `least` frames."""
+    """Remove runs shorter than `least` frames from a mask."""
     out = mask.copy()
     for start, stop in runs(mask):
         if stop - start < least:

@@ -86,7 +86,7 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
     """Pair every session in a folder and its subfolders with its clip.
 
     A session belongs to the clip with the stored name and bytes. If there is none, it belongs to a
-    clip with the same bytes and another name. Of several such clips, the one in the matching
+    clip with the same bytes and a different name. Of several such clips, the one in the matching
     subfolder is used. An export next to its source is used only if no other clip fits. If a clip
     has several sessions, the latest is used. Clips in `output` are ignored. Raises TwistError if
     there is no clip or no session.

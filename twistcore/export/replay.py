@@ -27,8 +27,8 @@ def accepted_motion(
 ) -> Motion:
     """Return the motion to export: corrected by the accepted intervals, and then tracked.
 
-    `chains` are the chains of the review, and its limbs. `tell` is called with the fraction
-    of the tracking that is completed.
+    `chains` are the chains of the review, and its limbs. `tell` is called with the completed share
+    of the tracking.
     """
     refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)

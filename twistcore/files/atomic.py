@@ -76,7 +76,7 @@ def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
 def move_into_place(part: Path, end: Path) -> None:
     """Rename a finished file to `end`, which is in the same folder (see :func:`destination`).
 
-    The file gets the permissions and the owner of the replaced file, as in
+    The file inherits the permissions and the owner of the replaced file, as in
     :func:`write_atomically`. Raises OSError.
     """
     _copy_permissions(part, end)
@@ -88,8 +88,8 @@ def destination(path: Path) -> Path:
     """Return the path to which all links lead, even if there is no such file.
 
     An open descriptor of this process is not followed, although Linux shows it as a link. Raises
-    OSError for a loop of links, and for a folder, a block device or a socket, which can be neither
-    replaced nor written into.
+    OSError for a loop of links, and for a folder, a block device or a socket, because these can be
+    neither replaced nor written into.
     """
     end = path
     for _ in range(_MOST_LINKS):
@@ -114,7 +114,7 @@ def destination(path: Path) -> Path:
 def remove_leftovers(folder: Path) -> None:
     """Remove the half-written files that killed programs left anywhere below a folder.
 
-    Files of other programs, of other users and in use are kept.
+    Files of other programs, files of other users and files in use are kept.
     """
     for part in folder.rglob(f".*{_PART_MARK}*"):
         if part.name.endswith(_PART_END):
@@ -220,7 +220,7 @@ def _replacing(end: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_left(part: Path) -> None:
-    """Remove a file left by a killed program, but no links, other users' files or files in use."""
+    """Remove a file left by a killed program, unless it is a link, another user's, or in use."""
     try:
         status = part.lstat()
         if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1 or not _is_mine(status):

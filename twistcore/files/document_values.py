@@ -1,8 +1,8 @@
 """Check the values in a parsed document before any object is built from them.
 
 A document from an unknown source may contain any value anywhere. Each function returns the value if
-it is as expected. If not, it raises FormatError with one short sentence that says what was
-expected, where, and what was found.
+it is as expected. If not, it raises FormatError with the expected value, its place and the value
+found, in one short sentence.
 """
 
 from __future__ import annotations

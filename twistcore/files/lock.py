@@ -1,4 +1,4 @@
-"""Locks of the operating system on open files, which are released when the program ends."""
+"""Locks of the operating system on open files. They are released when the program ends."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ def sample_times(frames: int, dt: float) -> Array:
 def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
     """Interpolate rotations (frames, joints, 4) by slerp and positions (frames, 3) linearly.
 
-    `times` are the times of the samples, in frames. A sample uses no frame later than the first
+    `times` are the times of the samples, in frames. A sample depends only on frames up to the first
     frame at or after it.
     """
     before, after, share = _neighbours(times, len(q))

@@ -271,7 +271,7 @@ def smooth_clip(
     place: bool = False,
     first: int = 0,
 ) -> Motion:
-    """Smooth each of :func:`pieces` with a spline, which replaces the tracker.
+    """Smooth each of :func:`pieces` with a spline instead of the tracker.
 
     The spline needs the whole clip. `cutoff` is the cut-off for rotations in Hz, by default
     :func:`usual_cutoff`; the position uses three quarters of it. The other parameters are those of

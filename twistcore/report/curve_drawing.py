@@ -1,4 +1,4 @@
-"""Draw the curves of a chain or limb as short SVG paths, which keeps pages with many curves small.
+"""Draw the curves of a chain or limb as short SVG paths, to keep pages with many curves small.
 
 For each column of the plot, a path has one or two points: the lowest and the highest value of the
 frames in the column, so that a jump in a single frame remains visible. x is the column, and y is 0
@@ -107,7 +107,7 @@ class ClipCurves:
         self._expected.take(j.interval for j in judged if _is_expected(j))
 
     def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
-        """Return the panels of chains with intervals, worst first, and how many were omitted.
+        """Return the panels of chains with intervals, worst first, and the number of other panels.
 
         `corrected` is the motion with the accepted intervals applied.
         """

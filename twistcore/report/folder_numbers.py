@@ -171,7 +171,7 @@ def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def worst_first(rows: Iterable[ClipRow]) -> list[ClipRow]:
-    """Return the rows sorted: clips that were not processed, then the others, worst first."""
+    """Sort the rows: unprocessed clips first, then the others from worst to best."""
     return sorted(rows, key=lambda r: (r.state == "done", -r.severity, -r.found, r.name))
 
 

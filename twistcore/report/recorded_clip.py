@@ -88,7 +88,7 @@ def _names(analysis: ClipAnalysis) -> set[str]:
 
 
 def _parameters(record: ClipRecord) -> dict[str, Any]:
-    """Return the parameters that are not empty, except the detector, which is shown elsewhere."""
+    """Return the nonempty parameters, without the detector, since it is shown elsewhere."""
     return {
         **{k: v for k, v in given(record.parameters).items() if k != "method"},
         "processed by": f"twistcore {record.version}",

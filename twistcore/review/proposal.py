@@ -102,7 +102,7 @@ def proposed_stretch(motion: Motion, jump: Interval, others: Iterable[Interval])
 def _off_spans(
     motion: Motion, joint: int, spans: Sequence[tuple[int, int]]
 ) -> list[tuple[int, int]]:
-    """Return the spans in which a joint's roll is far from its roll outside all spans."""
+    """Return the spans in which a joint's roll is far from its roll in the rest of the clip."""
     roll = defined_roll(motion, joint)
     rest = np.isfinite(roll)
     for start, stop in spans:
@@ -115,7 +115,7 @@ def _off_spans(
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
-    """Return the edges of a proposed interval, replacing missing ones, which are −1.
+    """Return the edges of a proposed interval, replacing missing ones (−1).
 
     A missing edge is placed 0.1 s from the other edge. If both are missing, the interval is placed
     around the frame.

@@ -337,7 +337,7 @@ def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName
     """Choose roles by comparing joints.
 
     A joint loses a role if another name on that side fits the role better. If a name has several
-    meanings, a meaning that no other name on the same side has is preferred.
+    meanings, a meaning that is unique on its side is preferred.
     """
     ranks = [_rank(p) for p in pieces]
     best: dict[tuple[str, str], int] = {}
@@ -394,7 +394,7 @@ def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str
 
 
 def _rank(pieces: list[_Piece]) -> int:
-    """Return how far a name is from a plain name of known words, which has rank 0."""
+    """Return the rank of a name: 0 for a plain name of known words, and higher for other names."""
     if any(p.has("third") for p in pieces):
         return _LAST
     bare = [p for p in pieces if p or len(p.word) > 1]

@@ -214,7 +214,7 @@ AS_FOUND = Rig()
 
 
 def skeleton_mark(skeleton: Skeleton) -> str:
-    """Return the SHA-256 of the joint names and parents, which all clips of a rig share."""
+    """Return the SHA-256 of the joint names and parents, the same for all clips of a rig."""
     import hashlib  # slow to load; few commands need it
 
     text = json.dumps([list(skeleton.names), skeleton.parents.tolist()])

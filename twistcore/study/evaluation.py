@@ -1,4 +1,4 @@
-"""Measure how well injected errors were corrected, and what changed elsewhere [Choi26 §4.2]."""
+"""Measure the correction of injected errors, and the changes elsewhere [Choi26 §4.2]."""
 
 from __future__ import annotations
 

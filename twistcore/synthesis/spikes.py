@@ -35,7 +35,7 @@ def draw_spikes(
 
     `motion` is the clean motion. A spike lasts from one frame to 0.03 s. Its angle is at most 120°,
     and at least 1.5 times the smallest spike that the detector reports for the joint. Joints
-    without three rotation channels have no spikes.
+    without three rotation channels are left out.
     """
     limits = limits_of(motion, find_chains(motion))
     joints = np.flatnonzero(limits.spike < _LARGEST)

@@ -63,7 +63,7 @@ class CommonTau:
         )
 
     def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
-        """Yield sentences that say whether one τ is enough, and why a chain needs its own τ.
+        """Yield sentences about whether one τ is enough, and about why a chain needs its own τ.
 
         `label` is a function that returns the displayed name of a chain.
         """

@@ -165,7 +165,7 @@ def _tau(degrees: Any, name: str) -> float:
 
 
 def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
-    """Return the value of a key, which must be the same in all tables that have the key."""
+    """Return the value of a key. It must be the same in all tables that have the key."""
     values = [table[key] for table in tables if key in table]
     if others := sum(value != values[0] for value in values):
         raise FormatError(f"expected the same {key} in all tables, but {others} tables differ")

@@ -147,8 +147,8 @@ class VerdictCurve:
         """Return the grid indices of the lowest costs (draws, n), by the rule of :class:`TauCurve`.
 
         If several τ cost the same, the largest one up to the size of the smallest errors to find is
-        chosen, but never one below the median τ of the review, since the number of alarms below it
-        is hardly known.
+        chosen, but never one below the median τ of the review, below which the number of alarms is
+        uncertain.
         """
         usable = self.tau >= self.reviewed * (1 - _SAME)
         if not usable.any():
@@ -218,7 +218,7 @@ class VerdictCurve:
         return float(self.tau[first]), float(self.tau[last])
 
     def draw(self, draws: int, seed: int) -> Array:
-        """Return how often each row occurs in samples with replacement, shape (draws, rows)."""
+        """Return the count of each row in samples with replacement, shape (draws, rows)."""
         rows = len(self.errors)
         rng = np.random.default_rng(seed)
         drawn = rng.multinomial(rows, np.full(rows, 1.0 / rows), size=draws).astype(float)

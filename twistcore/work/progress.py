@@ -1,4 +1,4 @@
-"""Report the progress of long computations to a function, which may also cancel them."""
+"""Report the progress of long computations to a function that may also cancel them."""
 
 from __future__ import annotations
 

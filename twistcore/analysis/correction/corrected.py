@@ -49,7 +49,7 @@ class Angles:
 
 
 class Corrected:
-    """A clip without the errors in the intervals that :meth:`take` sets.
+    """A clip after the correction of the intervals that are given to :meth:`take`.
 
     Offsets and closed forms of unchanged chains are reused, because the result must update quickly
     while a user drags τ.

@@ -61,7 +61,7 @@ class ProtectedMeasure:
 
     @property
     def growth(self) -> float:
-        """The increase of the measure, which is negative if the correction improved it."""
+        """The increase of the measure; negative if the correction improved it."""
         return self.after - self.before
 
     @property
@@ -122,7 +122,7 @@ class Hinges:
 
 
 def shown_at(interval: Interval, frames: NDArray[np.intp]) -> Interval:
-    """Return an interval restricted to the given frames, which are sorted in ascending order.
+    """Return an interval restricted to the given frames (in ascending order).
 
     The result counts these frames only, and is empty if the interval contains none of them.
     """
@@ -154,8 +154,8 @@ def protected_measures(
       Tolerance: 0.1 %. Leaf joints off the bone, such as helpers, turn with it.
 
     `chains` are the chains of the motion, including limbs. `hinges` are the clip's hinges; pass the
-    same object for all corrections. Without it, they are determined from the motion. `others`
-    are intervals that are corrected both before and after. Nothing is measured for an
+    same object for all corrections. Without `hinges`, the hinges are determined from the motion.
+    `others` are intervals that are corrected both before and after. Nothing is measured for an
     interval that cannot be corrected.
     """
     every = tuple(chains)

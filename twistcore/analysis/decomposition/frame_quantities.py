@@ -97,7 +97,7 @@ class Decomposition:
     def dtheta_c_is_defined(self) -> bool:
         """True if v⊥ has a direction in this frame and the previous one.
 
-        It has none if the limb is straight.
+        In a straight limb, v⊥ has no direction.
         """
         before = float(np.linalg.norm(self.across_before))
         return min(self.azimuth_reliability, before) > UNDEFINED

@@ -52,7 +52,7 @@ def add_method(
     default: str | None = DEFAULT_METHOD,
     help: str = "detector that examines the chains (default: %(default)s)",
 ) -> None:
-    """Add the options --method and --detector, which choose a detector by name or by file."""
+    """Add the options --method (detector by name) and --detector (detector by file)."""
     group = parser.add_mutually_exclusive_group()
     # Set afterwards, so that detectors in other packages are looked up only when help lists them.
     group.add_argument("--method", default=default, help=help).choices = DETECTORS

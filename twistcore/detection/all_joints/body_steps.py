@@ -1,4 +1,4 @@
-"""Steps of the whole body and jumps in position, which no single joint can cause."""
+"""Steps of the whole body, and jumps in position."""
 
 from __future__ import annotations
 

@@ -130,7 +130,7 @@ def _joint_steps(search: KindSearch) -> _JointSteps:
 def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
     """Return the smallest spike and the smallest jump to report for each joint.
 
-    Joints without three rotation channels get limits that are never reached.
+    The limits of joints without three rotation channels are never reached.
     """
     small = toes_and_fingers(motion.skeleton, chains)
     step = math.degrees(motion.angle_step)
@@ -162,7 +162,7 @@ def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], lis
 
 @dataclass(frozen=True)
 class _Others:
-    """The other errors of a clip, which may explain a step of a joint.
+    """The other errors of a clip, as possible explanations of a joint's step.
 
     Attributes
     ----------
@@ -311,7 +311,7 @@ def _interval(
 
 
 def _step_in_clip(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> JointStep:
-    """Return a step with the frame numbers of the clip, which may contain held frames.
+    """Convert a step to frame numbers of the clip, including held frames.
 
     If `jump` is True, the result covers one frame, like a lone jump.
     """

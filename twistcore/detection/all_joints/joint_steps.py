@@ -317,7 +317,7 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
 
 
 def _between(a: Array, b: Array, share: float | Array) -> Array:
-    """Interpolate between the rotations a and b, (…, 4), which must be close together.
+    """Interpolate between two rotations a and b, (…, 4), that are close together.
 
     `share` is the fraction of the way from a to b, 0…1.
     """

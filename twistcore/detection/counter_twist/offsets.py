@@ -152,7 +152,7 @@ def _closed(
 
 
 def _unclosed(pair: Pair, table: PairTable, d: Array) -> Course:
-    """Return the error of an interval with only one edge, which begins or ends at a border.
+    """Return the error of an interval that begins or ends at a border and so has only one edge.
 
     The level of the error is constant between the edge and the border.
     """

@@ -134,9 +134,9 @@ def unanswered(t: Terms) -> bool:
 def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judgement:
     """Judge the evidence about an interval.
 
-    `segment` is the segment of the chain, which determines the joint's name in the doubts.
-    `straight` is True if the interval was found as an error of a straight limb, in which both bones
-    must turn at the ends of the interval.
+    `segment` is the chain's segment, from which the doubts take the joint's name. `straight` is
+    True if the interval was found as an error of a straight limb, in which both bones must turn at
+    the ends of the interval.
     """
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
     motion = sum(parts.values()) < _MOTION

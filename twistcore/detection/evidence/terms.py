@@ -73,15 +73,15 @@ class Terms:
     """The evidence about one error.
 
     - hinged: True if the chain has an azimuth
-    - for_x, for_y, for_azimuth: how well the turn of the signal at the edges agrees with the error,
+    - for_x, for_y, for_azimuth: the agreement between the signal's turn at the edges and the error,
       nats
-    - rougher: how much rougher the azimuth is after the correction, nats
+    - rougher: the increase in the azimuth's roughness after the correction, nats
     - edge_bend: sin² of the bend at the edge at which the limb is bent more
     - off_before, off_after: the angle of C's bone from its usual side before and after the
       correction, NaN if unknown
     - side_spread: the 95 % quantile of the angle from that side in the rest of the clip, NaN if
       unknown
-    - for_side: how much closer to that side the correction brings C's bone, nats
+    - for_side: the evidence that the correction brings C's bone closer to that side, nats
     - least_bend: the smallest bend in the error's frames
     - together: the common turn of P and C at the edges, relative to the turn of the offset
     - rate: the number of such counter-turns per second elsewhere, None if there is too little
@@ -210,7 +210,7 @@ class Background:
         return self._known[name, width]
 
     def against(self, width: int) -> _Against:
-        """Return how far P and C turn against each other over `width` frames outside errors."""
+        """Return the opposite turns of P and C over `width` frames outside errors."""
         if width not in self._against:
             c, reach = self.chain, reach_at(self.chain.fps)
             around = 2 * (width // 2 + reach) + width
@@ -254,7 +254,7 @@ class _Usual:
 
 @dataclass(frozen=True, eq=False)
 class _Against:
-    """Turns of P and C against each other.
+    """Turns of P and C in opposite directions.
 
     Attributes
     ----------
@@ -391,7 +391,7 @@ class _Measured:
         return float(np.linalg.norm(turn) / abs(edge.turn))
 
     def _rougher(self) -> float:
-        """Return how much rougher the azimuth at the edges is after the correction, in nats."""
+        """Return the increase in the azimuth's roughness at the edges by the correction, nats."""
         c = self.chain
         if not c.hinged or not self.edges:
             return 0.0
@@ -457,7 +457,7 @@ class _Measured:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The usual side of C's bone, which is the usual direction of the bend.
+    """The usual side of C's bone: the usual direction of the bend.
 
     Attributes
     ----------

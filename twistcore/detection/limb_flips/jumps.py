@@ -105,7 +105,7 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return the jumps in one frame, which are departures of at least τ radians.
+    """Return the jumps in one frame: departures of at least τ radians.
 
     Smaller departures that are unusual in the limb are returned as well. `scale_at` and `steps_at`
     are functions that return the scale of the limb and the movement of its end at given frames.
@@ -124,7 +124,7 @@ def sharp_jumps(
 def soft_jumps(turns: Array, sharp: Mask, fps: float) -> list[Jump]:
     """Return runs of fast turns in one direction that together amount to a flip.
 
-    `sharp` is the mask of the frames with sharp turns, which cannot be part of such a run.
+    `sharp` is the mask of the frames with sharp turns. They cannot be part of such a run.
     """
     found = set()
     for pace in _SOFT_PACES / fps:

@@ -111,8 +111,8 @@ def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], 
 def _answered(own: Array, other: Array) -> bool:
     """Return True if the other joint turns back the few turns of a joint that is silent elsewhere.
 
-    A joint that was held over gaps in the capture is silent in these gaps as well, but the other
-    joint does not turn back the remaining turns of such a joint.
+    A joint that was held over gaps in the capture is also silent in the gaps, but the other joint
+    does not turn back its remaining turns.
     """
     turns = np.abs(own) >= STILL
     return bool(np.abs(own + other)[turns].sum() <= ANSWERED * np.abs(other)[turns].sum())
@@ -185,7 +185,7 @@ def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
 
 
 def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
-    """Return the share of the turns of silent joints that remains after an error is removed."""
+    """Return the remaining share of silent joints' turns after an error is removed."""
     before = _turned(surprise, sides, error)
     _take_out(surprise, error)
     left = _turned(surprise, sides, error)

@@ -52,7 +52,7 @@ def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) ->
 
 
 class Search:
-    """The search for the soft errors of one limb, which are found and removed one at a time."""
+    """The search for the soft errors of one limb. Errors are found and removed one at a time."""
 
     def __init__(self, surprise: Surprise, limb: list[int]) -> None:
         self._surprise, self._limb = surprise, limb

@@ -118,7 +118,7 @@ class Surprise:
         return axis if axis.ndim == 1 else axis[at]
 
     def measure(self, bad: Mask) -> None:
-        """Compute all departures, and measure the natural scales in the frames that are not bad.
+        """Compute all departures, and measure the natural scales outside the bad frames.
 
         `bad` is the mask of the bad frames, shape (rows, frames).
         """

@@ -153,8 +153,8 @@ def straight_limb(
 
     The result is None if there are no such errors, or if the chain has no hinge, for example
     because it has no grandchild. The bend decides which of two spells contains the error, not the
-    length. An interval between jumps takes priority only if it brings the bent limb back to
-    its hinge, or if it leaves hardly more counter-turn unexplained. `by_itself` is a function that
+    length. An interval between jumps takes priority only if it brings the bent limb back to its
+    hinge, or if it leaves little more counter-turn unexplained. `by_itself` is a function that
     returns the increments of P and C without the effect of jumps in neighbouring chains, each
     (frames,), in radians.
     """

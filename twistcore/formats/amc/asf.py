@@ -48,7 +48,7 @@ class Asf:
     start
         Offset added to the root's translation, shape (3,).
     radians
-        True if angles are in radians, None if the file does not say.
+        True if angles are in radians, None if the file does not specify the unit.
     """
 
     path: Path

@@ -113,7 +113,7 @@ def parse_amc(
 
 
 def _skeleton_warning(asf: Asf, warning: ClipWarning) -> ClipWarning:
-    """Return a warning with the name of the skeleton file and the line number put before it."""
+    """Return a warning prefixed with the name of the skeleton file and the line number."""
     line = "" if warning.line is None else f", line {warning.line}"
     return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
 

@@ -58,8 +58,8 @@ def converted(scene: Handover, unit: float) -> Converted:
     """Convert bones to a motion with the same poses.
 
     `unit` is the length of the motion's unit in metres. Global rotations are relative to the rest
-    pose: in the rest pose, no joint is rotated and offsets are the differences of bone heads. A
-    bone that moves relative to its parent gets position channels. Raises TwistError for mirrored or
+    pose: in the rest pose, no joint is rotated and offsets are the differences of bone heads. Bones
+    that move relative to their parents have position channels. Raises TwistError for mirrored or
     flat bones.
     """
     rest, _ = _turned(scene.rest)

@@ -92,7 +92,7 @@ def has_comma(word: str | None) -> bool:
 
 
 def no_number(expected: str, word: str | None) -> str:
-    """Return the message for a word that is not a number. It mentions a decimal comma, if any.
+    """Return the message for a word that is not a number, and mention any decimal comma.
 
     `expected` is the message for all other words.
     """

@@ -1,4 +1,4 @@
-"""A clip of SMPL poses from a file with named arrays, which can be rewritten."""
+"""A clip of SMPL poses from a file with named arrays. Its numbers can be rewritten."""
 
 from __future__ import annotations
 

@@ -145,7 +145,7 @@ def _as_key(key: Any) -> Any:
 
 
 def _check_arguments(arguments: list[Any]) -> None:
-    """Raise UnpicklingError for long arguments of a call, which would be copied."""
+    """Raise UnpicklingError for long arguments of a call, because they would be copied."""
     if any(len(one) > _ARGUMENTS for one in arguments):
         raise pickle.UnpicklingError("a call has too many arguments")
 
@@ -235,7 +235,7 @@ class Places:
 
 
 class _Counted(dict[int, Any]):
-    """The method of each instruction, with a limit on the number of calls."""
+    """A mapping from opcodes to methods that limits the number of calls."""
 
     def __init__(self, methods: Mapping[int, Any], most: int) -> None:
         super().__init__(methods)
@@ -287,7 +287,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
     def _encoded(self, text: Any, *_: object) -> bytes:
         """Return the bytes that a text represents; each text is converted once."""
         if not isinstance(text, str):
-            raise pickle.UnpicklingError("a text is missing")
+            raise pickle.UnpicklingError("a string is missing")
         if id(text) not in self._latin:
             self._latin[id(text)] = text, text.encode("latin1")
         return self._latin[id(text)][1]
@@ -361,7 +361,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
     def _put(self) -> None:
         number = int(self.readline()[:-1])
         if not 0 <= number <= _MEMO:
-            raise pickle.UnpicklingError("the number of a remembered value is too large")
+            raise pickle.UnpicklingError("a memo index is too large")
         self.memo[number] = self.stack[-1]
 
     def _empty_set(self) -> None:

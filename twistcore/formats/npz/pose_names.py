@@ -67,7 +67,7 @@ class PoseNames:
     rate
         The assumed frame rate of files without one, and the name of their data set, or None.
     left
-        Arrays of joints that are not read and not changed.
+        Arrays of joints that are neither read nor changed.
     """
 
     joints: int

@@ -52,7 +52,7 @@ class _Row:
     row: int
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return the array named THETAS or PLACE, which has a row for each person in the frame."""
+        """Return the array named THETAS or PLACE, with a row for each person in the frame."""
         found = self.pose if name == THETAS else self.place
         assert found is not None
         return found

@@ -84,7 +84,7 @@ def _candidates(
 ) -> list[list[int]]:
     """Return the lines that may be arms or legs.
 
-    They begin at the same joint as the limb on the other side. If that is unknown, arms are
+    The lines begin at the same joint as the limb on the other side. If that is unknown, arms are
     searched for on the trunk above the legs, and legs near the root.
     """
     anchors = {k: _anchors(shape, known, k) for k in BONES}

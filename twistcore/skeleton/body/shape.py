@@ -1,4 +1,4 @@
-"""The shape of a skeleton: lengths, lines of joints, and how far joints bend."""
+"""The shape of a skeleton: lengths, lines of joints, and ranges of bends."""
 
 from __future__ import annotations
 

@@ -142,7 +142,7 @@ def _run_item(settings: BenchmarkSettings, item: tuple[Path, str]) -> ClipResult
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Return a file's size and modification time, which show whether it was edited."""
+    """Return a file's size and modification time, to detect edits."""
     try:
         status = path.stat()
     except OSError:  # missing, or a broken link: reading the clip will report the error

@@ -1,4 +1,4 @@
-"""Synthetic random noise at error levels A and B, which does not imitate any pose estimator.
+"""Synthetic random noise at error levels A and B. It does not imitate any pose estimator.
 
 The levels match only the reported magnitude and speed of the errors of video pose estimators [Le26
 Table 1].
