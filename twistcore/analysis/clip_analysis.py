@@ -482,7 +482,7 @@ class ClipAnalysis:
         """Return all intervals at the automatic τ that can be corrected."""
         if method not in self._known:
             detector = _ByName(self, method, REPAIRED, final=False)
-            names = self._looked_at(REPAIRED)
+            names = self._searched_names(REPAIRED)
             known = (i for n in names for i in detector.intervals(n, detector.automatic_tau(n)))
             self._known.setdefault(method, tuple(known))
         return self._known[method]
@@ -687,7 +687,7 @@ class ClipAnalysis:
         if tell is not None:
             self.by(method, tell)
         given = self._given(tau_radians, tau_degrees)
-        names = self._looked_at(wanted)
+        names = self._searched_names(wanted)
         tau = {n: given[n] if n in given else detector.automatic_tau(n) for n in names}
         found = [i for name, t in tau.items() for i in detector.intervals(name, t)]
         return Detection(self, method, MappingProxyType(tau), tuple(found))
@@ -703,7 +703,7 @@ class ClipAnalysis:
         names = {c.name for c in self.chains_and_limbs}
         return self._given(for_all, None) | {k: t for k, t in by_name.items() if k in names}
 
-    def _looked_at(self, kinds: Collection[str]) -> tuple[str, ...]:
+    def _searched_names(self, kinds: Collection[str]) -> tuple[str, ...]:
         """Return the names of the chains and limbs in which these kinds can be found."""
         chains = self.chains if set(kinds) - {Kind.LIMB_FLIP} else ()
         return tuple(c.name for c in (*chains, *(self.limbs if Kind.LIMB_FLIP in kinds else ())))

@@ -73,7 +73,10 @@ def error_groups(
     for members in of_limb.values():
         for one, other in (*_touching(intervals, members), *_overlapping(intervals, members)):
             union.join(one, other)
-    parts = [_led(intervals, _without_alternatives(intervals, part)) for part in union.parts()]
+    parts = [
+        _main_error_first(intervals, _without_alternatives(intervals, part))
+        for part in union.parts()
+    ]
     groups = [
         ErrorGroup(members, _name(intervals, members, by_name, repeated))
         for members, repeated in _with_series(intervals, parts)
@@ -131,13 +134,13 @@ def _touching(intervals: Sequence[Interval], members: Iterable[int]) -> Iterator
     meeting: list[int] = []  # intervals whose edges touch
     for place, (edge, k) in enumerate(edges):
         if place and edge - edges[place - 1][0] > _NEAR:
-            yield from _met(intervals, meeting)
+            yield from _touching_pairs(intervals, meeting)
             meeting = []
         meeting.append(k)
-    yield from _met(intervals, meeting)
+    yield from _touching_pairs(intervals, meeting)
 
 
-def _met(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[int, int]]:
+def _touching_pairs(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[int, int]]:
     """Yield pairs that connect intervals whose edges touch.
 
     Intervals without a common frame are connected only if one of them is a jump. If neither is, one
@@ -238,7 +241,7 @@ def _without_alternatives(
     return [k for k in part if k not in left]
 
 
-def _led(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:
+def _main_error_first(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:
     """Return a part's errors with the main error first and the others sorted by start."""
 
     def weight(k: int) -> tuple[bool, bool, int, int]:
@@ -292,7 +295,7 @@ def _similar(
 
 
 def _middle(interval: Interval) -> float:
-    """Return the angle in the middle frame of an interval, radians. A median would be slow."""
+    """Return the angle in the middle frame of an interval, radians. The median would be slower."""
     return float(
         interval.offset[interval.frames // 2] if interval.repairable else interval.residual
     )

@@ -172,7 +172,7 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
             settings,
             checkpoint=path.with_suffix(".checkpoint"),
             compiled=arguments.compile,
-            tell=partial(_told, path.stem),
+            tell=partial(_progress_of_clip, path.stem),
         )
         minutes = (time.perf_counter() - begin) / 60.0
         made_of = json.dumps({"clips": [s.name for s in used], "settings": vars(settings)})
@@ -181,5 +181,5 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
     return code
 
 
-def _told(name: str, sentence: str) -> None:
+def _progress_of_clip(name: str, sentence: str) -> None:
     progress(f"{name}: {sentence}")

@@ -89,7 +89,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         return code
     # Sorted by name, so that the profile does not depend on which process finished first.
     together = {m: _together(found[path][m] for path in sorted(found)) for m in methods}
-    curves, wanted = together[arguments.method], _wanted(arguments)
+    curves, wanted = together[arguments.method], _price_and_smallest(arguments)
     profile = {name: tuned(c, c.suggested(*wanted)) for name, c in curves.items()}
     write_profile(arguments.output, profile, source.name, arguments.method)
     minutes = sum(_minutes(clip[arguments.method]) for clip in found.values())
@@ -241,7 +241,7 @@ def _refuse_rig(arguments: argparse.Namespace) -> None:
         )
 
 
-def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
+def _price_and_smallest(arguments: argparse.Namespace) -> tuple[float, float]:
     """Return the price of a false alarm, and the smallest error to find in radians."""
     price, smallest = arguments.alarm_price, arguments.smallest
     return (
@@ -295,7 +295,7 @@ def _tell(
     arguments: argparse.Namespace, clips: Sequence[JudgedClip], problems: Sequence[str]
 ) -> int:
     """Write and print the profile. Raises TwistError if there are too few decisions."""
-    found = common_tau(clips, *_wanted(arguments), seed=0)
+    found = common_tau(clips, *_price_and_smallest(arguments), seed=0)
     errors, natural = count_verdicts(clips)
     curve = verdict_curve(clips)
     if found.common is None and curve.enough:

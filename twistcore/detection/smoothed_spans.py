@@ -96,13 +96,13 @@ def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> t
     names of the joints.
     """
     groups = overlapping(spans)
-    said = [_said(group, names) for group in groups[:_MOST]]
+    said = [_sentence(group, names) for group in groups[:_MOST]]
     if len(groups) > _MOST:
         said.append(f"{len(groups) - _MOST} more smoothed spans were found.")
     return tuple(said)
 
 
-def _said(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
+def _sentence(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
     joints = list(dict.fromkeys(names[s.joint] for s in group))
     start, stop = min(s.start for s in group), max(s.stop for s in group)
     if len(joints) == 1:

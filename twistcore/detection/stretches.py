@@ -107,7 +107,7 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
 
 
 def usual_roll(motion: Motion, chains: Sequence[Chain], joint: int) -> float | None:
-    """Return the roll of a joint with which its stretches are compared, in radians, or None.
+    """Return the roll of a joint that serves as the reference for its stretches, radians, or None.
 
     `motion` is the motion without held frames.
     """

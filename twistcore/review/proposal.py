@@ -24,7 +24,7 @@ _FAINT, _FAINT_FLIP = np.radians(1.0), np.radians(25.0)
 
 
 def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float) -> Interval:
-    """Return an interval from the strongest counter-rotation before a frame to the one after it.
+    """Return an interval between the strongest counter-rotations before and after a frame.
 
     If there is no counter-rotation of 1° or more, the interval is 0.1 s long. Its offset is the
     level of θp inside, relative to the line between the frames before and after.

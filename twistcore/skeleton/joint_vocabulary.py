@@ -277,7 +277,7 @@ def _table(
 
 
 def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
-    """Return `check` applied to a value of a table in the file.
+    """Apply `check` to a value of a table in the file.
 
     Raises _WordsError with the position if the check fails.
     """

@@ -212,7 +212,7 @@ def _drawn(
     rng: np.random.Generator,
     protocol: Protocol,
 ) -> InjectedError | None:
-    """Draw one error, or return None if its offset is 0, such as for a gap without a turn."""
+    """Draw one error, or return None if its offset is 0, for example in a gap without a turn."""
     start, stop = place
     onset, end = start > first, stop < motion.frames
     if protocol.fill:

@@ -178,7 +178,7 @@ def common_tau(
 def _gain(
     curve: VerdictCurve, common: float, price: float, smallest: float, seed: int
 ) -> tuple[float, float]:
-    """Return the mean saving by a chain's own τ, and the share of draws in which it saves.
+    """Return the mean saving by a chain's own τ, and the share of draws with a saving.
 
     The saving is relative to the common τ. Every draw chooses a τ, and its saving is measured on
     the rows that were not drawn, since it is always the cheapest on the drawn rows. Errors of other

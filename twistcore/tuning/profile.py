@@ -92,7 +92,7 @@ def write_profile(
     """
     clip, by = legible(source), legible(method)  # without line breaks
     lines = [f"# τ per joint for twistcore --profile, tuned on {clip} with detector {by}."]
-    common = [f"detector = {toml_string(method)}", *_whose_lines(whose)]
+    common = [f"detector = {toml_string(method)}", *_shared_lines(whose)]
     for name, t in profile.items():
         reasons = {
             "noise_deg": (t.noise, 4),
@@ -113,7 +113,7 @@ def write_profile(
     write_atomically(path, encoded("\n".join(lines) + "\n"))
 
 
-def _whose_lines(whose: Profile | None) -> list[str]:
+def _shared_lines(whose: Profile | None) -> list[str]:
     if whose is None:
         return []
     texts = {"rig": whose.rig, "performer": whose.performer}

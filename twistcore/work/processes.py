@@ -88,7 +88,7 @@ class Apart:
             process.stdin.flush()
             answer, fine = pickle.loads(_received(process.stdout))
         except (OSError, EOFError, pickle.UnpicklingError):
-            self._bury()
+            self._discard_process()
             if late.is_set() and seconds is not None:
                 raise ProcessTimeError(_WAITING * seconds, True) from None
             if process.returncode == _ENDED_FOR_TIME:
@@ -98,7 +98,7 @@ class Apart:
             if timer is not None:
                 timer.cancel()
         if late.is_set():  # the answer came while the process was being ended
-            self._bury()
+            self._discard_process()
         if not fine:
             raise answer
         result: Result = answer
@@ -137,7 +137,7 @@ class Apart:
                 self._process = _started()
             return self._process
 
-    def _bury(self) -> None:
+    def _discard_process(self) -> None:
         with self._guard:
             process, self._process = self._process, None
         _end(process)

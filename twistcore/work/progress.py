@@ -24,7 +24,7 @@ def nobody(_share: float) -> None:
 
 
 def part(tell: Tell, start: float, stop: float) -> Tell:
-    """Return a :data:`Tell` for one stage of the work, which maps 0…1 to `start`…`stop`."""
+    """Return a :data:`Tell` for one stage of the work, mapping 0…1 to `start`…`stop`."""
     return lambda share: tell(start + share * (stop - start))
 
 

@@ -290,7 +290,7 @@ class _Around:
 def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> ProtectedMeasure | None:
     """Measure the corrected joint's deviation from its exact hinge while the limb is bent."""
     interval = around.interval
-    chain = next((c for c in chains if _turns_in(c, around.next_joint)), None)
+    chain = next((c for c in chains if _shows_bend_direction(c, around.next_joint)), None)
     if chain is None or (off := hinges.off(chain)) is None:
         return None
     there = np.abs(interval.offset) > 0.5 * abs(interval.largest)
@@ -309,7 +309,7 @@ def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Prot
     return around.measure(HINGE, before, after, around.next_joint)
 
 
-def _turns_in(chain: Chain, joint: int) -> bool:
+def _shows_bend_direction(chain: Chain, joint: int) -> bool:
     """True if the chain's signals contain the direction in which this joint bends."""
     return not isinstance(chain, Limb | Helper) and chain.child == joint and chain.grandchild >= 0
 

@@ -75,7 +75,7 @@ def no_counter_twist(
     if given is not None:
         return soft.better_explanation(given, _numbers(edge) if edge else {})
     if edge is None:
-        return _thinned(place, own)
+        return _run_below_tau(place, own)
     return _single(place, edge) or _unpaired(place, own, edge, soft)
 
 
@@ -216,7 +216,7 @@ def _other_error(
     return place.reason(Why.IMAGE, because, of=interval.chain, **numbers)
 
 
-def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
+def _run_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason:
     """Return the reason for a frame above τ in a run of frames that as a whole is below τ."""
     e, t = own.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop))

@@ -194,11 +194,15 @@ class _Softened:
             judged, motion = analysis.with_evidence(own.interval)
             if motion:
                 out[k] = False
-            elif not is_clear(judged) and any(self._surer(analysis, c, error) for c in self.plain):
+            elif not is_clear(judged) and any(
+                self._has_clearer_interval(analysis, c, error) for c in self.plain
+            ):
                 out[k] = True
         return out
 
-    def _surer(self, analysis: ConsistencyAnalysis, chain: ChainAnalysis, error: SoftError) -> bool:
+    def _has_clearer_interval(
+        self, analysis: ConsistencyAnalysis, chain: ChainAnalysis, error: SoftError
+    ) -> bool:
         """Return True if a chain has a clear interval between jumps that overlaps a soft error.
 
         Only the chain of the soft error and its neighbours are considered.

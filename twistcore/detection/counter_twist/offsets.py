@@ -58,13 +58,13 @@ def offsets_of(
     closed = [p for p in pairs if p.opening >= 0 and p.closing >= 0]
     courses = _closed(closed, table, d, variance, step)
     found = {
-        p: _as_p_shows(course, p, table, counter, chain)
+        p: _measured_at_parent(course, p, table, counter, chain)
         for p, course in zip(closed, courses, strict=True)
     }
     return [found[p] if p in found else _unclosed(p, table, d) for p in pairs]
 
 
-def _as_p_shows(
+def _measured_at_parent(
     course: Course, pair: Pair, table: PairTable, counter: CounterRotation, chain: int
 ) -> Course:
     """Return the error measured at the jumps of P alone, if C clearly turns back only part of it.

@@ -155,7 +155,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
         if share > LEFT:
             break
         best = _of_two_chains(surprise, sides, best, [e for v, e in rivals if v <= share + ALIKE])
-        _take_out(surprise, best)
+        _remove(surprise, best)
         done[best.row, best.start : best.stop] = True
         found.append(best.trimmed())
     return found
@@ -187,9 +187,9 @@ def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
 def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
     """Return the remaining share of silent joints' turns after an error is removed."""
     before = _turned(surprise, sides, error)
-    _take_out(surprise, error)
+    _remove(surprise, error)
     left = _turned(surprise, sides, error)
-    _take_out(surprise, replace(error, offset=-error.offset))
+    _remove(surprise, replace(error, offset=-error.offset))
     return left / max(before, FLOOR)
 
 
@@ -225,7 +225,7 @@ def _turned(surprise: Surprise, sides: dict[int, int], error: SoftError) -> floa
     return float(sum(np.abs(v).sum() for v in silent))
 
 
-def _take_out(surprise: Surprise, error: SoftError) -> None:
+def _remove(surprise: Surprise, error: SoftError) -> None:
     surprise.take_out(error.row, error.start, error.followed * error.offset)
     if error.followed < 1.0:
         k, i = divmod(error.row, surprise.limbs.count)

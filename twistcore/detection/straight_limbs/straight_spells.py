@@ -1,4 +1,4 @@
-"""Spells, which are frame ranges in which a limb is straight, and the errors in them."""
+"""Spells (frame ranges in which a limb is straight), and the errors in them."""
 
 from __future__ import annotations
 

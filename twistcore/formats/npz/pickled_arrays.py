@@ -297,7 +297,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         state = self.stack.pop()
         made = self.stack[-1]
         if not isinstance(made, Unreadable):
-            raise pickle.UnpicklingError("a state for an object that cannot have a state")
+            raise pickle.UnpicklingError("an object without a state is given one")
         if isinstance(made, _Array) and isinstance(state[-1], str):  # by Python 2
             state = (*state[:4], self._encoded(state[4]))
         made.set_state(state)
@@ -356,7 +356,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
             for key, value in zip(items[::2], items[1::2], strict=True):
                 held[_as_key(key)] = value
         elif not isinstance(held, Unreadable):
-            raise pickle.UnpicklingError("items for an object that cannot have items")
+            raise pickle.UnpicklingError("an object without items is given some")
 
     def _put(self) -> None:
         number = int(self.readline()[:-1])
