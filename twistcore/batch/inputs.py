@@ -59,7 +59,7 @@ class Inputs:
 
 
 def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
-    """Return the clips to which the given words refer.
+    """Return the clips to which the `words` of a command line refer.
 
     Each word is one of the following:
 

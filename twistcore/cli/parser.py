@@ -140,8 +140,8 @@ def _signals(signals: Parser) -> None:
         "--csv",
         type=target,
         metavar="FILE",
-        help="write a table with one row for each chain and frame, and the clip's name if there "
-        "are several; '-' is standard output (default: none; --csv or --json is required)",
+        help="write a table with one row for each chain and frame (with the clip's name if there "
+        "are several clips); '-' is standard output (default: none; --csv or --json is required)",
     )
     add_method(
         signals,
@@ -312,7 +312,7 @@ def _tune(tune: Parser) -> None:
     tune.add_argument(
         "--sessions",
         action="store_true",
-        help="take chains, decisions and frames to leave out from the sessions next to the clips",
+        help="read chains, decisions and excluded frames from the sessions next to the clips",
     )
     tune.add_argument(
         "--both", action="store_true", help="print the results of all detectors, for comparison"
@@ -353,7 +353,7 @@ def _benchmark(benchmark: Parser) -> None:
         action="extend",
         nargs="+",
         metavar="NAME",
-        help="protocols by which errors are drawn, which `twistcore inject --help` lists "
+        help="protocols by which errors are drawn, as listed by `twistcore inject --help` "
         "(default: P0)",
     )
     benchmark.add_argument(
@@ -436,7 +436,7 @@ def _export(parser: Parser) -> None:
     parser.add_argument(
         "--take",
         metavar="NAME",
-        help="take (in Blender: action) that gets the keys (default: the current one)",
+        help="take (in Blender: action) for the keys (default: the current one)",
     )
     parser.add_argument(
         "--fps",
@@ -451,7 +451,9 @@ def _export(parser: Parser) -> None:
         help="frame of the scene at which the clip begins (default: 0, in Blender 1)",
     )
     parser.add_argument(
-        "--dry-run", action="store_true", help="write a script that only lists what it would key"
+        "--dry-run",
+        action="store_true",
+        help="write a script that only lists the keys that it would set",
     )
     parser.set_defaults(run=deferred("export_command", "export_command"))
 

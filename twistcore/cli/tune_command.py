@@ -259,10 +259,12 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
     for option in ("both", "sessions"):
         if getattr(arguments, option):
             raise TwistError(
-                f"--{option} cannot be combined with --verdicts, which injects no errors"
+                f"--{option} cannot be combined with --verdicts, because no errors are injected"
             )
     if arguments.seeds is not None:
-        raise TwistError("--seeds cannot be combined with --verdicts, which injects no errors")
+        raise TwistError(
+            "--seeds cannot be combined with --verdicts, because no errors are injected"
+        )
     there = sessions_in(folder)
     pairs, problems = dict(there.of), [one.why for one in there.damaged]
     if not there.files:

@@ -48,7 +48,7 @@ class HelperAnalysis:
         return max(SMALLEST_ROLL, self.helpers[helper].automatic_tau())
 
     def strength(self, helper: str) -> Array:
-        """Return the sizes of the jumps of a helper about its bone, in radians ≥ 0, (frames,)."""
+        """Return the magnitudes of a helper's jumps about its bone, in radians ≥ 0, (frames,)."""
         return self.helpers[helper].strength()
 
     def intervals(self, helper: str, tau: float) -> tuple[Interval, ...]:

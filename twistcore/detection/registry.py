@@ -256,7 +256,9 @@ def _of_file(place: str, path: str, name: str) -> Detector:
     if not (path.endswith(".py") and name.isidentifier()):
         raise TwistError(f"{place}: expected FILE.py:Class")
     if not Path(path).is_file():
-        raise TwistError(f"{path}: expected a Python file with a detector, but there is none")
+        raise TwistError(
+            f"{path}: expected a Python file with a detector, but there is no such file"
+        )
     with one_sentence(f"{path}: the detector cannot be loaded"):
         found = getattr(_module(Path(path).resolve()), name, None)
     if found is None:

@@ -160,7 +160,7 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
             what = "limb" if flips else "chain"
             raise ClipMismatchError(
                 f"{clip.path}: the session has a {what} {shown_value(interval.chain)}, "
-                "which the clip does not have"
+                "but the clip has none of this name"
             )
         if interval.correctable and not interval.repairable:
             _check_joint(clip, interval)
@@ -179,6 +179,6 @@ def _check_joint(clip: Clip, interval: Interval) -> None:
     """Raise ClipMismatchError unless the clip has the joint of an accepted interval."""
     if interval.joint not in clip.motion.skeleton.names:
         raise ClipMismatchError(
-            f"{clip.path}: the session corrects a joint {shown_value(interval.joint)}, which the "
-            "clip does not have"
+            f"{clip.path}: the session corrects a joint {shown_value(interval.joint)}, but the "
+            "clip has none of this name"
         )

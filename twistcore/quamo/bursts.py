@@ -1,7 +1,7 @@
 """Smooth only the bursts of noise in a clip, and leave every other frame as it is.
 
 Within a burst, the rotations are replaced by the smoothing spline that continues the values and the
-speeds of the sound frames around it, so no border is visible.
+speeds of the good frames around it, so no border is visible.
 """
 
 from __future__ import annotations

@@ -159,7 +159,7 @@ class Rig:
             if name not in names:
                 raise TwistError(
                     f"the rig removes the chain {shown_value(name)}, "
-                    "which this skeleton does not have"
+                    "but the skeleton has no such chain"
                 )
         chains = [chain for chain in found if chain.name not in self.remove]
         for own in self.add:

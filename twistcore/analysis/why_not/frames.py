@@ -72,7 +72,7 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
     )
     if place.strength >= place.tau:  # a review whose intervals differ from the detector's
         return place.reason(
-            Why.NO_PARTNER, (f"the review has no interval here any more: {turns}"), **numbers
+            Why.NO_PARTNER, (f"the review no longer has an interval here: {turns}"), **numbers
         )
     if p * c < 0.0:
         return place.reason(Why.BELOW, turns, **numbers)

@@ -72,7 +72,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         "--joints",
         nargs="+",
         metavar="NAME",
-        help="joints to smooth or track (default: all that can be written)",
+        help="joints to smooth or track (default: all writable joints)",
     )
     refine.add_argument(
         "--causal",
@@ -114,7 +114,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
     refine.add_argument(
         "--person",
         metavar="ID",
-        help="person to take from a file of poses (default: the only one)",
+        help="person to read from a file of poses (default: the only one)",
     )
     refine.set_defaults(run=deferred("quamo_commands", "quamo_refine_command"))
 

@@ -464,7 +464,7 @@ class Side:
     off
         The bone's angle from that side, degrees, shape (frames,).
     furthest
-        The 95 % quantile of the size of that angle.
+        The 95 % quantile of that angle's magnitude.
     exact
         True if the bone is always on that side in a bent limb, as if built into the rig.
     """

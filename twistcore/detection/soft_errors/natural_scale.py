@@ -65,7 +65,7 @@ class Natural:
     def spread(self, total: Array) -> Array:
         """Return the scale of u for given values of x + y.
 
-        The scale grows with the size of these values, as in a multivariate t distribution.
+        The scale grows with the magnitude of these values, as in a multivariate t distribution.
         """
         z = total / self.sigma_sum
         return np.asarray(self.sigma * np.sqrt((NU + z * z) / (NU + 1.0)))

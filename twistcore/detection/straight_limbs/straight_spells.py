@@ -42,7 +42,7 @@ class Bend:
         The direction of C's bone about P's bone, relative to the usual direction in the bent limb,
         radians in (−π, π], shape (frames,), or None if the joint is not a hinge.
     spread
-        The 75 % quantile of the size of the azimuth in the bent limb, radians.
+        The 75 % quantile of the azimuth's magnitude in the bent limb, radians.
     """
 
     angle: Array
@@ -283,7 +283,7 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
 
 
 def _counter(turn: Array, answer: Array) -> Array:
-    """Return the size of the smaller of two opposite turns, in radians, and 0 for other turns."""
+    """Return the smaller magnitude of two opposite turns, in radians, and 0 for other turns."""
     return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
 
 

@@ -95,7 +95,7 @@ def _protocol_parts(
         return parts
     parts.append(
         f"Audited: only passes whose target chains have no natural event "
-        f"(finds of `{settings.auditor}` in the clean clip, and flips of a single joint)."
+        f"(detections by `{settings.auditor}` in the clean clip, and flips of a single joint)."
     )
     parts.append(_overall(rows, audited=True))
     parts.append("FSR % by segment")

@@ -52,8 +52,9 @@ class Noise:
     """The noise to add: its level, and whether half of the bias's variance is systematic.
 
     The systematic part is constant within a clip and drawn for each clip separately, so that no
-    method can memorise it. The total size is the same with and without it. `bursts` is the number
-    of occlusions per minute, in each of which a limb loses its input (it freezes, then jumps back).
+    method can memorise it. The total magnitude is the same with and without it. `bursts` is the
+    number of occlusions per minute, in each of which a limb loses its input (it freezes, then jumps
+    back).
     """
 
     level: NoiseLevel
@@ -76,8 +77,8 @@ def noisy(
     """Return poses (frames, 24, 4) and root positions (frames, 3) with noise, q̂ = Exp(n) ⊗ q.
 
     `unit` is the length of r's unit in metres. At other rates, the wandering part keeps its time
-    scale and the white part keeps its size, so samples 1/25 s apart have the same statistics as at
-    25 Hz.
+    scale and the white part keeps its magnitude, so samples 1/25 s apart have the same statistics
+    as at 25 Hz.
     """
     frames, joints = q.shape[:2]
     level = noise.level
