@@ -75,7 +75,7 @@ class Decomposition:
 
     @property
     def product(self) -> float:
-        """Δθp·Δθc, square radians [Choi26 Eq. 1]; negative if the joints turn in opposite directions."""
+        """Δθp·Δθc, square radians [Choi26 Eq. 1]; negative for opposite turns."""
         return self.dtheta_p * self.dtheta_c
 
     @property

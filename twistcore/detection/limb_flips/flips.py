@@ -79,7 +79,7 @@ class LimbFlips:
         return self._explained(self.jumps(tau))[1]
 
     def scale_at(self, frames: Index) -> Array:
-        """Return the natural magnitude of the departures around the given frames, in radians, (n,)."""
+        """Return the natural magnitude of departures around the given frames, radians, (n,)."""
         return scale(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:

@@ -85,7 +85,7 @@ def _median(windows: Array) -> Array:
 
 
 def scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
-    """Return the natural magnitude of a limb's departures near each of the given frames, in radians.
+    """Return the natural magnitude of a limb's departures near the given frames, in radians.
 
     `height` is the distance of the middle joint from the line between the limb's ends, as a
     fraction of the limb's length. The smaller it is, the more the same jitter turns the limb about
