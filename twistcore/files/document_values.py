@@ -121,7 +121,7 @@ def unexpected(expected: str, what: str, value: object) -> FormatError:
 
 @contextmanager
 def saying(place: object) -> Iterator[None]:
-    """Put `place` in front of the message of any FormatError raised in the block."""
+    """Prefix the message of any FormatError raised in the block with `place`."""
     try:
         yield
     except FormatError as error:

@@ -304,7 +304,7 @@ class _Piece:
 
 
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
-    """Return the spans to track. A causal pass has only one, since a stream reveals no cuts."""
+    """Return the spans to track. A causal pass has only one: cuts in a stream are unknown."""
     return ((first, motion.frames),) if causal else pieces(motion, first)
 
 

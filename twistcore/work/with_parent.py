@@ -36,7 +36,7 @@ def become(module: str, parent: int) -> None:
 
 
 def bound(command: Sequence[str]) -> list[str]:
-    """Return a command that runs another command and ends with the thread that calls it (Linux).
+    """Return a command that runs `command` and is killed when the calling thread ends (Linux).
 
     On other systems, the same command is returned.
     """

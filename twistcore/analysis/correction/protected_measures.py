@@ -71,9 +71,9 @@ class ProtectedMeasure:
             return f"the {self.word} would bend {self.growth:.0f}° away from its hinge plane"
         if self.name == TURNS:
             if self.growth <= 1.0:
-                return f"in one more frame, {self.joint} would turn faster than any body"
+                return f"in one more frame, {self.joint} would turn faster than any body can"
             more = f"{self.growth:.0f}"
-            return f"in {more} more frames, {self.joint} would turn faster than any body"
+            return f"in {more} more frames, {self.joint} would turn faster than any body can"
         if self.name == ROLL:
             then, now = (f"{turn:.0f}°" for turn in (self.after, self.before))
             return f"the {self.word} would turn by {then} in one frame instead of {now}"

@@ -85,7 +85,7 @@ def _motion(place: AskedFrame, interval: Interval) -> Reason:
     why = "; ".join(told.get("doubts", ()))
     frames = place.span(interval.start, interval.stop)
     because = (
-        f"all evidence together shows that {signed_degrees(interval.shown)} in {frames} is motion"
+        f"the evidence as a whole shows that {signed_degrees(interval.shown)} in {frames} is motion"
     )
     return place.reason(
         Why.MOTION,
@@ -237,9 +237,9 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
     if min(sizes) <= ONE_JOINT * max(sizes):
         only = place.joints[int(sizes[1] > sizes[0])]
         because = (
-            f"only {only} turns there over {span} ({turns}), so it is no counter-twist"
+            f"only {only} turns there over {span} ({turns}), so it is not a counter-twist"
             if span
-            else f"only {only} turns there ({turns}), so it is no counter-twist"
+            else f"only {only} turns there ({turns}), so it is not a counter-twist"
         )
         return place.reason(Why.ONE_JOINT, because, **numbers)
     if edge.gain >= _EACH:

@@ -171,8 +171,8 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
         return f"the {joint} would bend {t.off_after - t.off_before:.0f}° away from its hinge plane"
     if term == "off_its_side":
         return (
-            f"the {joint} would bend in a direction {t.off_after:.0f}° away from the usual "
-            "one of this clip"
+            f"the {joint} would bend in a direction {t.off_after:.0f}° away from its usual "
+            "direction in this clip"
         )
     if term == "azimuth_rougher":
         return f"the direction in which the {joint} bends would jump; now it changes smoothly"

@@ -92,7 +92,7 @@ def parse_amc(
     radians = rows.radians if rows.radians is not None else asf.radians
     if radians is None:
         rows.warnings.append(
-            ClipWarning("The file does not give the unit of angles; degrees are assumed.")
+            ClipWarning("The file does not specify the unit of angles; degrees are assumed.")
         )
     if radians:
         turns = [column for layout in asf.channels for column in layout.rotation]

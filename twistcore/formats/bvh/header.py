@@ -247,5 +247,5 @@ def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
     if repeated:
         count = "1 name is used" if len(repeated) == 1 else f"{len(repeated)} names are used"
         text = f"{count} more than once, for example {quoted(repeated[0])}; "
-        warnings.append(ClipWarning(text + "further joints with the same name get a number."))
+        warnings.append(ClipWarning(text + "further joints with the same name are numbered."))
     return tuple(out)

@@ -439,7 +439,7 @@ def _plain(found: Any, most: int) -> Any:
         if not isinstance(item, dict | list | tuple | _Array):
             return item, 1
         if depth > _DEEPEST:
-            raise _too_much("the pickle has too many dicts and lists within one another")
+            raise _too_much("the pickle nests too many dicts and lists")
         if isinstance(item, _Array):  # an array of one array
             return one(item, depth + 1)
         if not item:
