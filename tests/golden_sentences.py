@@ -13,7 +13,7 @@ SENTENCES = {
     "bvh: offset": "clip.bvh, line 8, column 14: expected a number for OFFSET, found 'one'",
     "bvh: channel": "clip.bvh, line 10, column 5: expected a channel such as Xrotation or Yposition, found 'End'",
     "bvh warning: fewer rows": "Line 17: The header declares 300 frames, but 3 complete rows were read: 297 are missing.",
-    "bvh warning: rate for its reciprocal": "Line 18: Frame Time '120' is 120 seconds per frame, but 1/120 = 0.00833 was probably meant. For that rate, use --fps 120 of the commands; without it, 30 frames per second are assumed.",
+    "bvh warning: rate for its reciprocal": "Line 18: Frame Time '120' is 120 seconds per frame, but 1/120 = 0.00833 was probably meant. For that rate, use the commands' --fps 120; without it, 30 frames per second are assumed.",
     "bvh warning: no frame time": "Line 18: Frame Time '0' is not usable; 30 frames per second are assumed.",
     "bvh warning: no offset": "Line 6: 'Left Arm' has no OFFSET; it is placed at its parent (0 0 0).",
     "bvh warning: cut row": "Line 21: The last row is incomplete (7 of 9 numbers) and was left out.",

@@ -27,7 +27,7 @@ class TwistError(Exception):
 
 
 def _remade(kind: type[TwistError], arguments: tuple[Any, ...]) -> TwistError:
-    """Create an error without calling __init__, which would need more arguments.
+    """Create an error without calling __init__, since that would need more arguments.
 
     The attributes are set afterwards by pickle.
     """
@@ -35,7 +35,7 @@ def _remade(kind: type[TwistError], arguments: tuple[Any, ...]) -> TwistError:
 
 
 class ClipError(TwistError):
-    """Raised if a clip cannot be read. It has the position in the file and the expected text."""
+    """Raised if a clip cannot be read, with the position in the file and the expected text."""
 
     def __init__(
         self, path: str, expected: str, *, line: int | None = None, column: int | None = None

@@ -11,7 +11,13 @@ import threading
 from pathlib import Path
 
 from inspector.language import tr
-from twistcore.files.atomic import destination, is_stream, move_into_place, part_name, take_part
+from twistcore.files.atomic import (
+    destination,
+    is_stream,
+    move_into_place,
+    open_temporary,
+    part_name,
+)
 
 _WAITING = 4  # maximum number of frames that wait for ffmpeg
 
@@ -47,7 +53,7 @@ class FilmWriter:
         self._end = destination(path)
         # Kept open while ffmpeg writes to it, because an unfinished file that is not open may be
         # deleted as a leftover.
-        self._handle, self._part = take_part(part_name(self._end, path.suffix))
+        self._handle, self._part = open_temporary(part_name(self._end, path.suffix))
         self._frames: queue.Queue[bytes | None] = queue.Queue(_WAITING)
         self.trouble = ""
         self._taken_end = False

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.twistcore.batch_folders import ROOT, environment
-from twistcore.files.atomic import part_name, take_part, write_atomically, writing_atomically
+from twistcore.files.atomic import open_temporary, part_name, write_atomically, writing_atomically
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="of Windows, names alone are ours")
 
@@ -124,4 +124,4 @@ def test_a_part_s_name_fits_where_its_file_s_does():
 
 def test_the_folder_of_a_part_that_is_gone_is_told(tmp_path):
     with pytest.raises(FileNotFoundError):
-        take_part(tmp_path / "no" / ".x.twist.part")
+        open_temporary(tmp_path / "no" / ".x.twist.part")

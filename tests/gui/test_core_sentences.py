@@ -100,10 +100,10 @@ def test_what_is_joined_is_translated_part_by_part():
         "The clip could not be examined: 3 frames are not enough to tell errors from motion.",
         "7 frames were not examined for twists, because they are in pieces between cuts that are "
         "too short: 25–28, 30, 40–41.",
-        "Left Arm · upper is turned by about +60° against its child in every frame, compared with "
-        "Right Arm.",
-        "Left Leg or Right Leg is turned by about 60° against its child in every frame: the sides "
-        "differ.",
+        "Left Arm · upper is twisted by about +60° relative to its child in every frame, compared "
+        "with Right Arm.",
+        "Left Leg or Right Leg is twisted by about 60° relative to its child in every frame: the "
+        "sides differ.",
     ],
     ids=str,
 )

@@ -450,7 +450,7 @@ def test_an_exercise_shows_changes_only_and_its_score_in_the_colour_it_deserves(
     assert not any("Shoulder" in text for text in told)  # whose error fills most of the clip
     seen = replace(document.data, blind=False)
     told = [text for text, _ in opening_notes(seen, None, ())]
-    assert any("Left Shoulder is turned by about" in text for text in told)
+    assert any("Left Shoulder is twisted by about" in text for text in told)
     guide, theme = at_forearm.guide, at_forearm.colours.theme
     truth = {(e.chain, e.start) for e in exercise._errors}
     first = next(j for j in document.intervals if (j.interval.chain, j.interval.start) in truth)

@@ -19,7 +19,7 @@ from twistcore.analysis.correction import automatic_corrections
 from twistcore.analysis.why_not import Why, why_not
 from twistcore.batch.gates import broken, parse_rule
 from twistcore.batch.how_bad import severity
-from twistcore.cli.interval_words import by_kind, shown_only
+from twistcore.cli.interval_words import by_kind, uncorrectable_counts
 from twistcore.detection import Kind
 from twistcore.detection.capture_faults import burst_intervals
 from twistcore.detection.noise_bursts import NoiseBurst
@@ -196,9 +196,9 @@ def test_a_session_brings_the_rows_back(found, clip, tmp_path):
 
 def test_counts_in_words(found):
     rows = [*of(found, Kind.NOISE_BURST), *of(found, Kind.FROZEN)]
-    assert shown_only(rows) == ", 2 noise bursts, 1 frozen span"
+    assert uncorrectable_counts(rows) == ", 2 noise bursts, 1 frozen span"
     assert by_kind(rows) == " (2 noise bursts, 1 frozen span)"
-    assert shown_only(rows[:1], " seen") == ", 1 noise burst seen"
+    assert uncorrectable_counts(rows[:1], " seen") == ", 1 noise burst seen"
 
 
 def test_gates_count_them_only_where_asked(found):

@@ -17,7 +17,7 @@ from twistcore.analysis.clip_analysis import REPAIRED, analyse
 from twistcore.analysis.clip_analysis import detect as detect_every_kind
 from twistcore.analysis.correction import remove_twist
 from twistcore.detection import Interval
-from twistcore.detection.counter_twist.offsets import Course, _as_p_shows
+from twistcore.detection.counter_twist.offsets import Course, _measured_at_parent
 from twistcore.detection.counter_twist.pairing import Pair
 from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.detection.natural_events import natural_events
@@ -396,4 +396,4 @@ def test_where_p_stands_still_a_course_stays_as_it_is():
     counter = SimpleNamespace(rx=still, ry=turned, sigma_x=lively / 300.0, sigma_y=lively)
     course = Course(3, np.full(5, 0.27), -0.16)
     table = SimpleNamespace(edges=edges)
-    assert _as_p_shows(course, Pair(0, 1, 1, 8.0), table, counter, 0) is course
+    assert _measured_at_parent(course, Pair(0, 1, 1, 8.0), table, counter, 0) is course

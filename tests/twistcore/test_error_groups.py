@@ -50,7 +50,7 @@ def test_a_flip_goes_with_the_jumps_at_its_edges(walk):
 def test_a_stretch_goes_with_its_jumps(walk):
     stretch = made(FOOT, 20, 90, Kind.STRETCH, joint="RightFoot")
     assert groups_of(walk, jump(19), stretch, jump(60)) == [
-        ({0, 1}, "RightFoot is turned wrongly and the jump at its edge")
+        ({0, 1}, "RightFoot stays rotated and the jump at its edge")
     ]
 
 
@@ -60,7 +60,7 @@ def test_a_group_names_an_error_that_is_far_longer_than_the_others(walk, frames)
     stretch = made(FOOT, 66, 66 + frames, Kind.STRETCH, joint="RightFoot")
     ((members, name),) = groups_of(walk, *flips, jump(66), stretch)
     assert len(members) == 5
-    long = "RightFoot is turned wrongly for 560 frames, and 4 more errors"
+    long = "RightFoot stays rotated for 560 frames, and 4 more errors"
     assert (name == long) is (frames == 560)
 
 

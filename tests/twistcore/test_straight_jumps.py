@@ -17,7 +17,7 @@ from twistcore.detection.straight_limbs.straight_claims import (
     Jumps,
     StraightLimb,
     _error_of,
-    _hinge_says,
+    _is_nearer_hinge,
     _Jumping,
     _without,
     straight_limb,
@@ -115,8 +115,8 @@ def test_jumps_that_the_bent_limb_gainsays_are_left_out_round_by_round():
     right = _Jumping(20, np.full(10, 0.5), (20, 30))
     wrong = [_Jumping(t, np.full(8, 0.5), (t, t + 8)) for t in (40, 60, 80, 100)]
     straight = Bend(np.full(FRAMES, 0.1), azimuth, 0.01)
-    assert [_hinge_says(j, bend) for j in (right, *wrong)] == [True] + [False] * 4
-    assert _hinge_says(wrong[0], straight) is None
+    assert [_is_nearer_hinge(j, bend) for j in (right, *wrong)] == [True] + [False] * 4
+    assert _is_nearer_hinge(wrong[0], straight) is None
     claimed = np.zeros(FRAMES, dtype=bool)
     claimed[3:6] = True
     limb = StraightLimb((), claimed, bend)
@@ -160,7 +160,7 @@ def plain_limb(motion, bounds, found):
     """Errors by spell, and the frames that they claim."""
     chain, _, increments = asked_of(motion, bounds)
     bend = bend_of(motion.rotations[:, chain.child], chain.axis, chain.arm, FPS)
-    said = [(j, _hinge_says(j, bend)) for j in found]
+    said = [(j, _is_nearer_hinge(j, bend)) for j in found]
     certain, unsaid = ([j for j, s in said if s is which] for which in (True, None))
     left = _without(increments, certain)
     scales = scale_of(left[0]), scale_of(left[1])

@@ -7,7 +7,7 @@ import pytest
 
 from tests.tiers import parametrize
 from twistcore.detection.runs import runs
-from twistcore.detection.straight_limbs.straight_claims import _hinge_says, _Jumping
+from twistcore.detection.straight_limbs.straight_claims import _is_nearer_hinge, _Jumping
 from twistcore.detection.straight_limbs.straight_course import course, scale_of
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
@@ -217,7 +217,7 @@ def test_nearer_to_the_hinge_is_what_bones_off_their_line_say(seed, share):
 def test_an_interval_is_gainsaid_by_the_bent_frames_alone():
     bend = Bend(np.radians([10.0, 10.0, 50.0, 50.0, 10.0]), np.array([-1.0, -1.0, 1.0, 1.0, 0.0]))
     for start, size, said in ((0, 1.0, None), (1, 1.0, False), (1, -1.0, True), (2, -0.5, True)):
-        assert _hinge_says(_Jumping(start, np.full(2, size), ()), bend) is said
+        assert _is_nearer_hinge(_Jumping(start, np.full(2, size), ()), bend) is said
 
 
 # Spells

@@ -1,4 +1,4 @@
-"""Analysis of one clip: its detections, corrections, their reasons, and its quality."""
+"""Analysis of one clip: detections, corrections, explanations and quality."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

@@ -170,7 +170,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return an analysis with all chains of another rig, or with the chosen ones only."""
+        """Analyse all chains of another rig, or only the chosen ones."""
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)
@@ -198,7 +198,7 @@ class ClipAnalysis:
     def chain(self, name: str) -> Chain:
         """Return the chain or limb with the given name or label.
 
-        Raises TwistError, which lists similar names, if there is none.
+        Raises TwistError with similar names if there is none.
         """
         return chain_named(self.chains_and_limbs, name, self.name)
 
@@ -264,7 +264,7 @@ class ClipAnalysis:
         """Compare the clip with another take; return a note for each bone with a constant offset.
 
         - reference: another take of the same skeleton
-        - name: the name of the other take in the notes, by default the name of the take itself
+        - name: the name that the notes use for the reference; its own name by default
 
         Raises ClipMismatchError if the skeletons differ.
         """
@@ -275,7 +275,7 @@ class ClipAnalysis:
         return tuple(Note(CONSTANT_OFFSET, str(offset)) for offset in offsets)
 
     def by(self, method: str = DEFAULT_METHOD, tell: Tell | None = None) -> Analysis:
-        """Return the analysis of the chains by a detector, computed on first use.
+        """Return a detector's analysis of the chains, computed on first use.
 
         `tell` is called with the progress. Raises TwistError for an unknown method.
         """
@@ -337,7 +337,7 @@ class ClipAnalysis:
             del self._hinges[key]
 
     def kept(self, method: str) -> Analysis | None:
-        """Return the analysis by a detector if it has already been computed, or None.
+        """Return a detector's analysis if it has already been computed, or None.
 
         This method never starts or waits for a detector.
         """
@@ -367,7 +367,7 @@ class ClipAnalysis:
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
-        """Return the faults without those at joints of people who were not chosen."""
+        """Leave out faults at joints of people who were not chosen."""
         if self._people is None:
             return list(faults)
         others = {
@@ -428,7 +428,7 @@ class ClipAnalysis:
 
     @property
     def failed_kinds(self) -> tuple[str, ...]:
-        """The error messages of kinds from other packages whose search has failed so far."""
+        """The error messages of third-party kinds whose search has failed so far."""
         return tuple(self._failed_kinds.values())
 
     def carried_along(self, twist: Interval) -> bool:
@@ -454,7 +454,7 @@ class ClipAnalysis:
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def search(self, method: str) -> KindSearch:
-        """Return the input for the functions that find the intervals of a kind.
+        """Return the input for the finders of all kinds.
 
         `method` is the name of a detector, or an empty string for the clip as captured.
         """
@@ -483,7 +483,7 @@ class ClipAnalysis:
         """Return all intervals at the automatic τ that can be corrected."""
         if method not in self._known:
             detector = _ByName(self, method, REPAIRED, final=False)
-            names = self._looked_at(REPAIRED)
+            names = self._searched_names(REPAIRED)
             known = (i for n in names for i in detector.intervals(n, detector.automatic_tau(n)))
             self._known.setdefault(method, tuple(known))
         return self._known[method]
@@ -526,7 +526,7 @@ class ClipAnalysis:
         return self._with_many(found_by(Kind.LONE_JUMP, self.search("")))
 
     def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
-        """Return the people who have many of the given jumps, which are keyed by chain name."""
+        """Return the people who have many of the given jumps (keyed by chain name)."""
         least = max(RESTLESS, RESTLESS_A_MINUTE * self.motion.frames / self.motion.fps / 60.0)
         counts = {
             person: sum(not self._in_burst(j) for c in own for j in jumps[c.name])
@@ -554,10 +554,10 @@ class ClipAnalysis:
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
         """Return the interval, or an open copy of it if its correction makes something worse.
 
-        A counter-twist that coincides with a step of the whole body also becomes open, because that
-        step alone may be the error, and so does an interval whose confidence is too low for its
-        kind. Intervals of a detector without confidence, such as the paper's, are returned
-        unchanged. Repeated calls return the same object.
+        Two more kinds of interval become open: a counter-twist at a step of the whole body, because
+        the step alone may be the error, and an interval whose confidence is too low for its kind.
+        Intervals of a detector without confidence, such as the paper's, are returned unchanged.
+        Repeated calls return the same object.
         """
         if self._whole is not None:
             return self._whole.protected(interval, method)
@@ -577,7 +577,7 @@ class ClipAnalysis:
         return self._protected[interval] or interval
 
     def _at_body_step(self, interval: Interval, method: str) -> bool:
-        """True if there is a body step at an edge of the interval, even without counter-twists.
+        """True if the body steps at an edge of the interval, with and without counter-twists.
 
         Counter-twists of many chains that begin in the same frame look like a body step. Therefore
         the steps are also measured in the clip without any counter-twist.
@@ -615,11 +615,10 @@ class ClipAnalysis:
         return Hinges(self.motion)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
-        """Return the automatically corrected counter-twists in chains next to the interval's
-        chain.
+        """Return the automatically corrected counter-twists in chains that share a joint.
 
-        These chains share a joint. If the interval is not corrected automatically, for example
-        because τ was changed, counter-twists in its chain are left out: they may be the same error.
+        If the interval is not corrected automatically, for example because τ was changed,
+        counter-twists in its own chain are left out: they may be the same error.
         """
         own = self.chain(interval.chain)
         joints = {own.parent, own.child}
@@ -689,7 +688,7 @@ class ClipAnalysis:
         if tell is not None:
             self.by(method, tell)
         given = self._given(tau_radians, tau_degrees)
-        names = self._looked_at(wanted)
+        names = self._searched_names(wanted)
         tau = {n: given[n] if n in given else detector.automatic_tau(n) for n in names}
         found = [i for name, t in tau.items() for i in detector.intervals(name, t)]
         return Detection(self, method, MappingProxyType(tau), tuple(found))
@@ -705,7 +704,7 @@ class ClipAnalysis:
         names = {c.name for c in self.chains_and_limbs}
         return self._given(for_all, None) | {k: t for k, t in by_name.items() if k in names}
 
-    def _looked_at(self, kinds: Collection[str]) -> tuple[str, ...]:
+    def _searched_names(self, kinds: Collection[str]) -> tuple[str, ...]:
         """Return the names of the chains and limbs in which these kinds can be found."""
         chains = self.chains if set(kinds) - {Kind.LIMB_FLIP} else ()
         return tuple(c.name for c in (*chains, *(self.limbs if Kind.LIMB_FLIP in kinds else ())))
@@ -752,7 +751,7 @@ class _ByName:
         if not isinstance(named, Limb | Helper) and Kind.CARRIED_ROLL in self.kinds:
             found = self._with_carried(chain, tau, found)
         if found and isinstance(named, Limb) and Kind.COUNTER_TWIST in self.kinds:
-            found = self._unless_not_followed(named, found)
+            found = self._without_side_effects(named, found)
         found = [self.clip.protected(i, self.method) for i in found]
         if not isinstance(named, Limb | Helper):
             for sought in filter(self.kinds.__contains__, _SOUGHT):  # always in the same order
@@ -777,11 +776,11 @@ class _ByName:
         )
         return [*left, *rolls]
 
-    def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
+    def _without_side_effects(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
         """Remove flips that are only a side effect of a twist error in the limb's first joint.
 
-        If a child did not turn back with its parent's twist error, the rest of the limb turns by
-        the missing angle. That is one error, not two.
+        If the child did not counter its parent's twist error, the rest of the limb turns by the
+        missing angle. That is one error, not two.
         """
         known = self.clip.by(self.method)
         twists = [
@@ -801,7 +800,7 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the evidence for an interval with a reason for doubt, so that a person decides."""
+    """Add a reason for doubt to the evidence for an interval, so that a person decides."""
     evidence = explain() if explain else {}
     return {**evidence, "doubts": [doubt, *evidence.get("doubts", ())]}
 
@@ -815,7 +814,7 @@ def _kept(analysis: Analysis) -> DistinctFrames | None:
 def _made_worse(
     explain: Callable[[], dict[str, Any]] | None, worse: Sequence[ProtectedMeasure]
 ) -> dict[str, Any]:
-    """Return the evidence for an interval with the measures that its correction makes worse."""
+    """Add the measures that a correction makes worse to the evidence for its interval."""
     evidence = explain() if explain else {}
     doubts = [m.doubt for m in worse]
     doubts += [d for d in evidence.get("doubts", ()) if d not in doubts]
@@ -922,7 +921,7 @@ class Detection:
                 )
             else:
                 yield (
-                    f"Because of {count} lone jumps every detection is uncertain, so "
+                    f"Because of {count} lone jumps, every detection is uncertain, so "
                     "nothing is corrected automatically."
                 )
 
@@ -1125,7 +1124,7 @@ def detect(
         Threshold τ, in degrees or in radians, for all chains or keyed by the name of a chain or
         limb; automatic where not given.
     tell : callable, optional
-        Called from time to time with the fraction of the work that is done, 0…1.
+        Called repeatedly with the completed share of the work, 0…1.
 
     Returns
     -------

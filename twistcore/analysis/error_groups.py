@@ -3,10 +3,10 @@
 Three rules form the groups. None of them depends on a reviewer's decisions:
 
 1. *Edges*: on one limb, intervals whose edges are at most one frame apart belong together, if one
-   of them is a jump or if they share a frame. A jump has only one edge, its first frame. This joins
-   a flip with the jumps at its edges.
+   of them is a jump or if they share a frame. A jump has only one edge, its first frame. This rule
+   joins a flip with the jumps at its edges.
 2. *Overlap*: on one limb, intervals that share at least 80 % of the longer one's frames belong
-   together. This joins a leg with its foot.
+   together. This rule joins a leg with its foot.
 3. *Series*: if at least three of these groups have the same kind of error in the same chain, in the
    same direction and of similar size in the middle, they are one group.
 
@@ -73,7 +73,10 @@ def error_groups(
     for members in of_limb.values():
         for one, other in (*_touching(intervals, members), *_overlapping(intervals, members)):
             union.join(one, other)
-    parts = [_led(intervals, _without_alternatives(intervals, part)) for part in union.parts()]
+    parts = [
+        _main_error_first(intervals, _without_alternatives(intervals, part))
+        for part in union.parts()
+    ]
     groups = [
         ErrorGroup(members, _name(intervals, members, by_name, repeated))
         for members, repeated in _with_series(intervals, parts)
@@ -118,7 +121,7 @@ class _Union:
 
 
 def _is_jump(interval: Interval) -> bool:
-    """Return True for a jump, an error at one moment that cannot be corrected."""
+    """True for a jump: a momentary error that cannot be corrected."""
     lasts = interval.repairable or interval.kind.info.lasting
     return not lasts and interval.frames <= _JUMP
 
@@ -131,16 +134,16 @@ def _touching(intervals: Sequence[Interval], members: Iterable[int]) -> Iterator
     meeting: list[int] = []  # intervals whose edges touch
     for place, (edge, k) in enumerate(edges):
         if place and edge - edges[place - 1][0] > _NEAR:
-            yield from _met(intervals, meeting)
+            yield from _touching_pairs(intervals, meeting)
             meeting = []
         meeting.append(k)
-    yield from _met(intervals, meeting)
+    yield from _touching_pairs(intervals, meeting)
 
 
-def _met(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[int, int]]:
+def _touching_pairs(intervals: Sequence[Interval], meeting: list[int]) -> Iterator[tuple[int, int]]:
     """Yield pairs that connect intervals whose edges touch.
 
-    Intervals that share no frame are connected only if one of them is a jump: without a jump, one
+    Intervals without a common frame are connected only if one of them is a jump. If neither is, one
     error simply ends where another one begins.
     """
     if len(meeting) < 2:
@@ -176,7 +179,7 @@ def without_alternatives(
     *,
     chosen: Iterable[Interval] = (),
 ) -> tuple[Interval, ...]:
-    """Return the intervals without those whose correction has a more certain alternative.
+    """Leave out intervals whose correction has a more certain alternative.
 
     If two alternatives were corrected together, the limb would end up in neither of the two
     intended poses.
@@ -210,7 +213,7 @@ def without_alternatives(
 def _without_alternatives(
     intervals: Sequence[Interval], part: list[int], chosen: Collection[int] = ()
 ) -> list[int]:
-    """Return the members of a part without those whose correction has a more certain alternative.
+    """Leave out members of a part whose correction has a more certain alternative.
 
     `chosen` contains the id() of intervals that are always kept.
     """
@@ -238,7 +241,7 @@ def _without_alternatives(
     return [k for k in part if k not in left]
 
 
-def _led(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:
+def _main_error_first(intervals: Sequence[Interval], part: list[int]) -> tuple[int, ...]:
     """Return a part's errors with the main error first and the others sorted by start."""
 
     def weight(k: int) -> tuple[bool, bool, int, int]:
@@ -292,7 +295,7 @@ def _similar(
 
 
 def _middle(interval: Interval) -> float:
-    """Return the angle in the middle frame of an interval, radians. A median would be slow."""
+    """Return the angle in the middle frame of an interval, radians. The median would be slower."""
     return float(
         interval.offset[interval.frames // 2] if interval.repairable else interval.residual
     )
@@ -339,7 +342,7 @@ def _is_like(interval: Interval, lead: Interval) -> bool:
 def _part(interval: Interval, chain: Chain, inside: bool) -> str:
     """Return the part of the body that is wrong.
 
-    The name begins with a small letter if it is `inside` a sentence.
+    The name begins with a lower-case letter if it is `inside` a sentence.
     """
     if interval.joint:
         return interval.joint

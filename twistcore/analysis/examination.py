@@ -44,7 +44,7 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
 def frames_note(motion: Motion) -> str:
     """Return a sentence about pieces between cuts that are too short to examine, or ''.
 
-    T-poses at either end, and blends from or to them, are not examined either but not mentioned.
+    T-poses at the ends and blends from or to them are not examined either, but not mentioned.
     """
     frames = unexamined_frames(motion)
     if not frames:

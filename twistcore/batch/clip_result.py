@@ -106,7 +106,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
 
 
 def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
-    """Return the corrected motion, the number of corrected intervals, and why others were not."""
+    """Return the corrected motion, the number of corrected intervals, and a list of problems."""
     from twistcore.export.replay import accepted_motion, chains_left, correctable
     from twistcore.review import Review
 

@@ -36,7 +36,7 @@ class ClipSurvey:
     intervals : int
         Number of intervals found.
     severity : float
-        How bad the errors are: the root mean square of all visible errors over the frames, degrees.
+        The root mean square of all visible errors over the frames, degrees.
     problem : str
         The reason why the clip could not be read, or an empty string.
     unchecked : str
@@ -104,7 +104,7 @@ def survey_folder(
 ) -> list[ClipSurvey]:
     """Survey all clips of a folder, worst first.
 
-    Corrected clips that this program wrote from clips in the folder are left out.
+    Clips that this program exported from other clips in the folder are left out.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def survey_folder(
     workers : int
         Number of processes.
     tell : callable, optional
-        Called after each clip with the fraction of finished clips, 0…1.
+        Called after each clip with the completed share of the clips, 0…1.
 
     Returns
     -------

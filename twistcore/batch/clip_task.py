@@ -41,7 +41,7 @@ class ClipTask:
     size
         Size of the file in bytes, 0 if unknown.
     memory
-        Bytes of memory allowed in addition to the usual need of a clip of this size.
+        Bytes of memory allowed on top of the usual need of a clip of this size.
     data
         The file's bytes for a process that cannot read the file, or None.
     """

@@ -57,8 +57,8 @@ def write_corrected(
 def is_intact(folder: Path, row: ManifestRow) -> bool:
     """Return True if a clip's corrected file is unchanged since it was written.
 
-    Its size, time and inode are compared. If they differ because the file was copied, its bytes
-    are.
+    Size, time and inode are compared first. The bytes are compared only if these differ, as in a
+    copy of the file.
     """
     path = folder / row.corrected
     try:

@@ -32,11 +32,11 @@ _own = threading.local()
 
 @contextmanager
 def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
-    """Yield a function that runs tasks on the cluster at `address`, or else on local workers.
+    """Yield a function that runs tasks on the cluster at `address` (None: on local workers).
 
     A local cluster accepts only connections with its own temporary certificate, because anyone who
-    reaches a scheduler can run any code. The certificates for a `tls://` address are those of
-    Dask's configuration. Raises TwistError if Dask is not installed or no scheduler answers.
+    reaches a scheduler can run any code. For a `tls://` address, the certificates come from Dask's
+    configuration. Raises TwistError if Dask is not installed or no scheduler answers.
     """
     try:
         from distributed import Client, LocalCluster
@@ -74,7 +74,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
 
 
 def _close_pages(dask_worker: Any) -> None:
-    """Close a worker's port for HTTP; Dask fills in the worker by the name of the argument."""
+    """Close a worker's HTTP port. Dask recognises the argument by its name."""
     dask_worker.http_server.stop()
 
 

@@ -16,29 +16,29 @@ from twistcore.errors import TwistError
 GRAMMAR = """\
 A rule states what must not happen: "severity>5" fails if a clip's severity is above 5.
 
-  [total.]WHAT[FILTER,…] OP NUMBER      in quotes, since > has a meaning in a shell
+  [total.]WHAT[FILTER,…] OP NUMBER      in quotes, because > is special in a shell
 
 WHAT      severity        how bad a clip is, degrees: root mean square over its frames
           count           intervals; noise, frozen frames, stretches, spikes, backward bends, joint
-                          and place jumps and body steps only where [ ] asks for them
+                          and place jumps and body steps only if [ ] includes them
           degrees         the largest delta_deg of an interval; of a lone jump, its turn in a frame;
-                          of a noise burst, where [noise-burst] asks for it, σ of the noise
-          affected        frames with an error that can be taken out, in percent: affected>2%;
-                          of kinds that are only shown where [ ] asks for them
-          missing-frames  frames that the file's header declares and the file does not have
+                          with [noise-burst], σ of the noise
+          affected        frames with a correctable error, in percent: affected>2%;
+                          frames with other errors only if [ ] includes their kind
+          missing-frames  frames that the file's header declares but the file does not have
           unexamined      arms and legs that no chain examines: unexamined>0
-          failed          clips that could not be processed, of the whole run: failed>0
-          unchecked       clips in which nothing could be looked at: no chain, too few frames
-FILTER    of count, degrees and affected, in [ ], joined by commas, all of which must hold:
+          failed          clips of the whole run that could not be processed: failed>0
+          unchecked       clips that could not be examined: no chain, too few frames
+FILTER    in [ ] after count, degrees or affected, separated by commas; all must be met:
           a kind (counter-twist, carried-roll, limb-flip, helper-roll, lone-jump, stretch, spike,
-          backward-bend, joint-jump, place-jump, body-step, noise-burst, frozen-frames; of several,
-          any),
+          backward-bend, joint-jump, place-jump, body-step, noise-burst, frozen-frames; if several
+          are given, any of them), or
           confidence OP NUMBER
 OP        >  >=  <  <=  ==
 
-A rule applies to every clip, with "total." to the whole run: counts are added, degrees are the
-largest, affected and severity refer to the frames of all clips. A clip that could not be processed
-is listed as such and breaks only the rule "failed".
+A rule applies to every clip. With "total." it applies to the whole run: counts are added, degrees
+are the largest, affected and severity refer to the frames of all clips. A clip that could not be
+processed is listed as such and breaks only the rule "failed".
 
 Examples  severity>5   count[limb-flip]>0   count[confidence>=0.8]>3   affected>2%
           degrees[counter-twist,confidence>=0.9]>10   total.count>100   failed>0
@@ -80,7 +80,7 @@ class Rule:
     confidence
         Pairs of operator and limit for an interval's confidence, all of which must be met.
     limit
-        The limit of the quantity, for `affected` in per cent.
+        The limit of the quantity; for `affected`, in per cent.
     """
 
     text: str

@@ -54,7 +54,7 @@ def _degrees(interval: Interval) -> float:
 
 
 def _shows(interval: Interval, chain: Chain) -> float:
-    """Return how visible an error is, from its kind, the joints below it, or its segment."""
+    """Return the visibility of an error, given its kind, the joints below it, or its segment."""
     if (weight := interval.kind.info.weight) is not None:
         return weight
     if interval.kind.of_capture and (reach := (interval.evidence or {}).get("reach")) is not None:

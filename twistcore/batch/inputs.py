@@ -293,7 +293,7 @@ def _source(path: str, name: str) -> Source:
 def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> Iterator[Source]:
     """Yield the sources with names that are unique even if case is ignored.
 
-    The folder's name is put before a repeated name, or a number is added to its stem.
+    A repeated name is prefixed with the folder's name, or a number is added to its stem.
     """
     used = set(taken)
     for source in sources:
@@ -309,7 +309,7 @@ def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> 
 
 
 def _folder_name(source: Source) -> str:
-    """Return the name of the folder to which a source's name is relative."""
+    """Return the name of the folder directly above a source's relative name."""
     parts = PurePosixPath(source.path.replace(os.sep, "/")).parts
     above = parts[: len(parts) - len(PurePosixPath(source.name).parts)]
     return above[-1] if above and above[-1] not in ("/", "\\") else "other"

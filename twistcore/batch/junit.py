@@ -1,4 +1,4 @@
-"""Write the results of a batch as JUnit XML, which continuous integration shows as test results.
+"""Write the results of a batch as JUnit XML, the format of test results in continuous integration.
 
 There is a test case for each clip, and one for each rule for the whole run. Since JUnit XML has no
 single standard, only elements and attributes that common readers support are used, and a case has

@@ -47,7 +47,7 @@ class ClipRecord:
     state
         'done', 'failed' or 'waiting'.
     reason
-        A sentence that says why it failed, or an empty string.
+        A sentence with the reason for a failure, or an empty string.
     sha256, bytes
         Hash and size of the file.
     seconds, peak_bytes
@@ -191,7 +191,7 @@ def is_batch_folder(path: Path | str) -> bool:
 
 
 class Manifest:
-    """The manifest of a folder. Use it as a context manager, which closes the file.
+    """The manifest of a folder. Use it as a context manager to close the file.
 
     Its methods raise TwistError if the file is damaged or cannot be written.
     """

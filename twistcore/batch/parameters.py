@@ -65,7 +65,7 @@ class Parameters:
 
     @property
     def mark(self) -> str:
-        """Return the SHA-256 of the parameters and the version, which identifies the results."""
+        """Return the SHA-256 of the parameters and the version, to identify the results."""
         import hashlib  # slow to load; few commands need it
 
         text = json.dumps([__version__, self.to_json()], sort_keys=True)

@@ -80,7 +80,7 @@ def _take_over(url: str, folder: Path) -> None:
 
 
 def _download(there: Mapping[str, str], folder: Path) -> None:
-    """Download the files of a batch, with the manifest last. `there` has their URLs by name."""
+    """Download the files of a batch, the manifest last. `there` maps names to URLs."""
     uploaded = {}
     for name in sorted(there, key=lambda name: name == FILE):
         path = folder / name

@@ -56,7 +56,7 @@ class Limits:
     seconds
         Processor time, None for five minutes plus one minute per megabyte.
     memory
-        Bytes of memory allowed in addition to the usual need of a clip of this size.
+        Bytes of memory allowed on top of the usual need of a clip of this size.
     """
 
     seconds: float | None = None
@@ -141,7 +141,7 @@ def run_batch(
 
 
 class _Run:
-    """A run in progress. For each clip, it writes the file, then the manifest, then reports it."""
+    """A run in progress: for each clip, it writes the file and the manifest, then reports it."""
 
     def __init__(
         self,
@@ -241,7 +241,8 @@ class _Run:
         except TwistError as error:
             self.in_vain += 1
             row = _failed(
-                row, (f"{source.name}: the clip is done, but that cannot be recorded: {error}")
+                row,
+                f"{source.name}: the clip is done, but its result cannot be recorded: {error}",
             )
             # Its row is already stored, so there may be room.
             with suppress(TwistError), self.manifest.transaction():

@@ -45,13 +45,13 @@ def make_plan(
     parameters: Parameters,
     intact: Callable[[ManifestRow], bool],
 ) -> Plan:
-    """Find which clips must be processed.
+    """Find the clips that must be processed.
 
     Each clip is recognised by its signature or, if this is unknown, by the hash of its bytes. A
-    clip is new if its bytes, the version or the parameters have changed, but not if the same bytes
-    have another name. A failure caused by the clip itself is permanent. After a failure because of
-    time, memory or disk space, the clip is processed again. `intact` is a function that returns
-    whether the corrected file of a clip is unchanged.
+    clip is new if its bytes, the version or the parameters have changed. A new name for the same
+    bytes does not make it new. A failure caused by the clip itself is permanent; a clip that failed
+    for lack of time, memory or disk space is processed again. `intact` is a function that returns
+    True if the corrected file of a clip is unchanged.
     """
     plan = Plan(manifest.rows())
     mark, sizes = parameters.mark, manifest.sizes(parameters.mark)
@@ -103,7 +103,7 @@ def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
 def _of_other_name(
     manifest: Manifest, row: ManifestRow, source: Source, mark: str, sizes: frozenset[int]
 ) -> ManifestRow | None:
-    """Return the row as done if a file with the same bytes has a result, or None."""
+    """Return the row, marked as done, if a file with the same bytes has a result, or None."""
     if not source.signature or has_companions(source.path) or source.size not in sizes:
         return None
     sha256 = _sha256(source)

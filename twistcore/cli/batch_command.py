@@ -93,7 +93,7 @@ def _processed(
         pages = None if all_pages else summary.names
         broken = _written(arguments, folder, sources, rules, pages)
     if summary.stopped:
-        left = f"{summary.left} clips are left; the same command continues"
+        left = f"{summary.left} clips are left; run the same command to continue"
         problem(f"{summary.stopped}: {left}")
     counts = f"{count_of(summary.done, 'clip')} done, {summary.known} done before"
     counts += f", {len(summary.failed)} failed"
@@ -120,7 +120,7 @@ def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
 
 
 def _tell_doubts(folder: Path, sources: Collection[str]) -> bool:
-    """Print how many clips had nothing to examine, unexamined limbs or missing frames.
+    """Print the numbers of clips that were not examined, only examined in part, or lack frames.
 
     Returns True if nothing could be examined in some clip.
     """
@@ -223,7 +223,8 @@ def _rules(arguments: argparse.Namespace) -> list[Any]:
 def _parameters(arguments: argparse.Namespace) -> Parameters:
     """Return the processing parameters.
 
-    They include the contents of files such as the profile, which other machines may not have.
+    They include the contents of files such as the profile, because other machines may not have
+    them.
     """
     profile, rig = None, None
     if arguments.detector and arguments.scheduler:

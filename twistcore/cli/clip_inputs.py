@@ -63,7 +63,7 @@ def tell_clip(name: object, clip: Clip) -> None:
         note(sentence)
 
 
-def look_at(
+def run_on_clips(
     clips: Sequence[Path], work: Callable[[Path], Found]
 ) -> tuple[list[Found], list[tuple[str, str]]]:
     """Return the results of `work` for every clip, and the names and errors of failed clips.

@@ -22,7 +22,7 @@ from twistcore.files.atomic import is_standard_output
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code. Errors are printed in one line without traceback.
 
-    `argv` are the arguments. By default, they are the arguments of this process, which is then
+    `argv` are the arguments. By default, the arguments of this process are used, and the process is
     assumed to end after the command.
     """
     if argv is not None:

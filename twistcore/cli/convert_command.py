@@ -27,12 +27,14 @@ def add_convert(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--blender",
         metavar="PATH",
-        help="Blender, or a Python with the module bpy (default: the variable TWIST_BLENDER, or "
-        "else `blender` on the path, or else bpy in this Python)",
+        help="Blender, or a Python with the module bpy (default: the first one found of the "
+        "variable TWIST_BLENDER, `blender` on the path and bpy in this Python)",
     )
     for name, what in (("--take", "take"), ("--armature", "armature")):
         parser.add_argument(
-            name, metavar="NAME", help=f"{what} to convert, of several (default: the only one)"
+            name,
+            metavar="NAME",
+            help=f"{what} to convert if there are several (default: the only one)",
         )
     parser.add_argument(
         "--fps", type=rate, metavar="HZ", help="frame rate to use (default: the scene's)"

@@ -19,7 +19,7 @@ from twistcore.cli.interval_words import (
     jump_sentences,
     not_examined,
     note_sentences,
-    shown_only,
+    uncorrectable_counts,
     unexamined_to_json,
     without_limbs,
 )
@@ -128,7 +128,7 @@ def apply_command(arguments: argparse.Namespace) -> int:
     chosen, judged = session.state.chosen(), session.state.intervals
     done = correctable(clip.motion, chains, chosen)
     count = counted_words(done, [j.interval for j in judged], "applied")
-    seen = shown_only([j.interval for j in judged if j.verdict == SEEN], " seen")
+    seen = uncorrectable_counts([j.interval for j in judged if j.verdict == SEEN], " seen")
     if not blind:
         remark(f"{arguments.output}: {count}{seen}{without_limbs(analysis.unexamined)}")
     problems, beside = uncorrected_sentences(clip, chains, chosen)
@@ -145,7 +145,7 @@ def apply_command(arguments: argparse.Namespace) -> int:
 def _left(clip: str, applied: int, found: Iterable[Interval]) -> str:
     """Return text such as '; not corrected: 1 spike; judge them: twist-inspector walk.bvh'."""
     left = sum(i.repairable for i in found) - applied
-    words = (f", {left} left for a person to judge" if left else "") + shown_only(found)
+    words = (f", {left} left for a person to judge" if left else "") + uncorrectable_counts(found)
     if not words:
         return ""
     window = f"; judge them: twist-inspector {shlex.quote(clip)}"

@@ -17,9 +17,9 @@ from twistcore.cli.clip_inputs import (
     clip_name,
     clip_notes,
     failed_to_json,
-    look_at,
     open_clip,
     reference_notes,
+    run_on_clips,
     searched,
 )
 from twistcore.cli.interval_words import (
@@ -59,7 +59,7 @@ _LISTED = 4  # maximum number of joints of a body part that are listed by name
 
 def info_command(arguments: argparse.Namespace) -> int:
     """Print all information about one clip, or one row for each of several clips."""
-    found, failed = look_at(arguments.clips, partial(_info_of, arguments))
+    found, failed = run_on_clips(arguments.clips, partial(_info_of, arguments))
     several = len(arguments.clips) > 1
     documents = [one.document for one in found]
     if documents and arguments.json:
@@ -90,7 +90,7 @@ class _Info:
     notes
         Sentences for the text output.
     not_examined
-        A sentence that says why nothing in the clip can be examined, or an empty tuple.
+        A sentence with the reason why nothing in the clip can be examined, or an empty tuple.
     """
 
     document: Document
@@ -102,7 +102,7 @@ class _Info:
 def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
     clip = open_clip(path, fps=arguments.fps)
     analysis = analysed(arguments, clip)
-    compared = reference_notes(arguments, analysis)
+    of_reference = reference_notes(arguments, analysis)
     motion, chains = clip.motion, analysis.chains
     document: Document = {
         "schema": "twistcore.info/1",
@@ -127,7 +127,7 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
         "trailing_frames": trailing_frames(motion),
         "warnings": [
             *map(str, clip.warnings),
-            *map(str, (*analysis.notes, *compared)),
+            *map(str, (*analysis.notes, *of_reference)),
             *chain_notes(chains),
         ],
     }
@@ -221,7 +221,7 @@ def _chain_to_json(clip: Clip, chain: Chain) -> Document:
 def detect_command(arguments: argparse.Namespace) -> int:
     """Print the intervals of clips and return the exit code."""
     several = len(arguments.clips) > 1
-    found, failed = look_at(arguments.clips, partial(_detect_in, arguments, several=several))
+    found, failed = run_on_clips(arguments.clips, partial(_detect_in, arguments, several=several))
     counted, total = sum(count for count, *_ in found), sum(every for _, every, *_ in found)
     blind = sum(mute for *_, mute, _ in found)
     if found and arguments.json:
@@ -242,8 +242,8 @@ def _detect_in(
     """Print the intervals of a clip, or return them in a document.
 
     Returns the number of intervals for `--fail-over`, the number of all intervals, 1 if nothing was
-    examined and 0 if something was, and the document. Capture faults are counted only if `--kinds`
-    includes them.
+    examined (or 0), and the document. Capture faults are counted for `--fail-over` only if
+    `--kinds` includes them.
     """
     clip = open_clip(path, fps=arguments.fps)
     name, document = clip_name(path), Document()
@@ -252,14 +252,14 @@ def _detect_in(
     with step(f"  {clip.path}: analysed and searched"):
         analysis = analysed(arguments, clip)
         del clip  # its text takes more memory than its motion
-        compared = reference_notes(arguments, analysis)
+        of_reference = reference_notes(arguments, analysis)
         found = searched(arguments, analysis)
     for sentence in notes:
         note(sentence)
     blind = not_examined(name, found)
     if arguments.json:
         document = _detection_to_json(name, missing, warnings, found, explain=arguments.explain)
-        document["notes"] += [note.to_json() for note in compared]
+        document["notes"] += [note.to_json() for note in of_reference]
     else:
         if several:
             say(name, head=True)
@@ -268,7 +268,7 @@ def _detect_in(
     for sentence in blind:
         problem(sentence)
     if not arguments.json:
-        for sentence in note_sentences(name, found, compared):
+        for sentence in note_sentences(name, found, of_reference):
             note(sentence)
         if several:
             say()

@@ -141,7 +141,7 @@ def _tell_difference(found: FolderDifference, a: Path, b: Path) -> None:
     for name in found.same_motion:
         say(f"{name}: different bytes, same motion")
     say(
-        f"{count_of(found.compared, 'clip')} compared: {len(found.identical)} identical, "
+        f"{count_of(found.in_both, 'clip')} compared: {len(found.identical)} identical, "
         f"{len(found.same_motion)} of the same motion, {len(found.different)} different; "
         f"{len(found.only_a)} only in {a}, {len(found.only_b)} only in {b}"
     )

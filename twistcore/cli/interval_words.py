@@ -1,4 +1,4 @@
-"""Describe in words how many intervals were found, corrected or left, and what was not examined."""
+"""Describe the numbers of found, corrected and remaining intervals, and the unexamined limbs."""
 
 from __future__ import annotations
 
@@ -69,15 +69,15 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
 def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
     """Return text such as '5 of 7 intervals corrected (5 limb flips)'.
 
-    Only twist errors in `every` are counted, but all corrected intervals `applied`. `verb` is
-    'corrected' or 'applied'.
+    The total is the number of twist errors in `every`, plus the other corrected intervals in
+    `applied`. `verb` is 'corrected' or 'applied'.
     """
     every = tuple(every)
     repairable = sum(i.repairable for i in every) + sum(not i.repairable for i in applied)
     return f"{len(applied)} of {repairable} intervals {verb}{by_kind(applied, every)}"
 
 
-def shown_only(intervals: Iterable[Interval], mark: str = "") -> str:
+def uncorrectable_counts(intervals: Iterable[Interval], mark: str = "") -> str:
     """Return the counts of uncorrectable kinds, such as ', 6 lone jumps, 1 noise burst', or ''.
 
     `mark` is a word to add after each kind.
@@ -87,7 +87,7 @@ def shown_only(intervals: Iterable[Interval], mark: str = "") -> str:
 
 
 def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
-    """Return the kinds in their usual order, with the generally most common one first."""
+    """Return the kinds in their usual order: most common first, in general."""
     return sorted(kinds, key=lambda kind: (kind.info.place, kind))
 
 

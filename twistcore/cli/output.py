@@ -26,7 +26,7 @@ _BOLD, _YELLOW, _RED = "1", "33", "31"
 
 @dataclass(frozen=True)
 class Voice:
-    """How much is printed: `quiet` only results and errors, `verbose` also the time of each step.
+    """The verbosity: `quiet` prints only results and errors, `verbose` also times each step.
 
     `document` is True if a JSON document is printed instead of remarks on standard output.
     Problems and notes in `known` are not printed again; `listed` collects all of them.
@@ -120,7 +120,7 @@ def step(text: str) -> Iterator[None]:
 def counter(total: int, done: int = 0) -> Iterator[TellName]:
     """Yield a function to call with the name of each finished clip.
 
-    It prints nothing with --quiet.
+    With --quiet, the function prints nothing.
     """
     with uncounted(total) if is_quiet() else clip_counter(total, done) as tell:
         yield lambda name: tell(terminal_text(name))

@@ -58,8 +58,8 @@ PROGRAMS = ("blender", "maya", "motionbuilder")  # choices of `export --script`
 def make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of all commands.
 
-    If the `words` of a command line are given, only the arguments of the command in it are added,
-    which saves time.
+    If the `words` of a command line are given, only the arguments of its command are added, to save
+    time.
     """
     parser = Parser(prog="twistcore")
     _set_texts(parser, PROGRAM)
@@ -120,7 +120,7 @@ def _detect(detect: Parser) -> None:
     detect.add_argument(
         "--explain",
         action="store_true",
-        help="also print why each interval was found, and why peaks above τ are in no interval",
+        help="also explain each interval, and each peak above τ that is outside all intervals",
     )
     detect.add_argument(
         "--fail-over",
@@ -141,8 +141,8 @@ def _signals(signals: Parser) -> None:
         "--csv",
         type=target,
         metavar="FILE",
-        help="write a table with one row for each chain and frame, and the clip's name if there "
-        "are several; '-' is standard output (default: none; --csv or --json is required)",
+        help="write a table with one row for each chain and frame (with the clip's name if there "
+        "are several clips); '-' is standard output (default: none; --csv or --json is required)",
     )
     add_method(
         signals,
@@ -195,8 +195,8 @@ def _refine(refine: Parser) -> None:
         "--session",
         type=target,
         metavar="FILE",
-        help="also write the corrections as a session, such as walk.twist.json, that `apply`, "
-        "`export`, `report` and the window read (default: none)",
+        help="also write the corrections as a session, such as walk.twist.json, for `apply`, "
+        "`export`, `report` and the window (default: none)",
     )
     add_json(refine)
     refine.set_defaults(run=deferred("correct_commands", "refine_command"))
@@ -229,7 +229,7 @@ def _report(report: Parser) -> None:
         help="a session, or the folder of results of `twistcore batch`",
     )
     report.add_argument(
-        "-o", "--output", type=folder, required=True, metavar="DIR", help="folder of the pages"
+        "-o", "--output", type=folder, required=True, metavar="DIR", help="folder for the pages"
     )
     report.add_argument(
         "--clip",
@@ -248,7 +248,7 @@ def _report(report: Parser) -> None:
         "--pages",
         type=count,
         metavar="N",
-        help="write pages of the N worst clips only (default: of all clips)",
+        help="write pages for only the N worst clips (default: all clips)",
     )
     report.add_argument(
         "--play",
@@ -265,14 +265,14 @@ def _report(report: Parser) -> None:
 
 
 def _inject(inject: Parser) -> None:
-    add_clip(inject, "the BVH to put errors into")
+    add_clip(inject, "the BVH into which errors are injected")
     add_output(inject)
     inject.add_argument(
         "--truth",
         type=target,
         required=True,
         metavar="TRUTH.json",
-        help="file to write the errors into, for `twistcore evaluate`",
+        help="file for the list of injected errors, for `twistcore evaluate`",
     )
     inject.add_argument(
         "--seed",
@@ -331,7 +331,7 @@ def _tune(tune: Parser) -> None:
     tune.add_argument(
         "--sessions",
         action="store_true",
-        help="take chains, decisions and frames to leave out from the sessions next to the clips",
+        help="read chains, decisions and excluded frames from the sessions next to the clips",
     )
     tune.add_argument(
         "--both", action="store_true", help="print the results of all detectors, for comparison"
@@ -372,7 +372,7 @@ def _benchmark(benchmark: Parser) -> None:
         action="extend",
         nargs="+",
         metavar="NAME",
-        help="protocols by which errors are drawn, which `twistcore inject --help` lists "
+        help="protocols by which errors are drawn, as listed by `twistcore inject --help` "
         "(default: P0)",
     )
     benchmark.add_argument(
@@ -455,7 +455,7 @@ def _export(parser: Parser) -> None:
     parser.add_argument(
         "--take",
         metavar="NAME",
-        help="take (in Blender: action) that gets the keys (default: the current one)",
+        help="take (in Blender: action) for the keys (default: the current one)",
     )
     parser.add_argument(
         "--fps",
@@ -467,10 +467,12 @@ def _export(parser: Parser) -> None:
         "--start",
         type=number,
         metavar="N",
-        help="frame of the scene that is frame 0 of the clip (default: 0, in Blender 1)",
+        help="frame of the scene at which the clip begins (default: 0, in Blender 1)",
     )
     parser.add_argument(
-        "--dry-run", action="store_true", help="write a script that only lists what it would key"
+        "--dry-run",
+        action="store_true",
+        help="write a script that only lists the keys that it would set",
     )
     parser.set_defaults(run=deferred("export_command", "export_command"))
 

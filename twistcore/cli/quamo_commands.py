@@ -220,9 +220,10 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _warn_of_twist(clip: Clip, joints: Sequence[int], spans: Sequence[NoisySpan] = ()) -> None:
-    """Print how many twist errors the tracked joints have, since tracking would hide them.
+    """Print the number of twist errors in the tracked joints, because tracking would hide them.
 
-    With spans, only errors at the ends of a span count: errors within it come from the noise.
+    If spans are given, only errors at their ends count, because errors within a span are caused by
+    noise.
     """
     chains = [c for c in find_chains(clip.motion) if {c.parent, c.child} & set(joints)]
     if not chains:
@@ -234,6 +235,6 @@ def _warn_of_twist(clip: Clip, joints: Sequence[int], spans: Sequence[NoisySpan]
     ):
         note(
             f"{clip.path}: these joints have {count_of(count, 'interval')} with twist errors; "
-            "tracking smears the edges of errors and does not remove them, so detect and refine "
+            "tracking would smear their edges without removing them, so run detect and refine "
             "first"
         )

@@ -36,7 +36,7 @@ from twistcore.synthesis import generator
 
 
 def quamo_noise_command(arguments: argparse.Namespace) -> int:
-    """Write a clip with synthetic noise and print the size of the noise."""
+    """Write a clip with synthetic noise and print the magnitude of the noise."""
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output], [arguments.clip])
     motion = clip.motion
@@ -115,7 +115,7 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
         note(
             f"{weights} contains no network of a held-out subject, so the table has no row of "
             "learned gains; set --weights to a folder with files such as "
-            f"{weights_name('full', HELD_OUT[0])} (only the source has them, in assets/quamo)"
+            f"{weights_name('full', HELD_OUT[0])} (included only in the source, in assets/quamo)"
         )
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)
     report = make(sequences, networks, seeds, progress)
@@ -172,7 +172,7 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
             settings,
             checkpoint=path.with_suffix(".checkpoint"),
             compiled=arguments.compile,
-            tell=partial(_told, path.stem),
+            tell=partial(_progress_of_clip, path.stem),
         )
         minutes = (time.perf_counter() - begin) / 60.0
         made_of = json.dumps({"clips": [s.name for s in used], "settings": vars(settings)})
@@ -181,5 +181,5 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
     return code
 
 
-def _told(name: str, sentence: str) -> None:
+def _progress_of_clip(name: str, sentence: str) -> None:
     progress(f"{name}: {sentence}")

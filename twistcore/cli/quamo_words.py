@@ -1,4 +1,4 @@
-"""What `twistcore quamo refine` says about a method and its result."""
+"""Sentences in which `twistcore quamo refine` describes a method and its result."""
 
 from __future__ import annotations
 
@@ -20,9 +20,7 @@ SPLINE_WAY = (
 
 
 def cuts_as_text(motion: Motion, first: int) -> str:
-    """Return 'cut at frame 120' or 'cuts at frames 120, 300–305' (305 excluded), or '' for no
-    cut.
-    """
+    """Return text such as 'cuts at frames 120, 300–305' (305 excluded), or '' without a cut."""
     cut = np.zeros(motion.frames, dtype=np.bool_)
     cut[cuts_behind(motion, first)] = True
     return f"cut{'' if cut.sum() == 1 else 's'} at {frames_listed(cut)}" if cut.any() else ""
@@ -37,11 +35,11 @@ def how_words(causal: bool, gains: Gains | None) -> str:
 
 
 def way_words(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
-    """Describe which frames the tracking needs, and how far its result lags behind."""
+    """Describe the frames that tracking needs, and the lag of its result."""
     if not causal:
         return "tracking both ways needs the whole clip: every frame depends on later ones; no lag"
     if gains is None:
-        return "causal: a frame waits 40 ms for the next sample of 25 Hz, and lags a little more"
+        return "causal: each frame waits 40 ms for the next sample at 25 Hz, and lags slightly more"
     words = "causal: no frame depends on a later one"
     what = ("a joint", "the position")[: 1 + place]
     for name, late, over in zip(what, steady_lags(gains, dt), overshoots(gains, dt), strict=False):

@@ -16,8 +16,8 @@ from twistcore.cli.clip_inputs import (
     analysed,
     clip_name,
     failed_to_json,
-    look_at,
     open_clip,
+    run_on_clips,
     tell_clip,
 )
 from twistcore.cli.interval_words import not_examined, note_sentences, unexamined_to_json
@@ -52,7 +52,7 @@ def signals_command(arguments: argparse.Namespace) -> int:
     if arguments.csv:
         rig = [path for path in (arguments.rig, arguments.joint_names) if path]
         refuse_overwrite([arguments.csv], [*arguments.clips, *rig])
-    found, failed = look_at(arguments.clips, partial(_signals, arguments))
+    found, failed = run_on_clips(arguments.clips, partial(_signals, arguments))
     if found and arguments.csv:
         with step(f"  {arguments.csv}: written"):
             several = len(arguments.clips) > 1

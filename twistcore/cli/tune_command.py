@@ -57,7 +57,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     sessions = FolderSessions({}, ())
     if arguments.sessions:
         _refuse_rig(arguments)
-        sessions = _beside(source, paths)
+        sessions = _sessions_next_to(source, paths)
     problems = [one.why for one in sessions.damaged]
     rigs = [path for path in (arguments.rig, arguments.joint_names) if path]
     refuse_overwrite([arguments.output], [*paths, *sessions.files, *rigs])
@@ -89,7 +89,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         return code
     # Sorted by name, so that the profile does not depend on which process finished first.
     together = {m: _together(found[path][m] for path in sorted(found)) for m in methods}
-    curves, wanted = together[arguments.method], _wanted(arguments)
+    curves, wanted = together[arguments.method], _price_and_smallest(arguments)
     profile = {name: tuned(c, c.suggested(*wanted)) for name, c in curves.items()}
     write_profile(arguments.output, profile, source.name, arguments.method)
     minutes = sum(_minutes(clip[arguments.method]) for clip in found.values())
@@ -144,7 +144,7 @@ def _tuned_to_json(
     }
 
 
-def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
+def _sessions_next_to(source: Path, paths: Sequence[Path]) -> FolderSessions:
     """Return the sessions next to the clips `paths`, and the damaged ones.
 
     Raises TwistError if there are no sessions.
@@ -206,7 +206,7 @@ def _of_both(
 ) -> Iterator[_Line]:
     """Yield lines that compare the suggested with the automatic τ, by chain and for all chains.
 
-    `minutes` is the total duration of all clips, which the curves of single chains may not cover.
+    `minutes` is the total duration of all clips, including clips that lack some chains.
     """
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))
@@ -241,7 +241,7 @@ def _refuse_rig(arguments: argparse.Namespace) -> None:
         )
 
 
-def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
+def _price_and_smallest(arguments: argparse.Namespace) -> tuple[float, float]:
     """Return the price of a false alarm, and the smallest error to find in radians."""
     price, smallest = arguments.alarm_price, arguments.smallest
     return (
@@ -259,10 +259,12 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
     for option in ("both", "sessions"):
         if getattr(arguments, option):
             raise TwistError(
-                f"--{option} cannot be combined with --verdicts, which injects no errors"
+                f"--{option} cannot be combined with --verdicts, because no errors are injected"
             )
     if arguments.seeds is not None:
-        raise TwistError("--seeds cannot be combined with --verdicts, which injects no errors")
+        raise TwistError(
+            "--seeds cannot be combined with --verdicts, because no errors are injected"
+        )
     there = sessions_in(folder)
     pairs, problems = dict(there.of), [one.why for one in there.damaged]
     if not there.files:
@@ -295,7 +297,7 @@ def _tell(
     arguments: argparse.Namespace, clips: Sequence[JudgedClip], problems: Sequence[str]
 ) -> int:
     """Write and print the profile. Raises TwistError if there are too few decisions."""
-    found = common_tau(clips, *_wanted(arguments), seed=0)
+    found = common_tau(clips, *_price_and_smallest(arguments), seed=0)
     errors, natural = count_verdicts(clips)
     curve = verdict_curve(clips)
     if found.common is None and curve.enough:

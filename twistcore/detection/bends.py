@@ -1,4 +1,4 @@
-"""Measure how far each joint bends from frame to frame, regardless of twist [Method, step 7].
+"""Measure the changes of each joint's bend between frames, regardless of twist [Method, step 7].
 
 The bend of a joint is the angle between the bone that leads to it and the bone that leads away from
 it. In a twist error, a joint turns about its bone and the next joint turns back, so no bone changes

@@ -32,7 +32,7 @@ def find_bursts(search: KindSearch) -> Found:
 def find_frozen(search: KindSearch) -> Found:
     """Return the frames in which a limb does not move.
 
-    They are keyed by the first chosen chain of each limb.
+    The intervals are keyed by the first chosen chain of each limb.
     """
     return frozen_intervals(search.motion, search.chains, search.chosen)
 
@@ -141,10 +141,10 @@ def frozen_sentence(spans: int) -> str:
         return ""
     if spans == 1:
         return (
-            "In one span of frames, the numbers of a limb do not change at all (kind "
+            "In one span of frames, the values of a limb do not change at all (kind "
             "'frozen frames')."
         )
     return (
-        f"In {spans} spans of frames, the numbers of a limb do not change at all (kind "
+        f"In {spans} spans of frames, the values of a limb do not change at all (kind "
         "'frozen frames')."
     )

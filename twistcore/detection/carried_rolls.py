@@ -157,7 +157,7 @@ def _share_no_joint(a: Chain, b: Chain) -> bool:
     return {a.parent, a.child}.isdisjoint((b.parent, b.child))
 
 
-def _some_edge(signals: Witnesses) -> bool:
+def _has_edge(signals: Witnesses) -> bool:
     """Return True if P turns at least once as in a carried roll, and far more than usual."""
     for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
         x = np.abs(signals.beyond_pace("x", width))

@@ -1,8 +1,8 @@
-"""Bones that are turned against their child in every frame, which are listed but never corrected.
+"""Bones with a constant twist relative to their child. They are listed but never corrected.
 
 A constant counter-twist has no edge and changes no position, but a comparison reveals it: the twist
-of P is off by δ and the twist of C by −δ, which does not happen in a natural pose for a whole clip.
-A bone is compared with
+of P is off by δ and the twist of C by −δ. No natural pose does this for a whole clip. A bone is
+compared with
 
 - the same bone on the other side of the body, because a body is symmetric on average, and mirrored
   twists about the outgoing bone have opposite signs
@@ -36,7 +36,7 @@ _ALIKE = math.cos(math.radians(25.0))  # maximum angle between a bone in two ske
 
 @dataclass(frozen=True)
 class ConstantOffset:
-    """A chain in which the parent P is turned by `degrees` against the child C in every frame.
+    """A chain in which P is twisted by `degrees` relative to C in every frame.
 
     - other: the same chain on the other side, if the sides were compared
     - reference: the name of the take with which the clip was compared, or '' for the other side or
@@ -53,24 +53,24 @@ class ConstantOffset:
     def __str__(self) -> str:
         if self.other is not None and not self.clear:
             return (
-                f"{self.chain.label} or {self.other.label} is turned by about "
-                f"{abs(self.degrees):.0f}° against its child in every frame: the sides differ."
+                f"{self.chain.label} or {self.other.label} is twisted by about "
+                f"{abs(self.degrees):.0f}° relative to its child in every frame: the sides differ."
             )
         if self.other is None and not self.reference:
             return (
-                f"{self.chain.label} is turned by about {self.degrees:+.0f}° against its child in "
-                "every frame, compared with the rest pose."
+                f"{self.chain.label} is twisted by about {self.degrees:+.0f}° relative to its "
+                "child in every frame, compared with the rest pose."
             )
-        compared = self.reference if self.other is None else self.other.label
+        standard = self.reference if self.other is None else self.other.label
         return (
-            f"{self.chain.label} is turned by about {self.degrees:+.0f}° against its child in "
-            f"every frame, compared with {compared}."
+            f"{self.chain.label} is twisted by about {self.degrees:+.0f}° relative to its child in "
+            f"every frame, compared with {standard}."
         )
 
 
 @dataclass(frozen=True)
 class _Usual:
-    """The usual angle of a joint's twist, in radians, and how much it varies, 0…1."""
+    """The usual angle of a joint's twist, in radians, and its variation, 0…1."""
 
     angle: float
     varies: float
@@ -114,10 +114,10 @@ def offsets_from(
 
 
 def _check_skeleton(own: Skeleton, other: Skeleton, chains: Sequence[Chain], name: str) -> None:
-    """Raise ClipMismatchError if a reference has other joints, or other bones in these chains.
+    """Raise ClipMismatchError if a reference has different joints, or different bones in chains.
 
-    Bones of other lengths and slightly other directions are accepted, because other people may have
-    the same joints.
+    Different bone lengths and slightly different directions are accepted, since another person may
+    have the same joints.
     """
     wanted = f"{name}: expected a reference with the same skeleton as the clip"
     if len(own) != len(other):
@@ -131,7 +131,7 @@ def _check_skeleton(own: Skeleton, other: Skeleton, chains: Sequence[Chain], nam
         turned = float(bones[0] @ bones[1]) < _ALIKE * float(np.prod(np.linalg.norm(bones, axis=1)))
         if turned or parents[0] != parents[1]:
             joint = own.names[chain.child]
-            raise ClipMismatchError(f"{wanted}, found another bone from its parent to {joint!r}")
+            raise ClipMismatchError(f"{wanted}, found a different parent bone of {joint!r}")
 
 
 def _offsets(
@@ -175,7 +175,7 @@ def _between_sides(
 
 
 def _offset(own: _Twists, expected: _Twists, *, exact: bool) -> float | None:
-    """Return the angle by which P is turned against C, in radians.
+    """Return the constant twist of P relative to C, in radians.
 
     The result is None if the angle is small or undefined. `own` and `expected` are the usual twists
     of P and C. `exact` is True if their offsets must agree closely.
@@ -200,7 +200,7 @@ def _hides_below(
 
 
 def _lowest(found: Iterable[ConstantOffset]) -> tuple[ConstantOffset, ...]:
-    """Return the offsets without the offset of a bone directly above another one with an offset.
+    """Leave out the offset of any bone directly above another bone with an offset.
 
     An error of a bone also turns C of the bone above, so the lower bone is the wrong one.
     """

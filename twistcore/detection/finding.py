@@ -1,4 +1,4 @@
-"""The search for errors of kinds that the detectors do not find: a finder's input and result."""
+"""Input and result of finders, which search for the kinds of errors that detectors do not find."""
 
 from __future__ import annotations
 

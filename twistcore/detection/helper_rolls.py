@@ -1,8 +1,8 @@
 """Twist bones (helpers) that turn about their bone while no other joint does.
 
-The reason may be a jump, or a driver that flips at ±180°. A helper takes part in the roll of the
-joint C at the end of its bone. If it jumps about the bone while C does not jump and its parent does
-not turn the other way, only the helper is wrong.
+The reason may be a jump, or a driver that flips at ±180°. A helper rolls partly with the joint C at
+the end of its bone. If it jumps about the bone while C does not jump and its parent does not turn
+the other way, only the helper is wrong.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class HelperAnalysis:
         return max(SMALLEST_ROLL, self.helpers[helper].automatic_tau())
 
     def strength(self, helper: str) -> Array:
-        """Return the sizes of the jumps of a helper about its bone, in radians ≥ 0, (frames,)."""
+        """Return the magnitudes of a helper's jumps about its bone, in radians ≥ 0, (frames,)."""
         return self.helpers[helper].strength()
 
     def intervals(self, helper: str, tau: float) -> tuple[Interval, ...]:

@@ -161,8 +161,8 @@ class Interval:
     def shown(self) -> float:
         """The angle to show to people: `size`, or the largest offset if that describes it better.
 
-        The median of a ramp or a drift depends on how much of its ends is included, and an offset
-        in both directions may have a median near 0.
+        The median of a ramp or a drift depends on the position of the ends, and an offset in both
+        directions may have a median near 0.
         """
         twist = self.kind == Kind.COUNTER_TWIST
         both_ways = twist and abs(self.size) < 0.5 * abs(self.largest)

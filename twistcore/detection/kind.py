@@ -50,8 +50,8 @@ class KindInfo:
         cannot be corrected.
     repairer : str
         The correction of a single joint that only a person can accept, as 'package.module:NAME' of
-        a `twistcore.analysis.correction.joint_repairs.JointRepair`, which is loaded on first use.
-        "" for all other kinds.
+        a `twistcore.analysis.correction.joint_repairs.JointRepair`, loaded on first use. "" for all
+        other kinds.
     turns : bool
         True if `repairer` turns the joint by the interval's offset, so that a person can change it.
     below : bool
@@ -77,8 +77,8 @@ class KindInfo:
         {frames}, {span}, {size}, {joint} and {angle} are replaced in them, except that `why` and
         `offer` may contain only {joint} and {size}.
     happens : str
-        What happens to a part of the body, for the name of a group of errors: "{part} jumps". If
-        not given, the part and the name of the kind are used.
+        A clause for the name of a group of errors, such as "{part} jumps". If not given, the part
+        and the name of the kind are used.
     """
 
     name: str
@@ -211,7 +211,7 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def by_angle(self) -> bool:
-        """True if a correction turns a joint by the offset, which a person can edit."""
+        """True if a correction turns a joint by an offset that a person can edit."""
         return bool(self.info.repair) or self.info.turns
 
     @property
@@ -281,7 +281,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
 
 
 def _announced() -> bool:
-    """Return True if an installed package provides a kind, ten times as fast as `entry_points`."""
+    """Return True if an installed package provides a kind (ten times as fast as `entry_points`)."""
     for folder in dict.fromkeys(sys.path):
         try:
             inside = [e.path for e in os.scandir(folder or ".") if e.name.endswith("-info")]

@@ -123,8 +123,8 @@ class Limbs:
         Row s of the first image is the effect of the error of chain first + s on x of the next
         chain. Row s of the second image is the effect of the same error on y of the previous chain.
         Beyond the ends of a line, the images are 0. `first` is the first chain of each run, shape
-        (runs,). `t` contains indices into (limbs · frames), shape (runs,), which must not be the
-        first frame of a limb.
+        (runs,). `t` contains indices into (limbs · frames), shape (runs,), except for the first
+        frame of each limb.
         """
         down, up = Image((length, len(t))), Image((length, len(t)))
         chain = (first + np.arange(length)[:, None]).ravel()

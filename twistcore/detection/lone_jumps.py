@@ -126,7 +126,7 @@ def _turns_too_fast(
 
 
 def _in_clip_frames(jump: Interval, held: DistinctFrames) -> Interval:
-    """Return a jump with the frame numbers of the whole clip, which includes held frames."""
+    """Convert a jump to frame numbers of the whole clip, including held frames."""
     start, stop = held.end(jump.start), held.end(jump.stop - 1) + 1
     return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))
 

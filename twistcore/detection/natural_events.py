@@ -1,9 +1,9 @@
-"""Events in clips without injected errors, which are left out when detectors are scored.
+"""Events in clips without injected errors. The scores of detectors exclude them.
 
 In a clip without injected errors, an event is
 
-* an *interval* that a detector finds at its automatic τ, even an *open* one: P and C turn
-  against each other;
+* an *interval* that a detector finds at its automatic τ, even an *open* one: P and C twist in
+  opposite directions;
 * a *flip*: in one frame, P or C alone turns about the bone by FLIP_DEGREES and FLIP_SIGMA local
   scales more than the consistency detector expects from the neighbouring frames. No limb can do
   this, but the solver of a capture can, or Euler angles at a gimbal lock. The other joint does not

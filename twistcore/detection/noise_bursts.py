@@ -81,8 +81,8 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 def _of_joint(motion: Motion, joint: int) -> Array:
     """Return σ of a joint's noise in degrees, (frames,), or 0 if a neighbour compensates for it.
 
-    The array is read-only, because it is cached with the motion. For joints without noise, it takes
-    no memory.
+    The array is read-only, because it is cached with the motion. The array of a joint without noise
+    takes no memory.
     """
     known = _by_joint(motion)
     if joint not in known:
@@ -138,7 +138,7 @@ def burst_sentences(
         The joints' names.
     """
     spans = overlapping(outside)
-    said = [_said(span, names) for span in spans[:_MOST]]
+    said = [_sentence(span, names) for span in spans[:_MOST]]
     if len(spans) > _MOST:
         said.append(f"{len(spans) - _MOST} more bursts of noise are outside the chains.")
     if count:
@@ -154,7 +154,7 @@ def burst_sentences(
     return tuple(said)
 
 
-def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
+def _sentence(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
     joints = list(dict.fromkeys(names[b.joint] for b in span))
     listed = ", ".join(joints[:_MOST]) + (" …" if len(joints) > _MOST else "")
     start, stop = min(b.start for b in span), max(b.stop for b in span)
@@ -184,7 +184,7 @@ def noise_level(turns: Array, fps: float) -> Array:
     change = np.zeros((frames, 3))
     change[1:-1] = turns[2:] - turns[1:-1]
     size, far = ((v**2).sum(axis=1) for v in (change, turns))
-    if not _often(size > 0.99 * _MIDDLE * _LEAST**2, width):
+    if not _may_be_mostly_true(size > 0.99 * _MIDDLE * _LEAST**2, width):
         return none
     # Use medians, so that one or two jumps are not mistaken for noise.
     changes, moves = (running_medians(v, width) for v in (size, far))
@@ -226,7 +226,7 @@ def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
     return sigma, _least_noise(sigma)
 
 
-def _often(mask: Mask, width: int) -> bool:
+def _may_be_mostly_true(mask: Mask, width: int) -> bool:
     """Return True if a window of the given width may contain mostly True values of the mask."""
     half = width // 2
     return bool(_running_sums(mask, 2 * half + 1).max() >= width - half)

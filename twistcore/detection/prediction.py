@@ -194,10 +194,10 @@ class Predictor:
     def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:
         """Return the irregular frames, with the weights for their prediction.
 
-        These are the frames that are not good, and the frames with a neighbour that is not good or
-        has changed. `signals` includes the changes. The cubic weights are the weights of the
-        Lagrange polynomial through the two good neighbours on either side. At an end, the mean of
-        the nearest two good frames is used.
+        A frame is irregular if it, or one of its neighbours, is not good, or if a neighbour has
+        changed. `signals` includes the changes. The cubic weights are the weights of the Lagrange
+        polynomial through the two good neighbours on either side. At an end, the mean of the
+        nearest two good frames is used.
         """
         frames = good.shape[1]
         seed = ~good | changed

@@ -35,7 +35,7 @@ class DetectorInfo:
     has_confidence : bool
         True if the detector returns a confidence for its intervals.
     tau : str
-        How the automatic τ is described: "noise floor", or "automatic τ" if it is fixed.
+        The description of the automatic τ: "noise floor", or "automatic τ" if it is fixed.
     limb_flips : bool
         True if the benchmark also runs the search for limb flips with this detector.
     note : str

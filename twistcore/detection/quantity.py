@@ -1,4 +1,4 @@
-"""The quantity that shows why an interval is listed, as a curve over the clip with its limit.
+"""Curves over the clip that show why an interval is listed, with their limits.
 
 :attr:`KindInfo.quantity` names the function that computes the curve for a kind of error.
 """

@@ -79,7 +79,7 @@ class Detectors(Mapping[str, Detector]):
     def register(self, detector: Detector, place: str = "") -> Detector:
         """Add a detector, or replace an earlier one with the same name.
 
-        Returns the guarded detector, which reports an error as a TwistError that contains its name.
+        Returns the guarded detector: it reports an error as a TwistError that contains its name.
         `place` is the file and class from which the detector was loaded. Raises TwistError if
         `detector` is not a detector.
         """
@@ -90,7 +90,7 @@ class Detectors(Mapping[str, Detector]):
         if name in built_in():
             if type(made) is type(own := self[name]):
                 return own
-            raise TwistError(f"{name!r} is the name of one of twistcore's own detectors")
+            raise TwistError(f"{name!r} is the name of a built-in detector")
         kept = self._given.get(name)
         if kept is None or kept.detector is not made:
             kept = self._given[name] = GuardedDetector(made, place)
@@ -256,7 +256,9 @@ def _of_file(place: str, path: str, name: str) -> Detector:
     if not (path.endswith(".py") and name.isidentifier()):
         raise TwistError(f"{place}: expected FILE.py:Class")
     if not Path(path).is_file():
-        raise TwistError(f"{path}: expected a Python file with a detector, but there is none")
+        raise TwistError(
+            f"{path}: expected a Python file with a detector, but there is no such file"
+        )
     with one_sentence(f"{path}: the detector cannot be loaded"):
         found = getattr(_module(Path(path).resolve()), name, None)
     if found is None:

@@ -33,7 +33,7 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
 def overlapping(spans: Iterable[SomeSpan], apart: int = 0) -> list[list[SomeSpan]]:
     """Group overlapping spans. The spans must be sorted by start.
 
-    Spans with a gap of less than `apart` frames are put into the same group as well.
+    Spans separated by fewer than `apart` frames also belong to one group.
     """
     groups: list[list[SomeSpan]] = []
     end = 0

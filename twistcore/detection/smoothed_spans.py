@@ -1,6 +1,6 @@
 """Spans in which a joint has lost its fine movement, because gaps were filled or it was smoothed.
 
-A captured motion trembles a little in every frame, and no body moves as evenly as a filtered
+A captured motion jitters slightly in every frame, and no body moves as evenly as a filtered
 motion. Fine movement is measured by the fourth difference, the deviation from an even curve over
 five frames. It is ten to ten thousand times smaller where a joint was smoothed, but it is also
 smaller at a lower pace. Therefore, a joint is compared with frames of its own motion at the same or
@@ -42,7 +42,7 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 class SmoothedSpan:
     """Frames [start, stop) in which gaps of a joint were filled or the joint was smoothed.
 
-    `times` is the factor by which its fine movement is below nearly all the rest of the clip.
+    `times` is the factor by which fine movement is reduced, compared with most of the clip.
     """
 
     joint: int
@@ -96,13 +96,13 @@ def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> t
     names of the joints.
     """
     groups = overlapping(spans)
-    said = [_said(group, names) for group in groups[:_MOST]]
+    said = [_sentence(group, names) for group in groups[:_MOST]]
     if len(groups) > _MOST:
         said.append(f"{len(groups) - _MOST} more smoothed spans were found.")
     return tuple(said)
 
 
-def _said(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
+def _sentence(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
     joints = list(dict.fromkeys(names[s.joint] for s in group))
     start, stop = min(s.start for s in group), max(s.stop for s in group)
     if len(joints) == 1:
@@ -141,7 +141,7 @@ def _mean_around(values: Array, width: int) -> Array:
     """Return the mean of `width` rows around each row, repeating the outermost row at the ends.
 
     Sums of rows are computed by doubling, so that small sums contain no rounding errors of large
-    ones. This does not need scipy, which takes longer to load than the rest of a command.
+    ones. scipy is not used, because it takes longer to load than the rest of a command.
     """
     before = width // 2
     ends = (before, width - 1 - before), *[(0, 0)] * (values.ndim - 1)
@@ -235,7 +235,7 @@ def _quantile(values: Array, share: float) -> Array:
 
 
 def _without_short(mask: Mask, least: int) -> Mask:
-    """Return the mask without its runs that are shorter than `least` frames."""
+    """Remove runs shorter than `least` frames from a mask."""
     out = mask.copy()
     for start, stop in runs(mask):
         if stop - start < least:

@@ -248,7 +248,7 @@ def _mean(angles: Array) -> float:
 
 
 def _usual(levels: Sequence[_Level]) -> float | None:
-    """Return the roll, in radians, that most frames have, or None if no roll is that frequent."""
+    """Return the roll of most frames in radians, or None if there is no such roll."""
     total = sum(level.frames for level in levels)
     for level in sorted(levels, key=lambda one: -one.frames):
         alike = [one for one in levels if abs(wrap(one.roll - level.roll)) <= ALIKE]

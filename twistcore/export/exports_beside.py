@@ -28,9 +28,9 @@ _HEAD = 200_000  # bytes read from the start, more than any known skeleton needs
 def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
     """Return the clips that this program wrote, each with the file name of its source.
 
-    The source is given by the session that replays the clip, or by the clip's report. If there is
-    neither, a clip with the default name of an export counts as one if the file equals the source
-    up to the motion. A clip whose source is not among the clips in its folder is not an export.
+    The source is given by the session that replays the clip, or by the clip's report. Without
+    either, a clip with the default name of an export is an export if the file equals the source up
+    to the motion. A clip whose source is not among the clips in its folder is not an export.
     """
     by_folder: dict[Path, list[str]] = defaultdict(list)
     for path in clips:
@@ -78,7 +78,7 @@ def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
 
 
 def clip_of_session(session: Path) -> str:
-    """Return the file name of the clip that a session is for, or '' if it has none."""
+    """Return the file name of a session's clip, or '' if the session names none."""
     with suppress(OSError):
         status = session.stat()
         if stat.S_ISREG(status.st_mode):

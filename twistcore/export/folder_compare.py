@@ -23,13 +23,13 @@ class FolderDifference:
     Parameters
     ----------
     only_a, only_b
-        Clips that the other folder does not have.
+        Clips that exist in only one of the folders.
     identical
         Clips with equal bytes.
     same_motion
-        Clips with other bytes but equal motion.
+        Clips with different bytes but the same motion.
     different
-        Clips with another motion.
+        Clips with different motions.
     failed
         The reasons why clips could not be compared.
     """
@@ -42,7 +42,7 @@ class FolderDifference:
     failed: dict[str, str]
 
     @property
-    def compared(self) -> int:
+    def in_both(self) -> int:
         """Number of clips that exist in both folders and could be compared."""
         return len(self.identical) + len(self.same_motion) + len(self.different)
 
@@ -65,7 +65,7 @@ def compare_folders(
     }
     both = [name for name in both if name not in odd]
     with counter(len(both)) as tell:
-        for name, result in each(partial(_compared, a, b), both, workers):
+        for name, result in each(partial(_compare_clip, a, b), both, workers):
             if isinstance(result, Exception):
                 failed[name] = reason(name, result)
             else:
@@ -83,7 +83,7 @@ def compare_folders(
     )
 
 
-def _compared(a: Path, b: Path, name: str) -> Difference | None:
+def _compare_clip(a: Path, b: Path, name: str) -> Difference | None:
     """Compare a clip in both folders, or return None if the bytes are equal.
 
     Files with equal bytes do not have to be valid clips.

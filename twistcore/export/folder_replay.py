@@ -86,7 +86,7 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
     """Pair every session in a folder and its subfolders with its clip.
 
     A session belongs to the clip with the stored name and bytes. If there is none, it belongs to a
-    clip with the same bytes and another name. Of several such clips, the one in the matching
+    clip with the same bytes and a different name. Of several such clips, the one in the matching
     subfolder is used. An export next to its source is used only if no other clip fits. If a clip
     has several sessions, the latest is used. Clips in `output` are ignored. Raises TwistError if
     there is no clip or no session.
@@ -171,10 +171,9 @@ class _Clips:
 def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
     """Write a clip corrected by its session into a folder.
 
-    `apply` writes the same bytes for these two files. `own` has the SHA-256
-    of the files that this command wrote into the folder before, keyed by name. Raises TwistError,
-    without writing anything, if another file with this name exists, and the errors of
-    :func:`twistcore.export.replay.replayed`.
+    The bytes are the same as from `apply`. `own` has the SHA-256 of the files that this command
+    wrote into the folder before, keyed by name. Raises TwistError, without writing anything, if
+    another file with this name exists, and the errors of :func:`twistcore.export.replay.replayed`.
     """
     replay = replayed(pair.session, pair.clip)
     patch = rewritten(replay.clip, replay.motion)

@@ -1,4 +1,4 @@
-"""Mark an export while it is written, so that one that was killed halfway is recognised.
+"""Mark an export while it is being written, so that an interrupted export is recognised.
 
 An export writes the clip before its session and report. If the program is killed in between, the
 session of an earlier export stays next to the new clip.
@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from twistcore.errors import TwistError
-from twistcore.files.atomic import part_name, take_part
+from twistcore.files.atomic import open_temporary, part_name
 from twistcore.files.document_values import bytes_of, parsed_json
 from twistcore.files.encoding import json_bytes
 from twistcore.files.lock import is_held
@@ -26,11 +26,11 @@ _MOST = 10_000  # bytes of a mark
 def marked_export(session: Path, clip: Path) -> Iterator[None]:
     """Keep a mark next to an export's session while the export of a clip is written.
 
-    Where no mark can be written, the export itself will report the reason.
+    If no mark can be written, the export itself will report the reason.
     """
     handle, mark = -1, None
     with suppress(OSError):
-        handle, mark = take_part(part_name(session, _EXPORT))
+        handle, mark = open_temporary(part_name(session, _EXPORT))
         os.write(handle, json_bytes({"clip": clip.name, "session": session.name}))
     try:
         yield

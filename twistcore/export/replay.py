@@ -27,8 +27,8 @@ def accepted_motion(
 ) -> Motion:
     """Return the motion to export: corrected by the accepted intervals, and then tracked.
 
-    `chains` are the chains of the review, and its limbs. `tell` is called with the fraction
-    of the tracking that is completed.
+    `chains` are the chains of the review, and its limbs. `tell` is called with the completed share
+    of the tracking.
     """
     refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
@@ -60,9 +60,9 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
 def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return sentences about chains that cannot be corrected, and about joints that move as well.
+    """Return sentences about chains that cannot be corrected, and about joints that move along.
 
-    Such a joint is a child that is not on the axis of a corrected chain.
+    A child off the axis of a corrected chain moves along with its parent.
     """
     sentences = chains_left(clip.motion, chains, chosen)
     left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)
@@ -160,7 +160,7 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
             what = "limb" if flips else "chain"
             raise ClipMismatchError(
                 f"{clip.path}: the session has a {what} {shown_value(interval.chain)}, "
-                "which the clip does not have"
+                "but the clip has none of this name"
             )
         if interval.correctable and not interval.repairable:
             _check_joint(clip, interval)
@@ -179,6 +179,6 @@ def _check_joint(clip: Clip, interval: Interval) -> None:
     """Raise ClipMismatchError unless the clip has the joint of an accepted interval."""
     if interval.joint not in clip.motion.skeleton.names:
         raise ClipMismatchError(
-            f"{clip.path}: the session corrects a joint {shown_value(interval.joint)}, which the "
-            "clip does not have"
+            f"{clip.path}: the session corrects a joint {shown_value(interval.joint)}, but the "
+            "clip has none of this name"
         )

@@ -33,7 +33,7 @@ class Reference:
     positions
         The global positions, shape (joints, 3), in the file's length unit.
     joints
-        For each joint that gets keys and is uncorrected in this frame, keyed by index: the global
+        For each joint with keys that is uncorrected in this frame, keyed by index: the global
         rotations of its parent (the identity for a root) and of the joint, quaternions (w, x, y,
         z).
     """

@@ -52,7 +52,7 @@ def check_smoothing(motion: Motion, tracking: Tracking) -> None:
 
 
 def smoothed_motion(motion: Motion, joints: NDArray[np.int64], tracking: Tracking) -> TrackedMotion:
-    """Return the motion smoothed by the spline, which has no steps."""
+    """Return the motion smoothed by the spline. The result contains no steps of a tracker."""
     first = leading_frames(motion)
     if tracking.bursts:
         index = motion.skeleton.index

@@ -115,7 +115,7 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
 def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None) -> Motion:
     """Return the motion after tracking. T-pose frames at the start are not tracked.
 
-    `tell` is called with the completed fraction, 0…1. Raises the same errors as
+    `tell` is called with the completed share, 0…1. Raises the same errors as
     :func:`check_tracking`.
     """
     return _tracked(motion, tracking, tell or nobody, keep_steps=False).motion

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import IO
 
 from twistcore.errors import TwistError
-from twistcore.files.lock import is_sure, lock
+from twistcore.files.lock import lock, lock_for_certain
 from twistcore.files.ordinary import is_there, read_file
 
 STANDARD_OUTPUT = Path("/dev/stdout")  # also on systems that have no such file
@@ -57,7 +57,7 @@ def write_atomically(path: Path, data: bytes) -> None:
 def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
     """Yield a file to write to, which replaces the file at the path when the block ends.
 
-    Unlike :func:`write_atomically`, this works for data that is too large for the memory. After an
+    Unlike :func:`write_atomically`, this works for data that is too large for memory. After an
     exception in the block, the old file is unchanged, but a stream keeps the bytes that were
     written before the exception.
     """
@@ -76,10 +76,10 @@ def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
 def move_into_place(part: Path, end: Path) -> None:
     """Rename a finished file to `end`, which is in the same folder (see :func:`destination`).
 
-    The file gets the permissions and the owner of the replaced file, as in
+    The file inherits the permissions and the owner of the replaced file, as in
     :func:`write_atomically`. Raises OSError.
     """
-    _settle(part, end)
+    _copy_permissions(part, end)
     part.replace(end)
     sync_folder(end.parent)
 
@@ -88,8 +88,8 @@ def destination(path: Path) -> Path:
     """Return the path to which all links lead, even if there is no such file.
 
     An open descriptor of this process is not followed, although Linux shows it as a link. Raises
-    OSError for a loop of links, and for a folder, a block device or a socket, which can be neither
-    replaced nor written into.
+    OSError for a loop of links, and for a folder, a block device or a socket, because these can be
+    neither replaced nor written into.
     """
     end = path
     for _ in range(_MOST_LINKS):
@@ -114,7 +114,7 @@ def destination(path: Path) -> Path:
 def remove_leftovers(folder: Path) -> None:
     """Remove the half-written files that killed programs left anywhere below a folder.
 
-    Files of other programs, of other users and in use are kept.
+    Files of other programs, files of other users and files in use are kept.
     """
     for part in folder.rglob(f".*{_PART_MARK}*"):
         if part.name.endswith(_PART_END):
@@ -169,7 +169,7 @@ def _kind(path: Path) -> int:
 def part_name(end: Path, suffix: str = "") -> Path:
     """Return the name of the temporary file for a path.
 
-    It is always the same, so that a file left by a killed program is found. A name that would be
+    The name is always the same, so that a file left by a killed program is found. A name that is
     too long is shortened, and a hash of the full name is added.
     """
     name, mark = end.name, f"{_PART_MARK}{_PART_END}{suffix}"
@@ -180,7 +180,7 @@ def part_name(end: Path, suffix: str = "") -> Path:
     return end.with_name(f".{name}{mark}")
 
 
-def take_part(part: Path) -> tuple[int, Path]:
+def open_temporary(part: Path) -> tuple[int, Path]:
     """Create, open and lock a temporary file with this name, or a similar one if it is in use.
 
     A file of this user that no process has locked was left by a killed program, and is removed. Any
@@ -204,7 +204,7 @@ def take_part(part: Path) -> tuple[int, Path]:
 
 @contextlib.contextmanager
 def _replacing(end: Path) -> Iterator[IO[bytes]]:
-    handle, part = take_part(part_name(end))
+    handle, part = open_temporary(part_name(end))
     try:
         with os.fdopen(handle, "wb") as file:
             yield file
@@ -220,7 +220,7 @@ def _replacing(end: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_left(part: Path) -> None:
-    """Remove a file left by a killed program, but no links, other users' files or files in use."""
+    """Remove a file left by a killed program, unless it is a link, another user's, or in use."""
     try:
         status = part.lstat()
         if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1 or not _is_mine(status):
@@ -229,7 +229,7 @@ def _remove_left(part: Path) -> None:
     except OSError:
         return
     try:
-        if is_sure(handle) and _is_at(part, handle):
+        if lock_for_certain(handle) and _is_at(part, handle):
             part.unlink()
     finally:
         os.close(handle)
@@ -246,7 +246,7 @@ def _is_at(path: Path, handle: int) -> bool:
         return False
 
 
-def _settle(part: Path, end: Path) -> None:
+def _copy_permissions(part: Path, end: Path) -> None:
     """Give the new file the permissions and owner of the file that it replaces, or the defaults."""
     try:
         old = end.stat()

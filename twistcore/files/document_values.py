@@ -1,8 +1,8 @@
 """Check the values in a parsed document before any object is built from them.
 
 A document from an unknown source may contain any value anywhere. Each function returns the value if
-it is as expected. If not, it raises FormatError with one short sentence that says what was
-expected, where, and what was found.
+it is as expected. If not, it raises FormatError with the expected value, its place and the value
+found, in one short sentence.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def shown_value(value: object) -> str:
 
 
 def shown_words(said: object) -> str:
-    """Return another program's message in a short printable form. It may quote the document."""
+    """Return another program's message, which may quote a document, short and printable."""
     words = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(said)[:200])
     return words if len(str(said)) <= 200 else f"{words}…"
 
@@ -121,7 +121,7 @@ def unexpected(expected: str, what: str, value: object) -> FormatError:
 
 @contextmanager
 def saying(place: object) -> Iterator[None]:
-    """Put `place` in front of the message of any FormatError raised in the block."""
+    """Prefix the message of any FormatError raised in the block with `place`."""
     try:
         yield
     except FormatError as error:

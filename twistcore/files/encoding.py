@@ -36,7 +36,7 @@ def encoded(text: str) -> bytes:
 
 
 def escaped(text: str) -> str:
-    """Return text with the escapes of :func:`encoded`, which any Unicode encoding can write."""
+    """Return text with the escapes of :func:`encoded`, for any Unicode encoding."""
     return encoded(text).decode("utf-8")
 
 
@@ -79,7 +79,7 @@ def toml_string(text: str) -> str:
 def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
     """Return CSV with a line of column names and one line per row. None becomes an empty cell.
 
-    A text that a spreadsheet would read as a formula gets an apostrophe (:func:`cell`).
+    An apostrophe is added to text that a spreadsheet would read as a formula (:func:`cell`).
     """
     names = list(columns)
     return csv_lines([names, *([row.get(name) for name in names] for row in rows)])

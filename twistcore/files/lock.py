@@ -1,4 +1,4 @@
-"""Locks of the operating system on open files, which are released when the program ends."""
+"""Locks of the operating system on open files. They are released when the program ends."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def lock(handle: int) -> bool:
     return True
 
 
-def is_sure(handle: int) -> bool:
+def lock_for_certain(handle: int) -> bool:
     """Lock an open file. Return False if it is already locked or the file system has no locks."""
     try:
         _lock(handle)

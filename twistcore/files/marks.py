@@ -23,7 +23,7 @@ def sha256_of(path: Path) -> str:
 
 
 def file_mark(path: Path) -> str:
-    """Return the SHA-256 of a file, which is read again only if it has changed. Thread-safe."""
+    """Return the SHA-256 of a file. The file is read again only if it has changed. Thread-safe."""
     state = _state(path)
     known = _marks.get(path)
     if known is not None and known[0] == state:

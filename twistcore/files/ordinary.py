@@ -56,16 +56,16 @@ def open_to_read(path: Path | str) -> BufferedReader:
 
 
 def check_no_links(folder: Path, path: Path) -> None:
-    """Raise TwistError if a step of the way from the folder down to the path is a symbolic link.
+    """Raise TwistError if any part of the path below the folder is a symbolic link.
 
-    For output folders whose files are written by names of the program's own choice.
+    Use this for output folders in which the program chooses the file names.
     """
     way = folder
     for step in path.relative_to(folder).parts:
         way /= step
         if way.is_symlink():
             raise TwistError(
-                f"{way} is a symbolic link, and nothing is written to where it leads; remove the "
+                f"{way} is a symbolic link, through which the program does not write; remove the "
                 "link, or choose another folder"
             )
 

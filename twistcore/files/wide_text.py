@@ -1,4 +1,4 @@
-"""Recognise and decode text in UTF-16 or UTF-32, which shells and some editors write."""
+"""Recognise and decode text in UTF-16 or UTF-32, as written by shells and some editors."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class ClipWarning:
 
 
 def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
-    """Return the first warnings, and one that counts the rest. There may be thousands."""
+    """Return the first warnings, and one that counts the rest. A file may have thousands."""
     if (left := len(warnings) - _WARNINGS) <= 1:
         return list(warnings)
     return [*warnings[:_WARNINGS], ClipWarning(f"{left} more warnings are not shown.")]
@@ -51,7 +51,7 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
     """Return a message if a file has far too few numbers for its joints and frames, or None.
 
     A damaged or malicious file can declare many joints and many frames in a few bytes each, but the
-    poses of all joints in all frames would need memory for their product.
+    poses need memory in proportion to the product of both numbers.
     """
     if joints * frames <= _POSES or joints <= _JOINTS_A_NUMBER * columns:
         return None
@@ -63,7 +63,7 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
 
 @dataclass(frozen=True)
 class ChannelJump:
-    """A step of more than 180° in a written channel, which no choice of equivalent angles avoids.
+    """A step of more than 180° in a written channel that no choice of equivalent angles avoids.
 
     The pose is right in every frame, but a program that interpolates the channels between frames
     shows a spin.

@@ -34,7 +34,7 @@ def own_name(path: str | Path) -> str:
 
 
 def same_format(one: str | Path, other: str | Path) -> bool:
-    """True if two files have the same format by their names."""
+    """True if the names of two files have suffixes of the same format."""
     return _format(one) is _format(other)
 
 

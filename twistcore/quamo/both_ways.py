@@ -41,8 +41,8 @@ def track_both_ways(
 ) -> TrackResult:
     """Return the motion halfway between a forward and a backward pass, frame by frame.
 
-    q̂ (frames, …, joints, 4) and r̂ (frames, …, 3) are the same as for :func:`track`, which steps
-    both directions at once. The quaternions are in the hemisphere of the forward pass.
+    q̂ (frames, …, joints, 4) and r̂ (frames, …, 3) are the same as for :func:`track`. Both
+    directions are stepped at once. The quaternions are in the hemisphere of the forward pass.
 
     In the result, `snapped` is True for joints that were reset to the reference in either pass, and
     `apart` is True for joints whose rotations in the two passes differ by more than 90°. `steps`

@@ -1,7 +1,7 @@
 """Smooth only the bursts of noise in a clip, and leave every other frame as it is.
 
 Within a burst, the rotations are replaced by the smoothing spline that continues the values and the
-speeds of the sound frames around it, so no border is visible.
+speeds of the good frames around it, so no border is visible.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def smooth_spans(
 ) -> Motion:
     """Return the motion with the rotations in these spans smoothed.
 
-    All other numbers keep their bits. A span is smoothed neither across a cut nor before the frame
+    All other numbers keep their bits. Spans are not smoothed across a cut or before the frame
     `first`. `cutoff` is in Hz, by default :func:`burst_cutoff`. Raises TwistError if it does not
     fit the clip's frame rate.
     """

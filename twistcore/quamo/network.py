@@ -1,7 +1,7 @@
 """ControlNet and InitNet in plain numpy [Le26 §3.1, supplement A].
 
 Each network has two layers (linear, LayerNorm, LeakyReLU) and one linear head. A linear path from
-the inputs to the bias keeps joints still that hardly turn. Poses are relative to the parent, and
+the inputs to the bias keeps joints that hardly turn still. Poses are relative to the parent, and
 errors and velocities are relative to the body's heading. No input is a position in world space.
 There are separate gains for each axis of the 24 joints and of the root's position.
 """
@@ -60,8 +60,7 @@ VARIANTS = {
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A network: its weights, keyed by name (float32), and the variant (one of VARIANTS) of its
-    training.
+    """The weights of a network (float32), keyed by name, and its variant (one of VARIANTS).
 
     `note` is a line about the origin of the weights (data, seed, epochs), which is stored in the
     file.
@@ -82,9 +81,7 @@ class Network:
         return len(self.weights["control.b1"])
 
     def started(self, q_hat: Array, r_hat: Array) -> NetworkController:
-        """Return a controller for a clip with `q_hat` and `r_hat` as its first one or two
-        references.
-        """
+        """Return a controller that starts from the first references in `q_hat` and `r_hat`."""
         return NetworkController(self, q_hat[:2], r_hat[:2])
 
 
@@ -98,9 +95,7 @@ class NetworkController(Controller):
         self.network, self._q, self._r = network, q_hat, r_hat
 
     def both_ways(self, q_two: Array, r_two: Array) -> NetworkController:
-        """Return a controller that starts at both ends of the clip and runs forward and
-        backward.
-        """
+        """Return a controller for a forward and a backward pass from both ends of the clip."""
         return self.network.started(q_two, r_two)
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
@@ -183,8 +178,8 @@ def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gain
 def pose_inputs(q: Array) -> Array:
     """Return vec(±q) of the 23 joints below the root, (…, 24, 4) -> (…, 69).
 
-    The root's tilt is left out, because the network would learn something from it that is wrong for
-    people who bend and lie in other ways than the training subjects.
+    The root's tilt is left out, because the network would overfit it to the ways in which the
+    training subjects bend and lie.
     """
     return _flat(short_vector(q[..., 1:, :]))
 

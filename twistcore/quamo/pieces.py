@@ -1,4 +1,4 @@
-"""Split a clip at its cuts, which a method that looks ahead must not look across."""
+"""Split a clip at its cuts, across which a method must not look ahead."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def holds_poses(path: Path) -> bool:
 def read_names(path: Path) -> dict[Any, Any]:
     """Return a file's contents, keyed by name, as arrays, dicts, lists, strings and numbers.
 
-    Pickles, also those of dicts inside an .npz, are read without running code
+    Pickles, including pickled dicts inside an .npz, are read without running code
     (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Raises PosesError, OSError.
     """
     if path.stat().st_size > LARGEST:
@@ -109,7 +109,7 @@ def _decompressed(path: Path, data: bytes) -> bytes:
             if not reader.eof:
                 if len(out) >= most:
                     raise _too_large(path, most)
-                raise ValueError("the file is cut off")
+                raise ValueError("the file is truncated")
             return out
     return data
 

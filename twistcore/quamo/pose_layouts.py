@@ -296,8 +296,8 @@ def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
     rotations, places = resampled(poses.rotations, poses.places, times)
     first = int(ids[np.argmax(np.diff(ids) > 1)]) + 1
     note = (
-        f"{span - len(ids)} of {span} frames are missing, {int(np.diff(ids).max()) - 1} at most in "
-        f"a row, the first is {first}: they are interpolated between their neighbours."
+        f"{span - len(ids)} of {span} frames are missing, at most {int(np.diff(ids).max()) - 1} in "
+        f"a row; the first is {first}. They are interpolated between their neighbours."
     )
     return replace(poses, rotations=rotations, places=places, notes=(*poses.notes, note))
 

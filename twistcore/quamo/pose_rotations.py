@@ -31,7 +31,7 @@ def pose_rotations(
     counts
         The allowed numbers of joints.
     notes
-        A list that gets a sentence if matrices differ from exact rotations by up to 0.001.
+        A list to which a sentence is added if matrices deviate from rotations by up to 0.001.
     """
     frames = len(values) if values.ndim else 0
     tail = values.shape[1:]

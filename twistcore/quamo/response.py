@@ -39,7 +39,7 @@ def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
 
 
 def response_words(name: str, late: float, over: float) -> str:
-    """Describe how a causal pass follows `name`.
+    """Describe the lag and overshoot of `name` in a causal pass.
 
     `late` is the lag in seconds, and `over` is the overshoot. A pass at a few frames per second
     runs ahead of a steady motion. With κP = 0, it does not follow.

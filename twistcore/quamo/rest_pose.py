@@ -4,13 +4,13 @@ In SMPL, a joint's rotation turns its bones from their direction in a T-pose: y 
 facing z, its left at +x, legs straight down, arms level. On a skeleton whose legs are apart or
 whose arms hang, the same numbers point the bones in other directions. Let A be the rotation that
 carries a joint's bones from the skeleton's rest pose into SMPL's (A d = d_SMPL). The joint's world
-rotation G then becomes G A, which puts the bone where SMPL has it, G A d = G d_SMPL, so the local
-rotation q becomes A_parent⁻¹ q A.
+rotation G then becomes G A, which gives the bone the same direction as in SMPL, G A d = G d_SMPL,
+so the local rotation q becomes A_parent⁻¹ q A.
 
-The roll of a bone in a rest pose is unknown, since offsets have no roll. A is the smallest turn,
-which changes a limb's roll no more than lifting the limb sideways does. The directions of SMPL's
-own bones differ from the axes by some degrees from body to body, so a limb within that angle of its
-axis is not turned.
+The roll of a bone in a rest pose is unknown, since offsets have no roll. A is the smallest turn, so
+it changes a limb's roll no more than lifting the limb sideways. The directions of SMPL's own bones
+differ from the axes by some degrees from body to body, so a limb within that angle of its axis is
+not turned.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class RestChange:
 
 
 def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
-    """Return how the rest pose of 24 joints with offsets (24, 3) differs from SMPL's.
+    """Return the rotations between SMPL's rest pose and the rest pose with the offsets (24, 3).
 
     `rest` are SMPL's own offsets for this body, shape (24, 3), if available. The limbs are then
     turned onto these offsets, even by small angles. Without them, the limbs are turned onto the
@@ -179,7 +179,7 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _shortest(a: Array, b: Array) -> Array:
-    """Return the smallest rotation from unit vector a to b, (4,). They must not be opposite."""
+    """Return the smallest rotation from a unit vector a to b, which is not opposite, (4,)."""
     axis = np.cross(a, b)
     size = float(np.linalg.norm(axis))
     if size == 0.0:

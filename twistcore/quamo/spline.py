@@ -46,8 +46,8 @@ def usual_cutoff(dt: float) -> float:
 def check_cutoff(cutoff: float, dt: float) -> None:
     """Raise TwistError if the cut-off (Hz) does not fit the frame time.
 
-    It must be less than half of the frame rate and, because of rounding, at least a thousandth of
-    it.
+    The cut-off must be less than half of the frame rate and, because of rounding, at least a
+    thousandth of it.
     """
     if not (np.isfinite(cutoff) and _LOWEST <= cutoff * dt < 0.5):
         raise TwistError(

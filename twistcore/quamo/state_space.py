@@ -1,7 +1,7 @@
 """One step of the state-space model: quaternions, angular velocities, root position and velocity.
 
-Equation numbers are those of [Le26], arXiv:2601.19580. All units are SI (seconds, in radians,
-metres or the clip's length unit), and quaternions are scalar first. Angular velocities are in the
+Equation numbers refer to [Le26], arXiv:2601.19580. Units are seconds, radians, and
+metres or the clip's length unit. Quaternions are scalar first. Angular velocities are in the
 parent's frame and multiply from the left. Leading axes broadcast, so the shapes below give only the
 last axes.
 """
@@ -24,7 +24,7 @@ class Gains:
     - kp (1/s²), kd (1/s), ka (rad/s² for a difference of 1 in vec at 25 Hz) and bias (rad/s²) act
       on rotations, shape (…, joints, 3)
     - root_kp, root_kd and root_bias (length/s²) act on the root's position, shape (…, 3)
-    - clip is the largest size of each component of ω, in rad/s
+    - clip is the largest magnitude of each component of ω, in rad/s
     """
 
     kp: Array | float = 600.0

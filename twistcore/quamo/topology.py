@@ -63,7 +63,7 @@ class Topology:
         return out
 
     def restored(self, reduced: Array, rotations: Array) -> Array:
-        """Return the skeleton's rotations that reduce to `reduced`; other joints keep theirs."""
+        """Return the skeleton's rotations that reduce to `reduced`. Other joints do not change."""
         out = rotations.copy()
         for k, (joint, above) in enumerate(zip(self.joints, self.folded, strict=True)):
             q = reduced[:, k]

@@ -90,12 +90,12 @@ def joints_of_24(
 
 
 def placed_joint(motion: Motion) -> int | None:
-    """Return the joint that positions the figure: the topmost moving joint above half of the
-    joints.
+    """Return the joint that moves the figure as a whole, or None.
 
-    This joint is usually the root, but in some rigs the root is still and the hips below it move.
-    If no such joint moves, the root is returned, or None if it has no position channels. Movement
-    in a T-pose at an end of the clip or across a cut is ignored.
+    This is the topmost moving joint with at least half of the joints below it: usually the root,
+    but in some rigs the root is still and the hips below it move. If no such joint moves, the root
+    is returned, or None if it has no position channels. Movement in a T-pose at an end of the clip
+    or across a cut is ignored.
     """
     skeleton = motion.skeleton
     carried = np.ones(len(skeleton), dtype=np.int64)  # joints in the subtree, including its top
@@ -271,7 +271,7 @@ def smooth_clip(
     place: bool = False,
     first: int = 0,
 ) -> Motion:
-    """Smooth each of :func:`pieces` with a spline, which replaces the tracker.
+    """Smooth each of :func:`pieces` with a spline instead of the tracker.
 
     The spline needs the whole clip. `cutoff` is the cut-off for rotations in Hz, by default
     :func:`usual_cutoff`; the position uses three quarters of it. The other parameters are those of
@@ -304,7 +304,7 @@ class _Piece:
 
 
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
-    """Return the spans to track. A causal pass has only one, since a stream reveals no cuts."""
+    """Return the spans to track. A causal pass has only one: cuts in a stream are unknown."""
     return ((first, motion.frames),) if causal else pieces(motion, first)
 
 

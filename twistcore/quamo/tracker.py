@@ -47,7 +47,7 @@ class State:
 
 
 class Controller(ABC):
-    """The source of each step's gains, which are tuned by hand or computed by a network."""
+    """The source of each step's gains, tuned by hand or computed by a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
         """Return the state at the first reference, by default at rest there."""
@@ -68,7 +68,7 @@ class Controller(ABC):
 
 
 class HandGains(Controller):
-    """The same hand-tuned gains in every frame, which must be stable at the clip's frame time.
+    """Hand-tuned gains for all frames. They must be stable at the clip's frame time.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Stepper:
     def step(self, q_hat: ArrayLike, r_hat: ArrayLike, dt: float) -> Step:
         """Return the pose after the reference q̂ (…, joints, 4), r̂ (…, 3), dt seconds later.
 
-        The first call starts on the reference; its dt is not used. q̂ is normalised; its sign does
+        The first call starts at the reference and ignores dt. q̂ is normalised, and its sign does
         not matter. Raises TwistError if a number is not finite or a quaternion is zero.
         """
         q_hat, r_hat = _checked(q_hat, r_hat)
@@ -203,7 +203,7 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Track a whole clip, with the same bits as one call of :class:`Stepper` per frame.
+    """Track a whole clip, with the same result as one call of :class:`Stepper` per frame.
 
     `tell` is called repeatedly with the completed share. If it raises an exception, the tracking
     ends.

@@ -115,7 +115,7 @@ def protected_sums(
     applied: Sequence[Interval],
     finds: Sequence[Interval],
 ) -> tuple[MeasureSum, ...]:
-    """Return, for each protected measure, how the corrections changed limbs and their neighbours.
+    """Return the effect of the corrections on each protected measure of limbs and neighbours.
 
     `applied` are the corrected intervals; each one is measured with all others corrected, too.
     `finds` are all intervals of the clip.

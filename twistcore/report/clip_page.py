@@ -48,8 +48,8 @@ def clip_page(
 ) -> str:
     """Return the page of a clip as HTML.
 
-    `document` is the result of :func:`document.report_to_json`. `drawn` are the pictures; without
-    them, the page does not mention pictures.
+    `document` is the result of :func:`document.report_to_json`. `drawn` are the pictures. If there
+    are none, the page does not mention them.
     """
     analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)

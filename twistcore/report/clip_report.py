@@ -88,7 +88,7 @@ def _other_clip(listing: Path, clip: Clip) -> str:
 def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
     """Return True if the existing report is about a file with this clip's name but other bytes.
 
-    That file may be an earlier version of the clip or a clip from another folder, which cannot be
+    That file may be an earlier version of the clip or a clip from another folder; the two cannot be
     distinguished.
     """
     mark = listed_report(report_files(folder, name)[-1]).get("sha256")

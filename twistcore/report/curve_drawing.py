@@ -1,4 +1,4 @@
-"""Draw the curves of a chain or limb as short SVG paths, which keeps pages with many curves small.
+"""Draw the curves of a chain or limb as short SVG paths, to keep pages with many curves small.
 
 For each column of the plot, a path has one or two points: the lowest and the highest value of the
 frames in the column, so that a jump in a single frame remains visible. x is the column, and y is 0
@@ -106,10 +106,10 @@ class ClipCurves:
             self._by_chain.setdefault(one.interval.chain, []).append(one)
         # Curves are unwrapped along these angles, which seldom jump by half a turn.
         self._expected = Corrected(analysis)
-        self._expected.take(j.interval for j in judged if _is_taken_out(j))
+        self._expected.take(j.interval for j in judged if _is_expected(j))
 
     def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
-        """Return the panels of chains with intervals, worst first, and how many were omitted.
+        """Return the panels of chains with intervals, worst first, and the number of other panels.
 
         `corrected` is the motion with the accepted intervals applied.
         """
@@ -214,8 +214,8 @@ def weight(judged: Judged) -> float:
     return float(np.degrees(np.abs(interval.offset)).sum())
 
 
-def _is_taken_out(judged: Judged) -> bool:
-    """Return True if the interval is corrected in the angle expected without errors."""
+def _is_expected(judged: Judged) -> bool:
+    """Return True if the expected angle, without errors, includes an interval's correction."""
     return judged.counts and judged.decision != Decision.REJECTED
 
 
@@ -248,7 +248,7 @@ def _strength_row(symbol: str, meaning: str, values: Array, tau: float, columns:
 
 
 def _range(low: float, high: float) -> tuple[float, float]:
-    """Return a range of whole degrees with a margin, and a minimum width so that noise is small."""
+    """Return a range of whole degrees with a margin, and a minimum width to keep noise small."""
     air = max(0.06 * (high - low), 1.0)
     return float(np.floor(low - air * (low != 0.0))), float(np.ceil(high + air))
 

@@ -105,7 +105,7 @@ class Report:
 
     @property
     def not_examined(self) -> str:
-        """Return a clause that says why nothing in the clip could be examined, or ''."""
+        """Return a clause with the reason why nothing in the clip could be examined, or ''."""
         return "" if self.state.intervals else self.analysed.not_examined
 
     @property
@@ -137,7 +137,7 @@ class Report:
 
     @cached_property
     def protected(self) -> tuple[MeasureSum, ...]:
-        """Return how the corrections changed limbs and their neighbours, one item per measure."""
+        """Return the effect of the corrections on each protected measure."""
         finds = [j.interval for j in self.state.intervals if j.interval.repairable]
         return protected_sums(self.clip.motion, self.chains, self.applied, finds)
 
@@ -145,14 +145,14 @@ class Report:
     def not_corrected(self) -> tuple[str, ...]:
         """Return sentences about accepted intervals that could not be corrected.
 
-        They do not contain folder names.
+        The sentences do not contain folder names.
         """
         sentences, _ = uncorrected_sentences(self.clip, self.chains, self.state.chosen())
         sentences += left_to_later_versions(self.clip, self.state)
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
-        """Return the verdict to show, 'not correctable' if an accepted interval is uncorrected."""
+        """Return the verdict to show, or 'not correctable' if an accepted interval is stuck."""
         if judged.decision == Decision.ACCEPTED and judged.id in self.stuck:
             return NOT_CORRECTABLE
         return judged.verdict

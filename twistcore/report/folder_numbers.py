@@ -84,7 +84,7 @@ class FolderNumbers:
     missing
         Number of frames that headers declare but files do not have.
     cut
-        Number of clips with such frames.
+        Number of clips with missing frames.
     in_part
         Number of clips with limbs that no chain examines.
     how
@@ -171,7 +171,7 @@ def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def worst_first(rows: Iterable[ClipRow]) -> list[ClipRow]:
-    """Return the rows sorted: clips that were not processed, then the others, worst first."""
+    """Sort the rows: unprocessed clips first, then the others from worst to best."""
     return sorted(rows, key=lambda r: (r.state == "done", -r.severity, -r.found, r.name))
 
 

@@ -63,7 +63,7 @@ def folder_page(
 
 
 def known_page(record: ClipRecord, why: str, home: Home) -> str:
-    """Return a clip's page without curves and pictures. `why` says why they are missing."""
+    """Return a clip's page without curves and pictures. `why` is the reason."""
     numbers = FolderNumbers()
     return rendered(
         "known.html",

@@ -172,7 +172,7 @@ def _tried(make: Callable[[], Made]) -> Made | Exception:
 
 
 def _drawn(figures: Sequence[Figure | None]) -> list[Drawn]:
-    """Draw the figures, and return a Drawn for each of them, which is empty for None."""
+    """Draw the figures, and return a Drawn for each of them (empty for None)."""
     pictured = iter(draw_figures([figure for figure in figures if figure is not None]))
     return [Drawn() if figure is None else next(pictured) for figure in figures]
 

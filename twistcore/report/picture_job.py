@@ -247,7 +247,7 @@ def _figure_from(path: Path, entry: dict[str, Any]) -> Figure:
 
 
 def _chain_to_json(chain: Chain) -> dict[str, Any]:
-    """Return the chain's data for drawing a body. Of a varying axis, the first frame is used."""
+    """Return the chain's data for drawing a body. A varying axis is taken from the first frame."""
     axis, arm = (np.atleast_2d(v)[0].tolist() for v in (chain.axis, chain.arm))
     keys = ("name", "parent", "child", "grandchild", "side", "segment", "person")
     own = {key: getattr(chain, key) for key in keys}

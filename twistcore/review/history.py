@@ -66,7 +66,7 @@ class Review:
 
     @property
     def accepted(self) -> tuple[Interval, ...]:
-        """The accepted intervals that can be corrected, which excludes lone jumps."""
+        """The accepted intervals that can be corrected. Lone jumps are excluded."""
         return self.state.chosen()
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:

@@ -81,7 +81,7 @@ class Journal:
     """
 
     def __init__(self, path: Path, clip: Clip, state: ReviewState, steps: int = 0) -> None:
-        """Create a journal that begins with `state`, which `steps` unsaved steps precede.
+        """Create a journal that begins with `state`, after `steps` unsaved steps.
 
         Raises FileExistsError if the file exists, and OSError if it cannot be written. In this case
         no file is left.
@@ -289,13 +289,13 @@ def _check(
     intervals = tuple(intervals)
     named = {*chains, *(interval.chain for interval in intervals)}
     if state is not None and not named <= state.tau.keys():
-        raise FormatError("a chain that is not in the review")
+        raise FormatError("expected only chains of the review")
     if frames is not None and any(interval.stop > frames for interval in intervals):
-        raise FormatError("an interval after the last frame")
+        raise FormatError("expected intervals within the clip")
 
 
 def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
-    """Raise FormatError unless τ has all chains of the rig. It may have limbs, but nothing else."""
+    """Raise FormatError unless τ has all chains of the rig and nothing else except its limbs."""
     if motion is None:
         return
     try:
@@ -304,7 +304,7 @@ def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> 
         raise FormatError(str(error)) from None
     chains = {c.name for c in every if not isinstance(c, Limb)}
     if not chains <= tau.keys() <= {c.name for c in every}:
-        raise FormatError("τ of chains that are not in the rig")
+        raise FormatError("expected τ for exactly the chains of the rig")
 
 
 def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:

@@ -42,7 +42,7 @@ def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
 
 
 def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
-    """Return the parts of `spans` that none of `others` covers."""
+    """Return the parts of `spans` that are not covered by `others`."""
     out: list[Span] = []
     taken = joined_spans(others)
     for start, stop in joined_spans(spans):

@@ -48,7 +48,7 @@ class Decision(StrEnum):
 class Tracking:
     """The joints tracked or smoothed after the twist correction, and the settings.
 
-    In sessions without the keys after `weights`, these have their defaults.
+    The keys after `weights` have defaults for sessions that do not contain them.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class Tracking:
     causal
         True to track only forward in time, False to track forward and backward.
     place
-        True to track also the figure's position.
+        True to track the figure's position as well.
     spline
         True to smooth with the spline, which has no gains, instead of tracking.
     cutoff
@@ -326,7 +326,7 @@ def as_written(interval: Interval) -> Interval:
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """Return the interval over [start, stop). New frames get the nearest frame's offset."""
+    """Return the interval over [start, stop). New frames have the offset of the nearest frame."""
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
 
@@ -381,12 +381,12 @@ def carried_over(
 ) -> ReviewState:
     """Apply the decisions of an earlier review to this one, matching intervals by their overlap.
 
-    An interval that nobody has changed in this review gets the verdict, reviewer, note and reason
-    of the earlier interval of its chain with the most common frames, and also the frames and offset
-    if these were edited. An interval that a person has changed in this review stays the same.
-    Earlier intervals made by hand are added. If `same_clip` is True, other earlier intervals with a
-    decision that overlap no interval of this review are added as well, marked as unsupported by the
-    detector. In another take, the error may not exist.
+    An interval that nobody has changed in this review takes over the verdict, reviewer, note and
+    reason of the earlier interval of its chain with the most common frames, and its frames and
+    offset if these were edited. An interval that a person has changed in this review stays the
+    same. Earlier intervals made by hand are added. If `same_clip` is True, earlier intervals with a
+    decision that do not overlap any interval of this review are also added, marked as unsupported
+    by the detector. In another take, the error may not exist.
     """
     left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
     by_hand = {_frames(j) for j in state.intervals if j.by_hand}
@@ -415,7 +415,7 @@ def carried_over(
 def _common(one: Interval, other: Interval) -> int:
     """Return the number of common frames, or a number ≤ 0 if there are none.
 
-    It is also ≤ 0 if the intervals cannot be the same error.
+    The result is also ≤ 0 if the intervals cannot be the same error.
     """
     if not one.may_be_same(other):
         return 0

@@ -17,10 +17,9 @@ def changed_chains(
 ) -> ChangeChains:
     """Return the command that changes a review from the chains `before` to the chains `after`.
 
-    A chain that is in both keeps its τ, unless this was the automatic τ, which is then computed
-    again. The errors of neighbouring chains are explained together, so a neighbour of an added or
-    removed chain may have other intervals now. Such a chain is detected again. `what` is the name
-    of the command.
+    A chain that is in both keeps its τ, but an automatic τ is computed again. The errors of
+    neighbouring chains are explained together, so a neighbour of an added or removed chain may now
+    have different intervals and is searched again. `what` is the name of the command.
     """
     method = before.usable(state.method)
     old, new = before.detector(method), after.detector(method)

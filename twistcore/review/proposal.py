@@ -29,7 +29,7 @@ _FAINT, _FAINT_FLIP = np.radians(1.0), np.radians(25.0)
 
 
 def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float) -> Interval:
-    """Return an interval from the strongest counter-rotation before a frame to the one after it.
+    """Return an interval between the strongest counter-rotations before and after a frame.
 
     If there is no counter-rotation of 1° or more, the interval is 0.1 s long. Its offset is the
     level of θp inside, relative to the line between the frames before and after.
@@ -157,7 +157,7 @@ def _spike_at(motion: Motion, joint: int, jump: Interval) -> Interval | None:
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
-    """Return the edges of a proposed interval, replacing missing ones, which are −1.
+    """Return the edges of a proposed interval, replacing missing ones (−1).
 
     A missing edge is placed 0.1 s from the other edge. If both are missing, the interval is placed
     around the frame.

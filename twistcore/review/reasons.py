@@ -26,8 +26,8 @@ def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[In
 def with_reasons(found: Iterable[Interval]) -> Callable[[ReviewState], ReviewState]:
     """Return a function that adds evidence to the intervals of a review.
 
-    The evidence comes from intervals in `found` with the same chain, kind and frames. An interval
-    keeps its existing evidence, and an interval made by hand gets none. Repeated calls with the
+    The evidence comes from intervals in `found` with the same chain, kind and frames. Existing
+    evidence is kept, and no evidence is added to an interval made by hand. Repeated calls with the
     same state return the same objects. If there is nothing to add, the state is returned unchanged.
     """
     known = {_place(i): i.explain for i in found if i.explain is not None}

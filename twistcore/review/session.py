@@ -122,7 +122,7 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
 
 
 def _needs_kinds(clip: Clip, state: ReviewState) -> bool:
-    """True if a session must store kinds of errors or τ of limbs, which the first schemas lack.
+    """True if a session must store kinds of errors or τ of limbs, unlike in the first schemas.
 
     This is the case if any interval is not a counter-twist, or if there is a τ for a limb.
     """
@@ -247,7 +247,7 @@ def read_session_file(path: Path) -> tuple[Session, str]:
 def session_from_document(document: Any) -> Session:
     """Return the session in a JSON document.
 
-    Raises FormatError, which names the missing or wrong part.
+    Raises FormatError with the missing or wrong part.
     """
     if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")

@@ -1,4 +1,4 @@
-"""Describe in words how an error with a soft onset begins."""
+"""Describe the onset of a soft error in words."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def is_soft(interval: Interval) -> bool:
 
 
 def soft_onset(interval: Interval) -> str:
-    """Return text on how a soft error begins and how large it is, or '' for other errors."""
+    """Describe the onset and the size of a soft error, or return '' for other errors."""
     if not is_soft(interval):
         return ""
     sigma = (interval.evidence or {})["sigma_deg"]
@@ -38,7 +38,7 @@ def soft_onset(interval: Interval) -> str:
 
 
 def onset_frames(offset: Array) -> tuple[int, int]:
-    """Return in how many frames an offset, (frames,), rises to its maximum and falls again."""
+    """Return the durations, in frames, of an offset's rise to its maximum and of its fall."""
     size = np.abs(offset)
     if not size.any():
         return 0, 0

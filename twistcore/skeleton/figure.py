@@ -13,7 +13,7 @@ from twistcore.skeleton.rotation import Array
 def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:
     """Return the unit vector that points up, (3,): Y, or Z if the figure is upright along Z.
 
-    It is guessed from the direction from the knees to the shoulders in `positions`, (frames,
+    The guess is based on the direction from the knees to the shoulders in `positions`, (frames,
     joints, 3), because the rest pose may be arbitrary. Without limbs, the rest pose is used.
     """
     knees = [c.parent for c in chains if c.segment == "Leg"]

@@ -1,4 +1,4 @@
-"""Twist bones next to a chain, as in Unreal rigs, which distribute the roll of a limb's bone.
+"""Twist bones next to a chain, as in Unreal rigs. They distribute the roll of a limb's bone.
 
 A helper is a child of P, the joint where a bone starts, and turns about that bone. A helper that
 turns wrongly twists the skin like a candy wrapper although no joint of the limb is wrong.
@@ -44,7 +44,7 @@ class Helper(Chain):
         return f"{self.label} · helper"
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """Return the helper and its children, which are the joints that a correction changes."""
+        """Return the joints that a correction changes: the helper and its children."""
         del carried
         return self.parent, *skeleton.children[self.parent]
 

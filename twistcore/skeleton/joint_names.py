@@ -180,7 +180,7 @@ def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
     """Return the words of a name, with phrases joined and compounds split."""
     split: list[_Piece] = []
     for word in words:
-        split += _sides_off(folded(word), word.isupper(), vocabulary)
+        split += _split_side(folded(word), word.isupper(), vocabulary)
     rest = [p for p in split if not p.side]
     out = [p for p in split if p.side]
     k = 0
@@ -190,19 +190,19 @@ def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
             meaning = vocabulary.words.get(phrase)
             if meaning is not None and not meaning.side:
                 piece = _Piece(phrase, meaning)
-                apart = _taken_apart(phrase, vocabulary) if piece.has("sided") else []
+                apart = _split_compound(phrase, vocabulary) if piece.has("sided") else []
                 if any(p.side for p in out) or not any(p.side for p in apart):  # larm, L_larm
                     apart = [piece]
                 out += apart
                 k = stop
                 break
         else:
-            out += _taken_apart(rest[k].word, vocabulary) or [rest[k]]
+            out += _split_compound(rest[k].word, vocabulary) or [rest[k]]
             k += 1
     return out
 
 
-def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
+def _split_side(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
     """Split a word for a side, such as 'left', off the beginning or end of a word."""
     meaning = vocabulary.words.get(word)
     if meaning is not None:
@@ -224,7 +224,7 @@ def _has_case(word: str) -> bool:
     return word.upper() != word
 
 
-def _taken_apart(word: str, vocabulary: Vocabulary) -> list[_Piece]:
+def _split_compound(word: str, vocabulary: Vocabulary) -> list[_Piece]:
     """Split a word into as few known words as possible, or return [] if a part is unknown."""
     if len(word) > _LONGEST:
         return []
@@ -325,7 +325,7 @@ def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
 
 
 def _side(pieces: list[_Piece]) -> str:
-    """Return the side in a name. Words precede letters, and capitals precede small letters."""
+    """Return the side in a name. Words have priority over letters, and capitals over lower case."""
     sides = [p for p in pieces if p.side]
     if len(sides) == len(pieces):
         return ""  # Xsens' L5 is a vertebra
@@ -337,7 +337,7 @@ def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName
     """Choose roles by comparing joints.
 
     A joint loses a role if another name on that side fits the role better. If a name has several
-    meanings, a meaning that no other name on the same side has is preferred.
+    meanings, a meaning that is unique on its side is preferred.
     """
     ranks = [_rank(p) for p in pieces]
     best: dict[tuple[str, str], int] = {}
@@ -354,11 +354,11 @@ def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName
             out[k] = _without_roles(joint, pieces[k])
         elif joint.roles and not joint.helper and rank > best[joint.side, joint.roles[0]]:
             out[k] = _without_roles(joint, pieces[k])
-    out, taken = _sorted_out(out)
+    out, taken = _sorted_roles(out)
     if last := [k for k in last if (joints[k].side, joints[k].roles[0]) not in taken]:
         for k in last:
             out[k] = joints[k]
-        out, taken = _sorted_out(out)
+        out, taken = _sorted_roles(out)
     return out
 
 
@@ -368,7 +368,7 @@ def _without_roles(joint: JointName, pieces: list[_Piece]) -> JointName:
     return replace(joint, roles=(), other=layer, trunk=trunk)
 
 
-def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
+def _sorted_roles(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
     """Return the joints with the most likely roles first, and the certain (side, role) pairs.
 
     Roles that are certain for another joint come last.
@@ -394,7 +394,7 @@ def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str
 
 
 def _rank(pieces: list[_Piece]) -> int:
-    """Return how far a name is from a plain name of known words, which has rank 0."""
+    """Return the rank of a name: 0 for a plain name of known words, and higher for other names."""
     if any(p.has("third") for p in pieces):
         return _LAST
     bare = [p for p in pieces if p or len(p.word) > 1]

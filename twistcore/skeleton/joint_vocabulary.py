@@ -117,7 +117,7 @@ class Vocabulary:
     joints: Mapping[str, JointName] = field(default_factory=dict)
 
     def over(self, other: Vocabulary) -> Vocabulary:
-        """Return a vocabulary with these words and all words of `other` that are missing in it."""
+        """Return a vocabulary of these words and of all further words of `other`."""
         return Vocabulary(
             {**other.words, **self.words},
             tuple(dict.fromkeys(self.pairs + other.pairs)),
@@ -277,7 +277,7 @@ def _table(
 
 
 def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
-    """Return `check` applied to a value of a table in the file.
+    """Apply `check` to a value of a table in the file.
 
     Raises _WordsError with the position if the check fails.
     """

@@ -37,7 +37,7 @@ def quantile(values: ArrayLike, share: float) -> float:
 
 
 def quantiles(values: Array, share: float) -> Array:
-    """Return the quantiles along the last axis, which must have a nonzero length."""
+    """Return the quantiles along the last axis, of nonzero length."""
     place = (values.shape[-1] - 1) * share
     at = math.floor(place), math.ceil(place)
     parts = np.partition(values, at, axis=-1)

@@ -1,6 +1,6 @@
 """Recognise coarsely written clips: angles in whole degrees, held frames and linear keys.
 
-Artefacts of such a notation are neither motion nor errors. The notation is recognised from the
+Artefacts of coarse notation are neither motion nor errors. The notation is recognised from the
 numbers. A clip in ordinary notation is never mistaken for a clip in a coarse one.
 """
 

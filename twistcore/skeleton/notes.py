@@ -16,7 +16,7 @@ RESTLESS_CLIP = "restless"  # too many lone jumps for any interval to be certain
 
 @dataclass(frozen=True)
 class Note:
-    """A sentence about a clip, with a short word `kind` that notes on the same subject share."""
+    """A sentence about a clip. `kind` is a short word for the subject of the note."""
 
     kind: str
     text: str

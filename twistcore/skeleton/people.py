@@ -146,7 +146,7 @@ def _with_equal_limbs(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_To
     """Group tops into people by their limbs.
 
     Tops with the same mark and different limbs are one person. A top with a single limb next to a
-    person is not another person, unless it is a root.
+    person is a person of its own only if it is a root.
     """
     if max(Counter(limb for top in tops for limb in top.limbs).values(), default=0) < 2:
         return []
@@ -173,7 +173,7 @@ def _limbs_of(tops: Sequence[_Top]) -> frozenset[tuple[str, str]]:
 def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
     """Return the people among figures whose hands and feet have unknown names.
 
-    They must be roots or have similar names.
+    The figures must be roots or have similar names.
     """
     figures = [top for top in tops if _is_figure(skeleton, top)]
     if len(figures) < 2 or sum(len(t.joints) for t in figures) < _EVERY * len(skeleton):
@@ -336,7 +336,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """Return how many words at the start all runs share, or 0 for a single run."""
+    """Return the number of words at the start that all runs share, or 0 for a single run."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1
@@ -346,7 +346,7 @@ def _in_common(runs: Sequence[Sequence[str]]) -> int:
 def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
     """Return a person's name in reading order, such as 'B', or 'Person1' instead of '1'.
 
-    `shared` are the words that all people have next to it.
+    `shared` are the words next to the name that all people have in common.
     """
     if words and shared and all(word.isdigit() for word in words):
         words = [shared[-1], *words]

@@ -159,7 +159,7 @@ class Rig:
             if name not in names:
                 raise TwistError(
                     f"the rig removes the chain {shown_value(name)}, "
-                    "which this skeleton does not have"
+                    "but the skeleton has no such chain"
                 )
         chains = [chain for chain in found if chain.name not in self.remove]
         for own in self.add:
@@ -214,7 +214,7 @@ AS_FOUND = Rig()
 
 
 def skeleton_mark(skeleton: Skeleton) -> str:
-    """Return the SHA-256 of the joint names and parents, which all clips of a rig share."""
+    """Return the SHA-256 of the joint names and parents, the same for all clips of a rig."""
     import hashlib  # slow to load; few commands need it
 
     text = json.dumps([list(skeleton.names), skeleton.parents.tolist()])

@@ -217,7 +217,7 @@ def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
 def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
     """Return the twist about a unit axis (…, 3): wrap(2·atan2(v·a, w)) in (−π, π] [Choi26 Eq. 8].
 
-    Eq. 8 as printed takes the norm of the vector part and loses the sign, which this form keeps. A
+    Eq. 8 as printed takes the norm of the vector part and loses the sign. This form keeps it. A
     swing of exactly 180° leaves the twist undefined. The result is then 0, never NaN (see
     :func:`twist_reliability`).
     """

@@ -26,7 +26,8 @@ class TwistSignals:
     dtheta_p, dtheta_c : ndarray, shape (frames,)
         Increments, radians in (−π, π] [Choi26 Eq. 9, 12].
     strength : ndarray, shape (frames,)
-        m(t), the angle by which P and C turn against each other, radians ≥ 0 [Choi26 Eq. 1, 13].
+        m(t), the angle by which P and C twist in opposite directions, radians ≥ 0 [Choi26 Eq. 1,
+        13].
     swing_reliability : ndarray, shape (frames,)
         √(w² + (v·a)²) in 0…1; 0 where θp is undefined.
     azimuth_reliability : ndarray, shape (frames,)

@@ -187,7 +187,7 @@ def _verdict(entry: Any) -> Judged:
 def _interval(entry: Any) -> Interval:
     """Return an interval from its JSON entry.
 
-    Its constant offset is a broadcast array, which needs the memory of a single number.
+    Its constant offset is a broadcast array, to save memory.
     """
     has(entry, "chain", "start", "stop", "delta_deg", what="an interval")
     start, stop = frames(entry, _MOST_FRAMES)

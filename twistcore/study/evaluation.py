@@ -1,4 +1,4 @@
-"""Measure how well injected errors were corrected, and what changed elsewhere [Choi26 §4.2]."""
+"""Measure the correction of injected errors, and the changes elsewhere [Choi26 §4.2]."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
     unknown = sorted({e.chain for e in truth.errors} - by_name.keys())
     if unknown:
         raise ClipMismatchError(
-            f"the truth names the chain {shown_value(unknown[0])}, which the clip does not have"
+            f"the truth names the chain {shown_value(unknown[0])}, but the clip has none"
         )
     dirty = inject(clean, every, truth.errors)
     wrong = np.zeros((clean.frames, len(clean.skeleton)), dtype=bool)

@@ -135,7 +135,7 @@ def draw_errors(
     """Draw 2 to 5 errors per chain according to the protocol, at least 2 frames apart.
 
     Except in the border protocols, every error begins and ends inside the capture. A clip that is
-    too short for 2 intervals gets fewer.
+    too short for 2 intervals has fewer.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def _drawn(
     rng: np.random.Generator,
     protocol: Protocol,
 ) -> InjectedError | None:
-    """Draw one error, or return None if its offset is 0, such as for a gap without a turn."""
+    """Draw one error, or return None if its offset is 0, for example in a gap without a turn."""
     start, stop = place
     onset, end = start > first, stop < motion.frames
     if protocol.fill:
@@ -255,7 +255,7 @@ def inject(
     chains: Sequence[Chain] | Sequence[InjectedError],
     errors: Sequence[InjectedError] | None = None,
 ) -> Motion:
-    """Add known errors to a motion, to measure how well they are found [Choi26 §4.1.3].
+    """Add known errors to a motion, to measure detection and correction [Choi26 §4.1.3].
 
     The rotation of P becomes q_P ⊗ R_a(δ), and the rotation of every child X of P becomes R_a(−δ +
     leak) ⊗ q_X. In a limb flip, a is the limb's line and X is its end, unless the end is carried

@@ -74,7 +74,7 @@ def _drift(length: int, protocol: Protocol) -> Array:
 
 
 def filter_reach(protocol: Protocol, fps: float) -> int:
-    """Return by how many frames a low-pass extends an offset at each end, 0 without a low-pass."""
+    """Return the number of frames that a low-pass adds at each end of an offset, 0 without one."""
     return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
 
 

@@ -41,7 +41,7 @@ class Protocol:
     length
         Length of an interval in frames.
     delta
-        The size of δ in degrees.
+        The magnitude of δ in degrees.
     ramp
         Frames of a soft onset, inside the interval.
     low_pass

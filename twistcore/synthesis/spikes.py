@@ -35,7 +35,7 @@ def draw_spikes(
 
     `motion` is the clean motion. A spike lasts from one frame to 0.03 s. Its angle is at most 120°,
     and at least 1.5 times the smallest spike that the detector reports for the joint. Joints
-    without three rotation channels have no spikes.
+    without three rotation channels are left out.
     """
     limits = limits_of(motion, find_chains(motion))
     joints = np.flatnonzero(limits.spike < _LARGEST)
@@ -54,7 +54,7 @@ def draw_spikes(
 
 
 def inject_spikes(motion: Motion, spikes: Iterable[InjectedSpike]) -> Motion:
-    """Return the motion with the spikes added. They also move all joints below the turned one."""
+    """Return the motion with the spikes added, which also move all joints below."""
     rotations = motion.rotations.copy()
     for spike in spikes:
         at = slice(spike.start, spike.stop)

@@ -112,8 +112,8 @@ def clip_tuning(
     """Remove a clip's existing errors and the blends at its ends, and analyse the rest.
 
     With `verdicts`, even if there are none yet, the curves also count the intervals that are listed
-    at every τ.
-    `left_out` are further half-open spans in which no alarm counts and no error is injected.
+    at every τ. `left_out` are further half-open spans, in which alarms do not count and no errors
+    are injected.
     """
     whole = analyse(motion, rig=rig)
     given = analyse(motion, whole.chains)

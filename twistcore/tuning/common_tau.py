@@ -63,7 +63,7 @@ class CommonTau:
         )
 
     def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
-        """Yield sentences that say whether one τ is enough, and why a chain needs its own τ.
+        """Yield sentences about whether one τ is enough, and about why a chain needs its own τ.
 
         `label` is a function that returns the displayed name of a chain.
         """
@@ -122,9 +122,9 @@ class CommonTau:
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
-    """Return how many more errors and how many fewer false alarms `own` gives than `common`.
+    """Return the numbers of additional errors found and of false alarms avoided by `own`.
 
-    `own` is the τ suggested for this chain alone, and `common` is the common τ.
+    `own` is the τ suggested for this chain alone. It is compared with the common τ.
     """
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
@@ -178,7 +178,7 @@ def common_tau(
 def _gain(
     curve: VerdictCurve, common: float, price: float, smallest: float, seed: int
 ) -> tuple[float, float]:
-    """Return the mean saving by a chain's own τ, and the share of draws in which it saves.
+    """Return the mean saving by a chain's own τ, and the share of draws with a saving.
 
     The saving is relative to the common τ. Every draw chooses a τ, and its saving is measured on
     the rows that were not drawn, since it is always the cheapest on the drawn rows. Errors of other

@@ -86,7 +86,7 @@ class DrawnErrors:
         return np.maximum(self.fsr - np.sqrt(down), 0.0), np.minimum(self.fsr + np.sqrt(up), 1.0)
 
     def _wilson(self) -> tuple[Array, Array]:
-        """Return the Wilson bounds of the FSR, which are valid even for few errors.
+        """Return the Wilson bounds of the FSR. They are valid even for few errors.
 
         Errors are weighted by their numbers of frames. If the errors of a draw tend to be repaired
         or missed together, they are treated as correspondingly fewer errors.

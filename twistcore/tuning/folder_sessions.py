@@ -23,8 +23,8 @@ _REPLAY = ".replay.json"  # the record of an export; its review is also in the c
 class Damaged:
     """A session that cannot be read, with the reason.
 
-    `clip` is the clip in the same folder that the file's content or name refers to. If there is no
-    such clip, it is the folder.
+    `clip` is the clip in the same folder to which the file's content or name refers, or the folder
+    if there is no such clip.
     """
 
     path: Path

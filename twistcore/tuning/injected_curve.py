@@ -98,7 +98,7 @@ def _drawn(
     found: Sequence[Sequence[Interval]],
     frames: int,
 ) -> DrawnErrors:
-    """Return how many frames of each error in one draw are corrected at every τ.
+    """Return the number of corrected frames of each error in one draw, at every τ.
 
     `kind` is the index of the protocol. `found` are the corrected intervals at every τ.
     """

@@ -92,7 +92,7 @@ def write_profile(
     """
     clip, by = legible(source), legible(method)  # without line breaks
     lines = [f"# τ per joint for twistcore --profile, tuned on {clip} with detector {by}."]
-    common = [f"detector = {toml_string(method)}", *_whose_lines(whose)]
+    common = [f"detector = {toml_string(method)}", *_shared_lines(whose)]
     for name, t in profile.items():
         reasons = {
             "noise_deg": (t.noise, 4),
@@ -113,7 +113,7 @@ def write_profile(
     write_atomically(path, encoded("\n".join(lines) + "\n"))
 
 
-def _whose_lines(whose: Profile | None) -> list[str]:
+def _shared_lines(whose: Profile | None) -> list[str]:
     if whose is None:
         return []
     texts = {"rig": whose.rig, "performer": whose.performer}
@@ -165,7 +165,7 @@ def _tau(degrees: Any, name: str) -> float:
 
 
 def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
-    """Return the value of a key, which must be the same in all tables that have the key."""
+    """Return the value of a key. It must be the same in all tables that have the key."""
     values = [table[key] for table in tables if key in table]
     if others := sum(value != values[0] for value in values):
         raise FormatError(f"expected the same {key} in all tables, but {others} tables differ")

@@ -91,7 +91,7 @@ def shared_tau(
 def _why(curve: TauCurve, tau: float, own: float, price: float, smallest: float) -> str:
     """Return the reason why a chain needs its own τ, or '' if the shared `tau` is good enough."""
     if tau < curve.floor:
-        return f"its noise allows no τ below {np.degrees(curve.floor):.2f}°"
+        return f"its noise does not allow a τ below {np.degrees(curve.floor):.2f}°"
     loss = curve.loss(price, smallest)
     there, here = np.interp(np.log([tau, own]), np.log(curve.tau), loss)
     if there - here < SLIGHT:

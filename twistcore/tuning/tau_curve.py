@@ -178,7 +178,7 @@ class TauCurve:
         return ListCounts(*(float(np.asarray(c)[k]) for c in vars(self.counts).values()))
 
     def unjudged_at(self, tau: float) -> int:
-        """Return how many false alarms at τ radians are corrections that nobody judged."""
+        """Return the number of false alarms at τ radians that are unjudged corrections."""
         k = self._nearest(tau)
         rejected = np.asarray(self.counts.rejected)[k] if self.counts else 0.0
         return round(float(self.alarms[k] - rejected))

@@ -96,9 +96,7 @@ class VerdictCurve:
 
     @property
     def needed(self) -> tuple[int, int]:
-        """Return how many more accepted intervals (of any chain) and verdicts on this chain are
-        needed.
-        """
+        """Return the numbers of accepted intervals (any chain) and own verdicts still needed."""
         own = self.counts
         errors = max(ENOUGH_ERRORS - own[0] - self.others[1], 0)
         return errors, 0 if own[0] >= ENOUGH_ERRORS else max(ENOUGH_OWN - sum(own), 0)
@@ -129,12 +127,11 @@ class VerdictCurve:
         return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
-        """Return the cost of every τ: the fraction of missed errors plus `price` per alarm and
-        clip.
+        """Return the cost of every τ: the fraction of missed errors plus the price of alarms.
 
-        If a chain has few errors, the errors of other chains show how large errors are in these
-        clips. `weight` is the number of times that each row is counted, shape (draws, rows); the
-        result then has the shape (draws, n).
+        `price` is the cost of one alarm per clip. If a chain has few errors, the errors of other
+        chains show how large errors are in these clips. `weight` is the number of times that each
+        row is counted, shape (draws, rows); the result then has the shape (draws, n).
         """
         weight = np.ones((1, len(self.errors))) if weight is None else weight
         errors, rows = weight @ self.errors, max(len(self.errors), 1)
@@ -150,8 +147,8 @@ class VerdictCurve:
         """Return the grid indices of the lowest costs (draws, n), by the rule of :class:`TauCurve`.
 
         If several τ cost the same, the largest one up to the size of the smallest errors to find is
-        chosen, but never one below the median τ of the review, since the number of alarms below it
-        is hardly known.
+        chosen, but never one below the median τ of the review, below which the number of alarms is
+        uncertain.
         """
         usable = self.tau >= self.reviewed * (1 - _SAME)
         if not usable.any():
@@ -221,7 +218,7 @@ class VerdictCurve:
         return float(self.tau[first]), float(self.tau[last])
 
     def draw(self, draws: int, seed: int) -> Array:
-        """Return how often each row occurs in samples with replacement, shape (draws, rows)."""
+        """Return the count of each row in samples with replacement, shape (draws, rows)."""
         rows = len(self.errors)
         rng = np.random.default_rng(seed)
         drawn = rng.multinomial(rows, np.full(rows, 1.0 / rows), size=draws).astype(float)

@@ -1,8 +1,8 @@
 """People's verdicts on clips as evidence for a τ, with one verdict per interval.
 
-An accepted interval is an error and a rejected one is natural motion. An undecided interval gives
-no evidence, and neither does an interval that was applied automatically or accepted together with
-all confident ones, since nobody examined it. The detector is run at every τ of the grid to
+An accepted interval is an error and a rejected one is natural motion. Undecided intervals are no
+evidence, and neither are intervals that were applied automatically or accepted together with all
+confident ones, because nobody examined them. The detector is run at every τ of the grid to
 determine the τ at which it finds the interval of a verdict.
 """
 
@@ -297,7 +297,7 @@ def check_method_and_chains(clip: Clip, session: Session) -> None:
     for name in (judged.interval.chain for judged in state.intervals):
         if name not in there:
             raise TwistError(
-                f"{clip.name}: its session names a chain {name!r}, which the clip does not have"
+                f"{clip.name}: its session names a chain {name!r}, but the clip has none"
             )
 
 

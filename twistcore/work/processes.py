@@ -1,7 +1,7 @@
 """Apply a function to many files in several processes. A bad file does not stop the others.
 
-Each process has a separate pipe for orders and answers. If a process dies, hangs or takes too much
-memory, it is known which file it was working on, and only that file is lost.
+Each process has a separate pipe for requests and results. If a process dies, hangs or takes too
+much memory, only the file that it was working on is lost.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class Apart:
             process.stdin.flush()
             answer, fine = pickle.loads(_received(process.stdout))
         except (OSError, EOFError, pickle.UnpicklingError):
-            self._bury()
+            self._discard_process()
             if late.is_set() and seconds is not None:
                 raise ProcessTimeError(_WAITING * seconds, True) from None
             if process.returncode == _ENDED_FOR_TIME:
@@ -98,7 +98,7 @@ class Apart:
             if timer is not None:
                 timer.cancel()
         if late.is_set():  # the answer came while the process was being ended
-            self._bury()
+            self._discard_process()
         if not fine:
             raise answer
         result: Result = answer
@@ -137,7 +137,7 @@ class Apart:
                 self._process = _started()
             return self._process
 
-    def _bury(self) -> None:
+    def _discard_process(self) -> None:
         with self._guard:
             process, self._process = self._process, None
         _end(process)
@@ -169,7 +169,7 @@ def each(
 
 
 def reason(name: object, error: Exception) -> str:
-    """Return a sentence that says why a file could not be processed."""
+    """Return a sentence with the reason why a file could not be processed."""
     if isinstance(error, TwistError):
         return str(error)
     if isinstance(error, OSError):
@@ -188,7 +188,7 @@ def reason(name: object, error: Exception) -> str:
 
 
 class _Crew(Generic[Name, Result]):
-    """Threads that each control one process, and put the results into a common queue."""
+    """Threads that each control one process and write the results to a common queue."""
 
     def __init__(
         self,
@@ -250,9 +250,9 @@ def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
 
 
 def _started() -> subprocess.Popen[bytes]:
-    """Start a process that carries out orders.
+    """Start a process that runs requested calls.
 
-    It is spawned, because a fork may hang in a program with threads.
+    The process is spawned, because a fork may hang in a program with threads.
     """
     path = os.pathsep.join(dict.fromkeys(str(Path(entry).absolute()) for entry in sys.path))
     own: dict[str, Any] = {"process_group": 0}
@@ -282,7 +282,7 @@ def _end(process: subprocess.Popen[bytes] | None) -> None:
 
 
 def serve(parent: int) -> None:
-    """Carry out the orders on standard input until it is closed or `parent` ends."""
+    """Run the calls requested on standard input until it is closed or `parent` ends."""
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if _OUT_OF_TIME is not None:

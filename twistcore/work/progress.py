@@ -1,4 +1,4 @@
-"""Report the progress of long computations to a function, which may also cancel them."""
+"""Report the progress of long computations to a function that may also cancel them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Tell = Callable[[float], None]  # called with the share done, 0…1; may raise t
 class Cancelled(BaseException):
     """Raised by a :data:`Tell` function to cancel the work that called it.
 
-    It is not a subclass of Exception, so that no error handler catches it.
+    Cancelled is not a subclass of Exception, so that no error handler catches it.
     """
 
 
@@ -24,7 +24,7 @@ def nobody(_share: float) -> None:
 
 
 def part(tell: Tell, start: float, stop: float) -> Tell:
-    """Return a :data:`Tell` for one stage of the work, which maps 0…1 to `start`…`stop`."""
+    """Return a :data:`Tell` for one stage of the work, mapping 0…1 to `start`…`stop`."""
     return lambda share: tell(start + share * (stop - start))
 
 

@@ -16,8 +16,8 @@ def end_with_parent(parent: int) -> None:
     """End this process as soon as `parent` is no longer its parent, even during its work.
 
     This happens within a second, unless a single call outside Python takes longer. On Windows
-    nothing is done, since Windows never gives a process a new parent. There, the process ends when
-    it next asks for work.
+    nothing is done, since Windows never assigns a new parent to a process. There, the process ends
+    when it next asks for work.
     """
     if os.name == "posix":
         threading.Thread(target=_watch, args=(parent,), name="parent", daemon=True).start()
@@ -36,7 +36,7 @@ def become(module: str, parent: int) -> None:
 
 
 def bound(command: Sequence[str]) -> list[str]:
-    """Return a command that runs another command and ends with the thread that calls it (Linux).
+    """Return a command that runs `command` and is killed when the calling thread ends (Linux).
 
     On other systems, the same command is returned.
     """

@@ -49,7 +49,7 @@ class Angles:
 
 
 class Corrected:
-    """A clip without the errors in the intervals that :meth:`take` sets.
+    """A clip after the correction of the intervals that are given to :meth:`take`.
 
     Offsets and closed forms of unchanged chains are reused, because the result must update quickly
     while a user drags τ.
@@ -153,7 +153,7 @@ class Corrected:
             )
             form = _ClosedForm(self._analysis, chain, self._free) if exact else None
             self._forms[chain.name] = form
-        if (form := self._forms[chain.name]) and not self._turned_otherwise(chain):
+        if (form := self._forms[chain.name]) and not self._is_turned_by_others(chain):
             return form.angles(self)
         s = twist_signals(self._part(0, self._motion.frames), chain)
         return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
@@ -161,8 +161,8 @@ class Corrected:
     def swivel(self, limb: Limb) -> Array:
         """Return the swivel angle φ of a limb minus its offset, radians, (frames,).
 
-        If the chain above, whose child is P, is corrected, the frame in which φ is measured turns.
-        Then φ is computed from the corrected pose. The height does not change.
+        A correction of the chain above, whose child is P, turns the coordinates in which φ is
+        measured. In these frames φ is computed from the corrected pose. The height does not change.
         """
         swivel = self._analysis.flips.limbs[limb.name].swivel
         angle, children = swivel.angle, self._motion.skeleton.children
@@ -181,8 +181,8 @@ class Corrected:
             angle[start:stop] = swivel.angle_at(*places(self._part(start, stop), limb))
         return angle
 
-    def _turned_otherwise(self, chain: Chain) -> bool:
-        """True if a joint of the chain is turned by a correction that is not a twist correction.
+    def _is_turned_by_others(self, chain: Chain) -> bool:
+        """True if a correction other than a twist correction turns a joint of the chain.
 
         Such a correction belongs to a limb that begins or ends at the joint, or to a single joint.
         """

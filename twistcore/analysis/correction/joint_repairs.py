@@ -1,4 +1,4 @@
-"""Correction of errors of a single joint, which are corrected only if a person accepts them.
+"""Repair of single-joint errors. They are corrected only if a person accepts them.
 
 A kind of error names its repair in :attr:`KindInfo.repairer`. Repairs are applied after twists and
 flips have been removed, in the order of the kinds, and change nothing outside the intervals.
@@ -62,7 +62,7 @@ def repair_of(kind: Kind) -> JointRepair | None:
 
 
 class JointRepairs:
-    """The repairs of those given intervals that are errors of single joints."""
+    """The repairs for the single-joint errors among the given intervals."""
 
     def __init__(self, intervals: Iterable[Interval]) -> None:
         own = (i for i in intervals if i.kind.info.repairer)
@@ -101,15 +101,15 @@ class JointRepairs:
 def repaired_joints(skeleton: Skeleton, interval: Interval) -> tuple[int, ...]:
     """Return the joints whose local rotation a repair changes.
 
-    These are the interval's joint and, if they did not turn with it, its children. Raises
-    TwistError if there is no such joint.
+    These are the interval's joint and, unless they turned with it, its children. Raises TwistError
+    if there is no such joint.
     """
     joint = joint_of(skeleton, interval)
     return (joint,) if interval.carried else (joint, *skeleton.children[joint])
 
 
 def moves_joints(motion: Motion, interval: Interval) -> bool:
-    """True if a repair moves other joints. A turn about the bone does not."""
+    """True if a repair moves other joints. A rotation about the bone does not."""
     skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
     children = skeleton.children[joint]
     axis = own_axis(skeleton, joint)

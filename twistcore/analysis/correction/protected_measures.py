@@ -1,7 +1,7 @@
 """Measures of the limb and its neighbours that a correction must not make worse.
 
-All five measures are computed without a visual check. Each is measured only in the frames around
-the interval, except the hinge, which is determined from the rest of the clip.
+Each of the five is measured only in the frames around the interval, except the hinge, which is
+determined from the rest of the clip.
 """
 
 from __future__ import annotations
@@ -61,19 +61,19 @@ class ProtectedMeasure:
 
     @property
     def growth(self) -> float:
-        """The increase of the measure, which is negative if the correction improved it."""
+        """The increase of the measure; negative if the correction improved it."""
         return self.after - self.before
 
     @property
     def doubt(self) -> str:
-        """The reason to doubt the correction, as a clause for a sentence."""
+        """The reason to doubt the correction, as a clause."""
         if self.name == HINGE:
             return f"the {self.word} would bend {self.growth:.0f}° away from its hinge plane"
         if self.name == TURNS:
             if self.growth <= 1.0:
-                return f"in one more frame, {self.joint} would turn faster than any body"
+                return f"in one more frame, {self.joint} would turn faster than any body can"
             more = f"{self.growth:.0f}"
-            return f"in {more} more frames, {self.joint} would turn faster than any body"
+            return f"in {more} more frames, {self.joint} would turn faster than any body can"
         if self.name == ROLL:
             then, now = (f"{turn:.0f}°" for turn in (self.after, self.before))
             return f"the {self.word} would turn by {then} in one frame instead of {now}"
@@ -98,10 +98,10 @@ class Hinges:
     _exact: dict[str, Array | None] = field(default_factory=dict)
 
     def off(self, chain: Chain) -> Array | None:
-        """Return the angle by which a joint is off its exact hinge, degrees, (frames,).
+        """Return a joint's deviation from its exact hinge, degrees, (frames,).
 
-        The value is NaN in frames in which the limb is too straight to measure it. Returns None if
-        the joint has no exact hinge.
+        The deviation is NaN in frames in which the limb is too straight to measure it. Returns
+        None if the joint has no exact hinge.
         """
         if chain.name not in self._exact:
             self._exact[chain.name] = self._made(chain)
@@ -122,7 +122,7 @@ class Hinges:
 
 
 def shown_at(interval: Interval, frames: NDArray[np.intp]) -> Interval:
-    """Return an interval restricted to the given frames, which are sorted in ascending order.
+    """Return an interval restricted to the given frames (in ascending order).
 
     The result counts these frames only, and is empty if the interval contains none of them.
     """
@@ -141,21 +141,21 @@ def protected_measures(
 
     The measures, each with its tolerance:
 
-    - *hinge*: how far the corrected joint is off its exact hinge, on average over the frames
-      in which the limb is bent by more than 30°; only if 95 % of the clip is within 3° of one.
+    - *hinge*: the mean deviation of the corrected joint from its exact hinge, in frames in which
+      the limb is bent by more than 30°; measured if 95 % of the clip is within 3° of a hinge.
       Tolerance: 1°.
     - *impossible turns*: frames in which a joint of the limb turns about its own axis faster than
       any body does (:func:`lone_jumps.limit`). Tolerance: none.
-    - *next joint's roll*: the fastest turn of the joint below about its own bone, degrees per
-      frame: of C after a counter-twist, of the limb's end after a flip. Tolerance: 5°, or half of
-      the value before.
+    - *next joint's roll*: the fastest rotation about its own bone, in degrees per frame, of the
+      joint below: C for a counter-twist, the limb's end for a flip. Tolerance: 5°, or half of the
+      value before.
     - *path*: for a flip, the length of the middle joint's path, % of the limb. Tolerance: 0.1 %.
     - *ends*: the movement of a joint that should stay in place, % of the skeleton's height.
       Tolerance: 0.1 %. Leaf joints off the bone, such as helpers, turn with it.
 
     `chains` are the chains of the motion, including limbs. `hinges` are the clip's hinges; pass the
-    same object for all corrections. Without it, they are determined from the motion. `others`
-    are intervals that count as corrected both before and after. Nothing is measured for an
+    same object for all corrections. Without `hinges`, the hinges are determined from the motion.
+    `others` are intervals that are corrected both before and after. Nothing is measured for an
     interval that cannot be corrected.
     """
     every = tuple(chains)
@@ -232,7 +232,7 @@ class _Around:
         return np.stack([m.rotations[:, self.joints] for m in self.both], axis=1)
 
     @cached_property
-    def from_above(self) -> Array:
+    def from_parent(self) -> Array:
         """The rotations of the limb's joints relative to P's parent, (frames, 2, joints, 4).
 
         As in all these arrays, the second axis is before and after the correction.
@@ -250,7 +250,7 @@ class _Around:
         for joint in ancestors(self.skeleton, self.chain.parent)[::-1]:
             own = np.stack([m.rotations[:, joint] for m in self.both], axis=1)
             above = multiply(above, own)
-        return multiply(above[:, :, None], self.from_above)
+        return multiply(above[:, :, None], self.from_parent)
 
     @cached_property
     def axes(self) -> Array:
@@ -288,9 +288,9 @@ class _Around:
 
 
 def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> ProtectedMeasure | None:
-    """Measure how far the corrected joint is off its exact hinge while the limb is bent."""
+    """Measure the corrected joint's deviation from its exact hinge while the limb is bent."""
     interval = around.interval
-    chain = next((c for c in chains if _turns_in(c, around.next_joint)), None)
+    chain = next((c for c in chains if _shows_bend_direction(c, around.next_joint)), None)
     if chain is None or (off := hinges.off(chain)) is None:
         return None
     there = np.abs(interval.offset) > 0.5 * abs(interval.largest)
@@ -309,7 +309,7 @@ def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Prot
     return around.measure(HINGE, before, after, around.next_joint)
 
 
-def _turns_in(chain: Chain, joint: int) -> bool:
+def _shows_bend_direction(chain: Chain, joint: int) -> bool:
     """True if the chain's signals contain the direction in which this joint bends."""
     return not isinstance(chain, Limb | Helper) and chain.child == joint and chain.grandchild >= 0
 
@@ -346,7 +346,7 @@ def _path(around: _Around) -> ProtectedMeasure | None:
 
 
 def _ends(around: _Around) -> ProtectedMeasure | None:
-    """Measure how far joints that should not move are moved, as % of the skeleton's height."""
+    """Measure the movement of joints that should stay in place, % of the skeleton's height."""
     chain, skeleton, kind = around.chain, around.skeleton, around.interval.kind
     largest: dict[int, float] = {}
     turning: Sequence[int] = around.joints
@@ -359,7 +359,7 @@ def _ends(around: _Around) -> ProtectedMeasure | None:
     elif kind.info.repairer and around.interval.carried:
         turning = (chain.parent,)
     for joint in turning:
-        q = around.from_above[:, :, around.joints.index(joint)]
+        q = around.from_parent[:, :, around.joints.index(joint)]
         for child in skeleton.children[joint]:
             place = around.captured.translation(child)
             if place.any() and (joint != chain.parent or _carries(skeleton, child, chain)):

@@ -43,7 +43,7 @@ def automatic_corrections(
     include_open: bool = False,
     confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
 ) -> tuple[Interval, ...]:
-    """Return the intervals that are corrected automatically. This is the only place that decides.
+    """Return the intervals that are corrected automatically. No other function makes this decision.
 
     Lone jumps are left out because they have no offset to remove. Helper rolls, stretches and
     spikes are left out because their confidence is not measured. An interval needs a confidence of
@@ -80,7 +80,7 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
 
 
 def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return the sum of the offsets that C, or the end of the limb, followed.
+    """Return, for each chain or limb, the sum of the offsets that C or the limb's end followed.
 
     The result has the same form as :func:`offsets_by_chain`.
     """
@@ -358,7 +358,7 @@ def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
 
 
 def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
-    """Return the children of P off the bone axis, which a correction moves.
+    """Return the children of P that a correction moves because they are off the bone axis.
 
     The result maps joint names to distances from the axis, in the file's unit. It is empty for an
     ordinary limb.

@@ -75,12 +75,12 @@ class Decomposition:
 
     @property
     def product(self) -> float:
-        """Δθp·Δθc, square radians [Choi26 Eq. 1]; negative if the joints turn in opposite ways."""
+        """Δθp·Δθc, square radians [Choi26 Eq. 1]; negative for opposite turns."""
         return self.dtheta_p * self.dtheta_c
 
     @property
     def swing_is_one(self) -> bool:
-        """True if q has exactly one swing. If w is opposite to a, there are many pairs (n, θp)."""
+        """True if the swing is unique. If w is opposite to a, many pairs (n, θp) give q."""
         return self.swing_reliability > UNDEFINED
 
     @property
@@ -97,7 +97,7 @@ class Decomposition:
     def dtheta_c_is_defined(self) -> bool:
         """True if v⊥ has a direction in this frame and the previous one.
 
-        It has none if the limb is straight.
+        In a straight limb, v⊥ has no direction.
         """
         before = float(np.linalg.norm(self.across_before))
         return min(self.azimuth_reliability, before) > UNDEFINED

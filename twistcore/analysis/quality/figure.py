@@ -28,7 +28,7 @@ class FigureQuality:
     deviation
         The mean distance from the input with both roots aligned, mm, or None for the input itself.
     jitter
-        The mean size of the third difference, mm per frame³.
+        The mean magnitude of the third difference, mm per frame³.
     foot_slide
         The percentage of frame pairs in which a foot slides, with contact estimated from the motion
         itself.
@@ -57,8 +57,8 @@ def quality_before_and_after(
 ) -> tuple[FigureQuality, FigureQuality] | None:
     """Return the quality before and after a correction, at 25 Hz in mm.
 
-    The result is None if the skeleton lacks any of the 24 joints. `unit` is the length of the
-    file's unit.
+    The result is None if the skeleton lacks any of the 24 joints. `unit` is the file's unit of
+    length, in metres.
     """
     try:
         topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)

@@ -1,4 +1,4 @@
-"""Jitter, speed, jumps of written numbers, and foot slide of every joint.
+"""Jitter, speed, foot slide and jumps of the stored angles, for every joint.
 
 The measures need no ground truth, and a high value is not proof of an error. For measures of the
 whole figure, see the module `figure`.
@@ -32,12 +32,12 @@ _JUMP = 90.0  # degrees by which the change of a written angle exceeds the joint
 class JointQuality:
     """Quality measures of every joint over time, NaN where undefined, as in a T-pose at the start.
 
-    - jitter: size of the third difference of the local rotation, degrees per frame³, (frames,
+    - jitter: magnitude of the third difference of the local rotation, degrees per frame³, (frames,
       joints), at the second of the four frames
     - speed: local angular speed since the previous frame, degrees/s
-    - excess: by how much the largest change of an Euler angle exceeds the joint's turn since the
+    - excess: the largest change of an Euler angle, minus the joint's rotation since the
       previous frame, degrees ≥ 0
-    - flipped: True if the quaternion made of these angles is in another hemisphere than in the
+    - flipped: True if the quaternion of these angles is in a different hemisphere than in the
       previous frame
     - slide: horizontal speed of a foot's joint while it is on the ground, m/s
     - feet: the joints of the feet
@@ -69,7 +69,7 @@ class JointQuality:
 
     @property
     def jumps(self) -> NDArray[np.int64]:
-        """The number of frames, (joints,), in which written numbers jump but the pose does not.
+        """The number of frames, (joints,), in which stored angles jump but the pose does not.
 
         Jumps of an angle by more than 90° and quaternions that change hemisphere are counted.
         """
@@ -93,9 +93,9 @@ def joint_quality(
 
     `positions` are global positions with shape (frames, joints, 3), in the file's unit. `up` is the
     axis that points up. Lengths are in metres if the unit is known or the skeleton looks like one
-    of CMU's; if not, they are relative to a figure of 1.75 m. `motion` is a motion to measure
-    instead of the clip's own, such as a tracked one with these positions; the measures of written
-    numbers remain those of the clip.
+    of CMU's; if not, they are scaled to a height of 1.75 m. `motion` is measured instead of the
+    clip's own motion, for example a tracked one with these positions; jumps of the stored angles
+    are still measured in the clip.
     """
     motion = clip.motion if motion is None else motion
     frames, joints = positions.shape[:2]
@@ -124,7 +124,7 @@ def joint_quality(
 
 
 def joint_accelerations(motion: Motion, positions: Array) -> Array:
-    """Return the size of the joints' accelerations at 25 Hz, (frames, joints), in m/s².
+    """Return the magnitude of the joints' accelerations at 25 Hz, (frames, joints), in m/s².
 
     `positions` are global positions with shape (frames, joints, 3), in the motion's unit. The
     acceleration is NaN within 0.04 s of an end of the clip or of a T-pose at its start.

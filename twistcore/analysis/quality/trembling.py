@@ -17,7 +17,7 @@ _FEWEST = 25  # samples, one second
 
 
 def trembling(motion: Motion) -> float | None:
-    """Return the figure's jitter if it is at least TIMES as large as in captures, or None.
+    """Return the figure's jitter if it is at least TIMES the usual jitter of captures, or None.
 
     The jitter is in mm/frame³ at 25 Hz, for a figure of 1.75 m if its unit is not known. Motion
     that is fast but even, such as running, is not jitter: the third differences of jitter change

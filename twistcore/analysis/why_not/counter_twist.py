@@ -54,7 +54,7 @@ def no_counter_twist(
     """
     t, own = place.frame, analysis.chains[place.chain.name]
     if analysis.cut[t]:
-        return place.reason(Why.CUT, _cut(place, analysis.cut))
+        return place.reason(Why.CUT, _describe_cut(place, analysis.cut))
     table = next((p for p in own.tables if p.low < t < p.high), None)
     if table is None:
         low = int(np.flatnonzero(analysis.cut[:t])[-1])
@@ -69,23 +69,23 @@ def no_counter_twist(
             return _motion(place, interval)
     edge = _edge_at(place, own, table)
     if near := edges_in(edge.start, edge.stop) if edge else edges_in(t, t + 1):
-        return _image(place, near, edge)
+        return _other_error(place, near, edge)
     soft = SoftErrors(place, analysis, chains)
     given = soft.with_edge_in(edge.start, edge.stop) if edge else soft.with_edge_in(t, t + 1)
     if given is not None:
-        return soft.instead_of(given, _numbers(edge) if edge else {})
+        return soft.better_explanation(given, _numbers(edge) if edge else {})
     if edge is None:
-        return _thinned(place, own)
+        return _run_below_tau(place, own)
     return _single(place, edge) or _unpaired(place, own, edge, soft)
 
 
 def _motion(place: AskedFrame, interval: Interval) -> Reason:
-    """Return the reason that opposite turns of both joints are natural motion by the evidence."""
+    """Return the evidence that opposite turns of both joints are natural motion, as a reason."""
     told = interval.evidence or {}
     why = "; ".join(told.get("doubts", ()))
     frames = place.span(interval.start, interval.stop)
     because = (
-        f"all evidence together shows that {signed_degrees(interval.shown)} in {frames} is motion"
+        f"the evidence as a whole shows that {signed_degrees(interval.shown)} in {frames} is motion"
     )
     return place.reason(
         Why.MOTION,
@@ -96,8 +96,8 @@ def _motion(place: AskedFrame, interval: Interval) -> Reason:
     )
 
 
-def _cut(place: AskedFrame, cut: Mask) -> str:
-    """Describe why the step from the previous frame to this one is not motion, but a cut."""
+def _describe_cut(place: AskedFrame, cut: Mask) -> str:
+    """Describe the cut or transition that a frame belongs to or follows."""
     t = place.frame
     low, high = t, t + 1
     while low and cut[low - 1]:
@@ -129,7 +129,7 @@ def _below(
     sigma_x, sigma_y = float(c.sigma_x[row, t]), float(c.sigma_y[row, t])
     x, y = float(c.x[row, t]), float(c.y[row, t])
     numbers = _degrees(x=x, y=y, residual_x=rx, residual_y=ry, sigma_x=sigma_x, sigma_y=sigma_y)
-    of, error = _whose_image(own, t, place.tau), _error_nearby(place, analysis, near, chains)
+    of, error = _explained_joint(own, t, place.tau), _error_nearby(place, analysis, near, chains)
     if of and error:
         because = f"{place.joints[of - 1]} only seems to turn, because of {error}"
         return place.reason(Why.IMAGE, because, **numbers)
@@ -172,8 +172,8 @@ def _error_nearby(
     return f"the jump of {label} there ({signed_degrees(jumps[label])})"
 
 
-def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
-    """Return the joint whose rotation another chain's error explains and which was not counted.
+def _explained_joint(own: ChainAnalysis, t: int, tau: float) -> int:
+    """Return the joint whose rotation is ignored because another chain's error explains it.
 
     The result is 1 for the parent, 2 for the child and 0 for neither.
     """
@@ -207,14 +207,16 @@ def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge |
     return _Edge(table, k, span.start, span.stop, jump, sigma, gain, x, y)
 
 
-def _image(place: AskedFrame, near: Sequence[tuple[Interval, Chain]], edge: _Edge | None) -> Reason:
+def _other_error(
+    place: AskedFrame, near: Sequence[tuple[Interval, Chain]], edge: _Edge | None
+) -> Reason:
     interval, other = near[0]
     because = f"it belongs to {place.error(interval, other)}"
     numbers = _numbers(edge) if edge else {}
     return place.reason(Why.IMAGE, because, of=interval.chain, **numbers)
 
 
-def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
+def _run_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason:
     """Return the reason for a frame above τ in a run of frames that as a whole is below τ."""
     e, t = own.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop))
@@ -235,9 +237,9 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
     if min(sizes) <= ONE_JOINT * max(sizes):
         only = place.joints[int(sizes[1] > sizes[0])]
         because = (
-            f"only {only} turns there over {span} ({turns}), so it is no counter-twist"
+            f"only {only} turns there over {span} ({turns}), so it is not a counter-twist"
             if span
-            else f"only {only} turns there ({turns}), so it is no counter-twist"
+            else f"only {only} turns there ({turns}), so it is not a counter-twist"
         )
         return place.reason(Why.ONE_JOINT, because, **numbers)
     if edge.gain >= _EACH:
@@ -274,8 +276,8 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
             f"its best partner, {signed_degrees(float(e.jump[best]))} at {_peak(place, e, best)}"
         )
         if not rivals:
-            given = (i for i in soft.given_up() if i.start < span[1] and span[0] <= i.stop)
-            return soft.instead_of(next(given, None), numbers, f"{partner},")
+            given = (i for i in soft.dropped() if i.start < span[1] and span[0] <= i.stop)
+            return soft.better_explanation(next(given, None), numbers, f"{partner},")
         named = " and ".join(place.named(i) for i in rivals)
         because = f"{partner}, is part of a better explanation: {named}"
         return place.reason(Why.OTHER, because, partner=int(e.peak[best]), **numbers)

@@ -72,11 +72,11 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
     )
     if place.strength >= place.tau:  # a review whose intervals differ from the detector's
         return place.reason(
-            Why.NO_PARTNER, (f"the review has no interval here any more: {turns}"), **numbers
+            Why.NO_PARTNER, (f"the review no longer has an interval here: {turns}"), **numbers
         )
     if p * c < 0.0:
         return place.reason(Why.BELOW, turns, **numbers)
-    alike = "but not against each other"
+    alike = "but not in opposite directions"
     return place.reason(Why.BELOW, f"{turns}, {alike}", **numbers)
 
 
@@ -196,7 +196,7 @@ def _edges_near(
 
 
 def _change(interval: Interval, start: int, stop: int) -> float:
-    """Return how much an offset changes in or next to frames [start, stop), in radians."""
+    """Return the change of an offset in or next to frames [start, stop), in radians."""
     low, high = (min(max(t - interval.start, 0), interval.frames) for t in (start - 2, stop + 1))
     return float(np.ptp(interval.offset[low:high])) if low < high else 0.0
 

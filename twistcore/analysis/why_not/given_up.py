@@ -22,7 +22,7 @@ class SoftErrors:
     analysis: ConsistencyAnalysis
     chains: Sequence[Chain]
 
-    def given_up(self) -> Iterator[Interval]:
+    def dropped(self) -> Iterator[Interval]:
         """Yield the intervals between the chain's jumps at τ that were replaced by soft errors."""
         own = self.analysis.chains[self.place.chain.name]
         return (i for i in own.between_edges(self.place.tau) if own.gives_way(i))
@@ -30,12 +30,12 @@ class SoftErrors:
     def with_edge_in(self, start: int, stop: int) -> Interval | None:
         """Return the first dropped interval with an edge in or next to [start, stop), or None."""
         near = range(start - BESIDE, stop + BESIDE)
-        return next((i for i in self.given_up() if i.start in near or i.stop in near), None)
+        return next((i for i in self.dropped() if i.start in near or i.stop in near), None)
 
-    def instead_of(
+    def better_explanation(
         self, given: Interval | None, numbers: Mapping[str, Any], what: str = "it"
     ) -> Reason:
-        """Return the reason that something else explains more than the dropped interval does.
+        """Return the reason that another error explains the frames better than a dropped interval.
 
         Parameters
         ----------

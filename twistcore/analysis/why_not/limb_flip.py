@@ -110,7 +110,7 @@ def _no_partner(
     jump: Jump,
     numbers: dict[str, Any],
 ) -> Reason:
-    """Return the reason for a jump with no other jump near enough to end the flip."""
+    """Return the reason for a jump without a second jump nearby that ends the flip."""
     reach = LONGEST * flips.fps
     others = [
         (abs(float(wrap(j.turn + jump.turn))), j)

@@ -15,7 +15,7 @@ from twistcore.skeleton.notation import DistinctFrames
 
 
 class Why(StrEnum):
-    """The keyword in files for the reason why a frame is not at an edge of an interval."""
+    """Keywords in files for the reasons why no interval has an edge at a frame."""
 
     INTERVAL = "interval"  # the frame is in an interval or at its edge
     MOVED = "moved"  # the detector has an interval here, but the review moved it
@@ -108,7 +108,7 @@ class AskedFrame:
         return frame if self.kept is None else self.kept.end(frame)
 
     def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
-        """Return a reason whose sentence gives the strength and τ, and then the cause `because`."""
+        """Return a reason whose sentence contains the strength, τ and the cause `because`."""
         strength, tau = distinct_sizes(self.strength, self.tau)
         past = self.strength >= self.tau
         here = self.called(self.frame)

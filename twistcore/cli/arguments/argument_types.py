@@ -1,4 +1,4 @@
-"""Types of arguments for argparse. Each one checks a value, and reports a wrong one in one line."""
+"""Argument types for argparse. Each checks a value, and reports an invalid one in one line."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def target(text: str) -> Path:
 
 
 def clip_target(text: str) -> Path:
-    """Return the clip or folder of clips to write. A file's suffix must be of a writable format."""
+    """Return the clip or folder of clips to write. A clip's format must be writable."""
     path = target(text)
     refused = not_written(path, " or ".join(CLIP_SUFFIXES))
     if refused and not path.is_dir():
@@ -185,7 +185,7 @@ def share(text: str) -> float:
 
 
 def mebibytes(text: str) -> float:
-    """Return an amount of memory in MiB, at least what Python and its libraries need."""
+    """Return an amount of memory in MiB, at least as much as Python and its libraries need."""
     if (value := positive(text)) < _LEAST_MIB:
         raise argparse.ArgumentTypeError(f"expected at least {_LEAST_MIB} MiB, found {text!r}")
     return value

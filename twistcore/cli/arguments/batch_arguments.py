@@ -32,7 +32,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="FILE",
-        help="file with one PATH per line, like @FILE; repeat it for more (default: none)",
+        help="file with one PATH per line, like @FILE; repeatable (default: none)",
     )
     parser.add_argument(
         "-o",
@@ -61,7 +61,7 @@ def add_watch(parser: argparse.ArgumentParser) -> None:
         "--output",
         required=True,
         metavar="OUTDIR",
-        help="folder of the results, or its URL",
+        help="folder for the results, or its URL",
     )
     parser.add_argument(
         "--every",
@@ -140,14 +140,14 @@ def _add_processing(parser: argparse.ArgumentParser) -> None:
             f"--{name}",
             type=target,
             metavar="FILE",
-            help=f"write the results as {what} (default: no such file)",
+            help=f"write the results as {what} (default: none)",
         )
     parser.add_argument(
         "--fail-if",
         action="append",
         default=[],
         metavar="RULE",
-        help="exit with 1 if a rule is true, such as 'severity>5'; repeat it for more "
+        help="exit with 1 if a rule such as 'severity>5' is broken; repeatable "
         "(docs/gates.md; default: none)",
     )
 

@@ -96,7 +96,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ),
     ),
     "signals": CommandHelp(
-        "write the curves that errors are found in, as CSV or JSON",
+        "write the curves in which errors are detected, as CSV or JSON",
         "For each chain and frame: the parent's twist θp, the child's azimuth θc, their "
         "increments, the strength m and two reliabilities. Angles are degrees.",
         (
@@ -121,9 +121,9 @@ COMMANDS: Mapping[str, CommandHelp] = {
     ),
     "refine": CommandHelp(
         "write a corrected clip",
-        "Corrects the intervals that are closed and confident, counts the others, and leaves "
-        "every other byte of the clip as it is. To judge the others, open the clip or the session "
-        "in the window: twist-inspector CLIP.",
+        "Corrects the intervals that are certain enough, counts the others, and keeps every other "
+        "byte of the clip. To judge the other intervals, open the clip or the session in the "
+        "window: twist-inspector CLIP.",
         (
             "twistcore refine walk.bvh -o walk.clean.bvh --report report",
             "twistcore refine walk.bvh -o walk.clean.bvh --session walk.twist.json",
@@ -131,7 +131,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ),
     ),
     "apply": CommandHelp(
-        "write the corrections that sessions have accepted",
+        "write the corrections accepted in sessions",
         "A session is a review that the window or `twistcore refine --session` wrote. The result "
         "has the same bytes as the window's export. With two folders, each session is applied to "
         "its clip, and OUT is a folder.",
@@ -149,7 +149,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ),
     ),
     "inject": CommandHelp(
-        "put known errors into a clip",
+        "inject known errors into a clip",
         "The errors are drawn at random by a protocol. The truth file lists them for `evaluate`.",
         ("twistcore inject walk.bvh -o bad.bvh --truth bad.truth.json --seed 1",),
     ),
@@ -160,24 +160,24 @@ COMMANDS: Mapping[str, CommandHelp] = {
     ),
     "tune": CommandHelp(
         "find τ for each joint and write a profile",
-        "τ is learned from errors that are put into the clips, or with --verdicts from what people "
-        "accepted and rejected. Other commands take the profile with --profile.",
+        "τ is learned from injected errors or, with --verdicts, from the intervals that reviewers "
+        "accepted or rejected. Other commands read the profile with --profile.",
         (
             "twistcore tune captures -o rig.toml --workers 4",
             "twistcore tune captures -o rig.toml --verdicts --performer Kim",
         ),
     ),
     "benchmark": CommandHelp(
-        "compare methods on errors that are put into clips",
+        "compare methods on injected errors",
         "Prints the tables. An interrupted run continues with --resume.",
         ("twistcore benchmark captures --protocol P0 H1 --methods detectors --json bench.json",),
     ),
     "batch": CommandHelp(
         "process many clips into a folder of results",
         "Each clip is processed separately: if one crashes, hangs or takes too much memory, it is "
-        "listed and the others continue. OUTDIR keeps the results in manifest.sqlite. Run "
-        "again, the command continues an interrupted run and processes new clips: those with other "
-        "bytes, options or another version of the program.",
+        "listed and the others continue. OUTDIR keeps the results in manifest.sqlite. Run the "
+        "command again to continue an interrupted run, and to process clips that are new or whose "
+        "bytes, options or program version have changed.",
         (
             "twistcore batch captures -o out --refine --report",
             "twistcore batch 'takes/**/*_raw.bvh' @more.txt -o out --fail-if 'severity>5' "
@@ -266,7 +266,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
         ),
     ),
     "quamo noise": CommandHelp(
-        "put synthetic noise into a clip",
+        "add synthetic noise to a clip",
         "",
         ("twistcore quamo noise walk.bvh -o noisy.bvh --level B --seed 1",),
     ),

@@ -34,7 +34,7 @@ def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
 
 
 def add_commands(parser: argparse.ArgumentParser) -> argparse._SubParsersAction[Parser]:
-    """Add subcommands to a parser, which prints the help if none is given."""
+    """Add subcommands to a parser. Without a subcommand, it prints the help."""
 
     def print_help(_: argparse.Namespace) -> int:
         parser.print_help()
@@ -66,8 +66,8 @@ def add_reference(parser: argparse._ActionsContainer) -> None:
         "--reference",
         type=Path,
         metavar="CLIP",
-        help="another take of the same skeleton: also note the bones that are turned by more than "
-        "30° in every frame, compared with it (default: none)",
+        help="another take of the same skeleton; bones that differ from it by more than 30° in "
+        "every frame are noted (default: none)",
     )
 
 
@@ -113,7 +113,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
 
 
 def add_voice(parser: argparse.ArgumentParser) -> None:
-    """Add the options that set how much is printed."""
+    """Add the options that control the amount of output."""
     voice = parser.add_mutually_exclusive_group()
     voice.add_argument("-q", "--quiet", action="store_true", help="print only results and errors")
     voice.add_argument(

@@ -18,15 +18,15 @@ def add_chains(parser: argparse._ActionsContainer) -> None:
         "--chain",
         action="append",
         metavar="NAME",
-        help="examine only this chain and the limb that begins with it, or only this limb, by a "
-        "name that `twistcore info` lists, in any case; repeat it for more (default: all)",
+        help="examine only this chain and the limb that begins with it, or only this limb; "
+        "`twistcore info` lists the names, case is ignored; repeatable (default: all)",
     )
     parser.add_argument(
         "--person",
         action="append",
         metavar="NAME",
-        help="examine only the chains of this person in a clip of several people; repeat it for "
-        "more (default: everyone)",
+        help="examine only the chains of this person in a clip of several people; repeatable "
+        "(default: everyone)",
     )
 
 
@@ -52,7 +52,7 @@ def add_method(
     default: str | None = DEFAULT_METHOD,
     help: str = "detector that examines the chains (default: %(default)s)",
 ) -> None:
-    """Add the options --method and --detector, which choose a detector by name or by file."""
+    """Add the options --method (detector by name) and --detector (detector by file)."""
     group = parser.add_mutually_exclusive_group()
     # Set afterwards, so that detectors in other packages are looked up only when help lists them.
     group.add_argument("--method", default=default, help=help).choices = DETECTORS
@@ -84,14 +84,14 @@ def add_detection(
         "--profile",
         type=Path,
         metavar="FILE",
-        help="TOML file with τ for each joint or limb; --tau is for joints that it does not name "
+        help="TOML file with τ for each joint or limb; --tau applies to joints that are not in it "
         "(default: none)",
     )
     parser.add_argument(
         "--kinds",
         type=kinds,
         metavar="LIST",
-        help=f"kinds of errors to look for, with commas: {', '.join(KINDS)} (default: all)",
+        help=f"comma-separated kinds of errors to look for: {', '.join(KINDS)} (default: all)",
     )
     add_fps(parser)
     add_chains(parser)
@@ -103,8 +103,8 @@ def add_correction(parser: argparse.ArgumentParser) -> None:
         "--min-confidence",
         type=share,
         metavar="X",
-        help="minimum confidence of intervals to correct, 0 to 1; a number above 0 excludes "
-        "intervals without a confidence (default: 0.5, but these intervals are corrected)",
+        help="minimum confidence of intervals to correct, 0 to 1; a number above 0 also excludes "
+        "intervals without a confidence (default: 0.5, but these are corrected)",
     )
     parser.add_argument(
         "--include-open",

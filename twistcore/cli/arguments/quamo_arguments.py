@@ -54,8 +54,8 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         "--cutoff",
         type=positive,
         metavar="HZ",
-        help="frequency at which the spline keeps half of the amplitude (default: by the frame "
-        "rate, 4 to 6; in bursts of noise 2.5)",
+        help="cut-off frequency, at which the spline halves the amplitude (default: 4 to 6, "
+        "depending on the frame rate; 2.5 in bursts of noise)",
     )
     refine.add_argument(
         "--gains",
@@ -72,7 +72,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         "--joints",
         nargs="+",
         metavar="NAME",
-        help="joints to smooth or track (default: all that can be written)",
+        help="joints to smooth or track (default: all writable joints)",
     )
     refine.add_argument(
         "--causal",
@@ -83,7 +83,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
     refine.add_argument(
         "--root-position",
         action=argparse.BooleanOptionalAction,
-        help="smooth or track the position of the root, too, or not (default: yes, with --joints "
+        help="also smooth or track the position of the root (default: yes, but with --joints "
         "only if they include the root)",
     )
     for name, what in (("--kp", "κP, 1/s²"), ("--kd", "κD, 1/s"), ("--ka", "κA at 25 Hz, rad/s²")):
@@ -104,7 +104,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         "--template",
         type=Path,
         metavar="BVH",
-        help="clip with the bone lengths for a file of poses (default: those of the file)",
+        help="clip with the bone lengths for a file of poses (default: the lengths in the file)",
     )
     refine.add_argument(
         "--up",
@@ -114,7 +114,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
     refine.add_argument(
         "--person",
         metavar="ID",
-        help="person to take from a file of poses (default: the only one)",
+        help="person to read from a file of poses (default: the only one)",
     )
     refine.set_defaults(run=deferred("quamo_commands", "quamo_refine_command"))
 
@@ -170,7 +170,7 @@ def _study(study: argparse.ArgumentParser, *, name: str) -> None:
         type=count,
         default=3,
         metavar="N",
-        help="how many draws of noise to average (default: %(default)s)",
+        help="number of noise draws to average (default: %(default)s)",
     )
     study.add_argument(
         "--seed", type=seed, default=0, metavar="N", help="the first seed (default: %(default)s)"

@@ -1,4 +1,4 @@
-"""Steps of the whole body and jumps in position, which no single joint can cause."""
+"""Steps of the whole body, and jumps in position."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ def body_curve(
 
 
 def _bends(motion: Motion, frame: int, least: float) -> int:
-    """Count the joints whose bend changes by far more than nearby, and by at least `least` degrees.
+    """Count the joints whose bend changes by `least` degrees and far more than in nearby frames.
 
     Only the change at the given frame is examined. Twist errors in many chains turn many joints in
     the same frame, but bend none.

@@ -67,7 +67,7 @@ def find_place_jumps(search: KindSearch) -> Found:
     for step in place_steps(motion, ~find_cuts(motion)):
         if (chain := owner.get(step.joint)) is None:
             continue
-        start, stop = _written(step.start, step.stop, held)
+        start, stop = _frames_in_clip(step.start, step.stop, held)
         evidence = {"joint": names[step.joint], "way_percent": 100.0 * step.way}
         one = _interval(Kind.PLACE_JUMP, chain, start, stop, evidence, 0.0)
         found.setdefault(chain.name, []).append(one)
@@ -120,7 +120,7 @@ def _joint_steps(search: KindSearch) -> _JointSteps:
             written
             for step in steps
             if step.joint in own
-            and not others.explain(written := _as_written(step, held, jump=jump), jump=jump)
+            and not others.explain(written := _step_in_clip(step, held, jump=jump), jump=jump)
         )
         for steps, jump in ((spiking, False), (alone, True))
     )
@@ -130,7 +130,7 @@ def _joint_steps(search: KindSearch) -> _JointSteps:
 def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
     """Return the smallest spike and the smallest jump to report for each joint.
 
-    Joints without three rotation channels get limits that are never reached.
+    The limits of joints without three rotation channels are never reached.
     """
     small = toes_and_fingers(motion.skeleton, chains)
     step = math.degrees(motion.angle_step)
@@ -162,7 +162,7 @@ def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], lis
 
 @dataclass(frozen=True)
 class _Others:
-    """The other errors of a clip, which may explain a step of a joint.
+    """The other errors of a clip, as possible explanations of a joint's step.
 
     Attributes
     ----------
@@ -186,7 +186,7 @@ class _Others:
 
     @staticmethod
     def of(search: KindSearch) -> _Others:
-        """Collect the other errors of the clip of a search."""
+        """Collect the other errors in a search's clip."""
         motion = search.motion
         frames, index = motion.frames, {name: j for j, name in enumerate(motion.skeleton.names)}
         errors: dict[int, list[Interval]] = {}
@@ -234,7 +234,7 @@ class _Others:
         together = {id(e): e for joint in joints for e in self._near(joint, step)}
         if len(together) > 1:
             groups.append(list(together.values()))
-        return any(self._take_away(group, step, jump=jump) for group in groups)
+        return any(self._correction_removes(group, step, jump=jump) for group in groups)
 
     def _near(self, joint: int, step: JointStep) -> list[Interval]:
         """Return the errors that turn a joint and begin or end near a step."""
@@ -249,11 +249,12 @@ class _Others:
         # The other children may not have turned back.
         return (chain.parent, chain.child) if chain.child in joints else joints
 
-    def _take_away(self, errors: Sequence[Interval], step: JointStep, *, jump: bool) -> bool:
+    def _correction_removes(
+        self, errors: Sequence[Interval], step: JointStep, *, jump: bool
+    ) -> bool:
         """Return True if correcting the errors removes most of a step.
 
-        The step must not only move to another joint that the errors turn. `jump` is True for a jump
-        and False for a spike.
+        A step that only moves to another joint is not removed. `jump` is False for a spike.
         """
         if self.search.without is None:
             return False
@@ -309,18 +310,18 @@ def _interval(
     )
 
 
-def _as_written(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> JointStep:
-    """Return a step with the frame numbers of the clip, which may contain held frames.
+def _step_in_clip(step: JointStep, held: DistinctFrames | None, *, jump: bool) -> JointStep:
+    """Convert a step to frame numbers of the clip, including held frames.
 
     If `jump` is True, the result covers one frame, like a lone jump.
     """
-    start, stop = _written(step.start, step.stop, held)
+    start, stop = _frames_in_clip(step.start, step.stop, held)
     if jump and held is not None:
         stop = held.end(step.stop - 1) + 1
     return replace(step, start=start, stop=stop)
 
 
-def _written(start: int, stop: int, held: DistinctFrames | None) -> tuple[int, int]:
+def _frames_in_clip(start: int, stop: int, held: DistinctFrames | None) -> tuple[int, int]:
     """Convert frames [start, stop) of a clip without held frames to frames of the whole clip."""
     return (start, stop) if held is None else (held.begin(start), held.end(stop))
 

@@ -210,9 +210,8 @@ def _jumps_at(
 def _least_spike(off: Array, back: Array, usual: Array) -> Array:
     """Return the smallest departure from the path that counts as a spike, in degrees.
 
-    The joint's limit in :class:`StepLimits` applies in addition. `off` is the departure, `usual` is
-    the usual departure nearby, and `back` is the angle between the frames before and after the
-    spike.
+    The joint's limit in :class:`StepLimits` also applies. `off` is the departure, `usual` is the
+    usual departure nearby, and `back` is the angle between the frames before and after the spike.
     """
     return np.asarray(np.where(back <= _BACK * off, _TIMES, _CLEARLY) * usual)
 
@@ -227,8 +226,8 @@ def _turns_near(q: Array, start: Index, joint: Index) -> Array:
 def _least_jump(near: Array, usual: Array) -> Array:
     """Return the smallest step that counts as a jump, in degrees.
 
-    The joint's limit in :class:`StepLimits` applies in addition. `near` contains the turns in the
-    frames around the jump, and `usual` is their median.
+    The joint's limit in :class:`StepLimits` also applies. `near` contains the turns in the frames
+    around the jump, and `usual` is their median.
     """
     return np.asarray(np.maximum(_TIMES * usual, _CALM * near.max(axis=0)))
 
@@ -317,7 +316,7 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
 
 
 def _between(a: Array, b: Array, share: float | Array) -> Array:
-    """Interpolate between the rotations a and b, (…, 4), which must be close together.
+    """Interpolate between two rotations a and b, (…, 4), that are close together.
 
     `share` is the fraction of the way from a to b, 0…1.
     """

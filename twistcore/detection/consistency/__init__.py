@@ -1,1 +1,1 @@
-"""The default detector, which measures how parent and child twist against each other."""
+"""The default detector. It measures the twist of parent and child in opposite directions."""

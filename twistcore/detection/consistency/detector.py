@@ -139,7 +139,7 @@ def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]])
 
 @dataclass(frozen=True, eq=False)
 class _Softened:
-    """The analyses of the chains of several lines of equal length, with their soft errors.
+    """Chain analyses of several lines of equal length, with their soft errors.
 
     Attributes
     ----------
@@ -161,8 +161,8 @@ class _Softened:
     def chains(self, given_up: Mapping[int, bool] = MappingProxyType({})) -> list[ChainAnalysis]:
         """Return the analyses of the chains with soft errors.
 
-        `given_up` contains the soft errors that replace no interval, keyed by index. The value is
-        True if the soft error itself is left out as well.
+        `given_up` contains the soft errors that do not replace an interval, keyed by index. The
+        value is True if the soft error itself is left out as well.
         """
         if not self.errors and not self.replaced:
             return list(self.plain)
@@ -183,22 +183,26 @@ class _Softened:
         ]
 
     def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
-        """Return the soft errors that replace no interval, keyed by index, for :meth:`chains`.
+        """Return the soft errors that do not replace an interval, keyed by index.
 
-        The value is True for a soft error that is left out because an overlapping interval between
-        jumps is more certain. The value is False for a soft error that the evidence shows to be
-        motion, which :meth:`ConsistencyAnalysis.taken_for_motion` returns.
+        The value is True if the soft error is left out because an overlapping interval between
+        jumps is more certain, and False if the evidence shows that the soft error is motion (see
+        :meth:`ConsistencyAnalysis.taken_for_motion`).
         """
         out = {}
         for k, (error, own) in enumerate(self.errors):
             judged, motion = analysis.with_evidence(own.interval)
             if motion:
                 out[k] = False
-            elif not is_clear(judged) and any(self._surer(analysis, c, error) for c in self.plain):
+            elif not is_clear(judged) and any(
+                self._has_clearer_interval(analysis, c, error) for c in self.plain
+            ):
                 out[k] = True
         return out
 
-    def _surer(self, analysis: ConsistencyAnalysis, chain: ChainAnalysis, error: SoftError) -> bool:
+    def _has_clearer_interval(
+        self, analysis: ConsistencyAnalysis, chain: ChainAnalysis, error: SoftError
+    ) -> bool:
         """Return True if a chain has a clear interval between jumps that overlaps a soft error.
 
         Only the chain of the soft error and its neighbours are considered.
@@ -290,8 +294,8 @@ def _with_soft(
 
     The search assumes that every child turned back the whole error. If a child clearly turned back
     only a part of an error, the remaining part is removed first, so that it is not found as a
-    separate error. If a soft error replaces the interval of this error, nothing is known about the
-    child any more, and the search is repeated without removing that part.
+    separate error. If a soft error replaces the interval of this error, the child's share is no
+    longer known, and the search is repeated without removing that part.
     """
     jumps = [
         (c.row, i, any(i is s.interval for s in c.standing))

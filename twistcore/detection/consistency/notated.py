@@ -93,7 +93,7 @@ class NotatedAnalysis:
             explain = interval.explain and partial(_explained, self.kept, interval)
             self._known[interval] = replace(
                 interval,
-                open=interval.open or self._only_shown(interval),
+                open=interval.open or self._not_automatic(interval),
                 start=start,
                 stop=stop,
                 offset=self.kept.spread(interval.start, interval.offset),
@@ -101,7 +101,7 @@ class NotatedAnalysis:
             )
         return self._known[interval]
 
-    def _only_shown(self, interval: Interval) -> bool:
+    def _not_automatic(self, interval: Interval) -> bool:
         """Return True if the interval must not be corrected automatically.
 
         This is the case if there are too few linear keys, or if the evidence is a single transition

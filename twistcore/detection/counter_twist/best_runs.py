@@ -13,10 +13,10 @@ SAME = 1e-9  # nats; smaller differences are ignored
 def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float) -> Index:
     """Return the indices of the runs with the highest total gain in each frame.
 
-    A run changes the joints first…last, and no joint may belong to two chosen runs. If no run of a
-    frame has a gain above 0, its best run is chosen if the gain is more than −lone. Of several runs
-    with equal gain, the shortest is chosen, and of equally short runs the one nearer to the tip.
-    All arrays have the shape (runs,), and `gain` is in nats.
+    A run changes the joints first…last, and no joint may belong to two chosen runs. In a frame
+    without a gain above 0, the best run is chosen if its gain exceeds −lone. Of several runs with
+    equal gain, the shortest is chosen, and of equally short runs the one nearer to the tip. All
+    arrays have the shape (runs,), and `gain` is in nats.
     """
     worth = np.flatnonzero(gain > SAME)
     together = worth[_disjoint(frame[worth], first[worth], last[worth], gain[worth])]

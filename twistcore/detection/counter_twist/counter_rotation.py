@@ -80,7 +80,7 @@ def counter_rotation(
 ) -> CounterRotation:
     """Return the counter-rotation of all chains of limbs.
 
-    `cut` is the mask of increments that cross a cut, shape (frames,), which are never used. `tell`
+    `cut` is the mask of the increments that cross a cut and are never used, shape (frames,). `tell`
     is called before every round.
     """
     tell = tell or nobody

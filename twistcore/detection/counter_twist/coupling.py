@@ -6,8 +6,8 @@ Costs are assigned to joints: the motion of joint j appears in x of chain j and 
 *run* of neighbouring chains with errors, i…j, changes only the costs of joints i…j+1
 (:mod:`twistcore.detection.limbs`), and two runs with an error-free chain between them have no joint
 in common. So each run is solved separately, and then the cheapest set of runs along the line is
-chosen. A run saves at most the costs that its joints have without it, and no joint costs as much as
-another chain with an error. Therefore only short runs in few positions need to be tried, and their
+chosen. A run saves at most its joints' costs without the run, and no joint costs as much as one
+more chain with an error. Therefore only short runs in few positions need to be tried, and their
 number is proportional to the length of the line.
 """
 
@@ -67,7 +67,7 @@ class _Line:
     captured, predicted, sigma
         In radians, shape (2, n + 1, len(t)).
     rarer
-        The cost of a lone jump in addition to the caps.
+        The extra cost of a lone jump, above the caps.
     """
 
     limbs: Limbs

@@ -40,8 +40,8 @@ class Edges:
     gain
         The log-likelihood ratio of an error over natural motion, in nats.
     primary
-        True for the best interpretation of these frames. Only this one is counted if the edge lies
-        inside an interval.
+        True for the best interpretation of these frames. Other interpretations of an edge inside an
+        interval are not counted.
     """
 
     start: Index

@@ -58,13 +58,13 @@ def offsets_of(
     closed = [p for p in pairs if p.opening >= 0 and p.closing >= 0]
     courses = _closed(closed, table, d, variance, step)
     found = {
-        p: _as_p_shows(course, p, table, counter, chain)
+        p: _measured_at_parent(course, p, table, counter, chain)
         for p, course in zip(closed, courses, strict=True)
     }
     return [found[p] if p in found else _unclosed(p, table, d) for p in pairs]
 
 
-def _as_p_shows(
+def _measured_at_parent(
     course: Course, pair: Pair, table: PairTable, counter: CounterRotation, chain: int
 ) -> Course:
     """Return the error measured at the jumps of P alone, if C clearly turns back only part of it.
@@ -152,7 +152,7 @@ def _closed(
 
 
 def _unclosed(pair: Pair, table: PairTable, d: Array) -> Course:
-    """Return the error of an interval with only one edge, which begins or ends at a border.
+    """Return the error of an interval that begins or ends at a border and so has only one edge.
 
     The level of the error is constant between the edge and the border.
     """

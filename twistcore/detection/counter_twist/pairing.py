@@ -1,13 +1,12 @@
 """Pair the edges of a chain to form intervals, at the lowest total cost [Method, steps 5-6].
 
 All values are gains in nats (log-likelihood ratios against natural motion). An interval gains from
-its two edges, from the steps inside that it explains, and from closing, which means that its jumps
-add up to 0. The gain from closing is the log ratio of two likelihoods of a sum of 0 (modulo a full
-turn): given the scales of the steps, and if the two jumps were unrelated. The prior cost of an
-interval grows with its length. The disjoint intervals with the highest total gain are found by
-dynamic programming over the edges, in the order of their ends. The gain of an interval does not
-depend on τ, so it is computed once. A new τ only selects the edges at which intervals may begin or
-end.
+its two edges, from the steps inside that it explains, and from closing (its jumps add up to 0). The
+gain from closing is the log ratio of two likelihoods of a sum of 0 (modulo a full turn): for steps
+of these scales, and for two unrelated jumps. The prior cost of an interval grows with its length.
+The disjoint intervals with the highest total gain are found by dynamic programming over the edges,
+in the order of their ends. The gain of an interval does not depend on τ, so it is computed once. A
+new τ only selects the edges at which intervals may begin or end.
 """
 
 from __future__ import annotations
@@ -102,7 +101,7 @@ class Block:
 
     @classmethod
     def of(cls, first_row: int, first_column: int, gain: Array, follows: NDArray[np.int8]) -> Block:
-        """Return the block for the gains and the `follows` of all pairs, each (rows, columns)."""
+        """Return the block for the gains and the values of `follows`, each (rows, columns)."""
         at = np.flatnonzero(np.isfinite(gain))
         some = gain.ravel()[at], follows.ravel()[at]
         return cls(first_row, first_column, gain.shape, at.astype(np.int32), *some)
@@ -116,7 +115,7 @@ class Block:
 
     @property
     def follows(self) -> NDArray[np.int8]:
-        """The `follows` of all pairs, (rows, columns), with LEVEL for pairs without a gain."""
+        """The value of `follows` for each pair, (rows, columns); LEVEL for pairs without a gain."""
         out = np.zeros(self.shape, dtype=np.int8)
         out.ravel()[self.at] = self.kinds
         return out
@@ -283,7 +282,7 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
 def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
     """Return the gains of single edges, for an error from the start and for an error to the end.
 
-    Both arrays have the shape (n,). The gain is −inf if the interval would be long, or not much
+    Both arrays have the shape (n,). The gain is −inf for an interval that is long or not much
     shorter than the rest of the segment.
     """
     before, behind = edges.stop - 1 - table.low, table.high - edges.start

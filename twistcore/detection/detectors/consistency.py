@@ -1,4 +1,4 @@
-"""The consistency detector, which is the default."""
+"""The consistency detector, the default."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from twistcore.work.progress import Tell
 
 
 class PaperDetector:
-    """Find frames in which a parent P and its child C turn against each other.
+    """Find frames in which a parent P and its child C twist in opposite directions.
 
     In these frames, min(|Δθp|, |Δθc|) ≥ τ.
     """
@@ -22,7 +22,8 @@ class PaperDetector:
         name="paper",
         label="the paper's detector",
         short="Paper's",
-        measures="The smaller of |Δθp| and |Δθc| where parent and child turn against each other.",
+        measures="The smaller of |Δθp| and |Δθc| where parent and child twist in opposite "
+        "directions.",
         strength="m",
         has_confidence=False,
         limb_flips=False,

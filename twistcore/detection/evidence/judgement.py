@@ -134,9 +134,9 @@ def unanswered(t: Terms) -> bool:
 def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judgement:
     """Judge the evidence about an interval.
 
-    `segment` is the segment of the chain, which determines the joint's name in the doubts.
-    `straight` is True if the interval was found as an error of a straight limb, in which both bones
-    must turn at the ends of the interval.
+    `segment` is the chain's segment, from which the doubts take the joint's name. `straight` is
+    True if the interval was found as an error of a straight limb, in which both bones must turn at
+    the ends of the interval.
     """
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
     motion = sum(parts.values()) < _MOTION
@@ -171,8 +171,8 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
         return f"the {joint} would bend {t.off_after - t.off_before:.0f}° away from its hinge plane"
     if term == "off_its_side":
         return (
-            f"the {joint} would bend in a direction {t.off_after:.0f}° away from the usual "
-            "one of this clip"
+            f"the {joint} would bend in a direction {t.off_after:.0f}° away from its usual "
+            "direction in this clip"
         )
     if term == "azimuth_rougher":
         return f"the direction in which the {joint} bends would jump; now it changes smoothly"
@@ -183,15 +183,18 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
             return "no joint below the limb shows which way the limb bends"
         return f"no joint below the {joint} shows which way it bends"
     if term == "both_turn_more":
-        return f"together, both bones turn {t.together:.0f} times as far there: the limb moves fast"
+        return (
+            f"both bones together turn {t.together:.0f} times as far as the offset: the limb "
+            "moves fast"
+        )
     if term == "long":
         return f"it lasts {t.seconds:.1f} s, longer than almost any error"
     if term == "unanswered":
         return "one of the two bones does not turn where the interval begins or ends"
     if term == "small":
         return (
-            f"it turns by only {t.step:.1f}°, and neither a joint at rest nor the azimuth "
-            "confirms the turn"
+            f"the turn is only {t.step:.1f}°, and neither a joint at rest nor the azimuth "
+            "confirms it"
         )
     if term == "often":
         return f"such turns occur {t.rate or 0.0:.1f} times a second in this {joint}"

@@ -73,15 +73,15 @@ class Terms:
     """The evidence about one error.
 
     - hinged: True if the chain has an azimuth
-    - for_x, for_y, for_azimuth: how well the turn of the signal at the edges agrees with the error,
+    - for_x, for_y, for_azimuth: the agreement between the signal's turn at the edges and the error,
       nats
-    - rougher: how much rougher the azimuth is after the correction, nats
+    - rougher: the increase in the azimuth's roughness after the correction, nats
     - edge_bend: sin² of the bend at the edge at which the limb is bent more
     - off_before, off_after: the angle of C's bone from its usual side before and after the
       correction, NaN if unknown
     - side_spread: the 95 % quantile of the angle from that side in the rest of the clip, NaN if
       unknown
-    - for_side: how much closer to that side the correction brings C's bone, nats
+    - for_side: the evidence that the correction brings C's bone closer to that side, nats
     - least_bend: the smallest bend in the error's frames
     - together: the common turn of P and C at the edges, relative to the turn of the offset
     - rate: the number of such counter-turns per second elsewhere, None if there is too little
@@ -210,7 +210,7 @@ class Background:
         return self._known[name, width]
 
     def against(self, width: int) -> _Against:
-        """Return how far P and C turn against each other over `width` frames outside errors."""
+        """Return the opposite turns of P and C over `width` frames outside errors."""
         if width not in self._against:
             c, reach = self.chain, reach_at(self.chain.fps)
             around = 2 * (width // 2 + reach) + width
@@ -254,12 +254,12 @@ class _Usual:
 
 @dataclass(frozen=True, eq=False)
 class _Against:
-    """Turns of P and C against each other.
+    """Turns of P and C in opposite directions.
 
     Attributes
     ----------
     turned
-        In degrees, −1 near errors.
+        The turns in degrees, −1 near errors.
     free
         The number of frames without errors.
     natural
@@ -272,12 +272,12 @@ class _Against:
 
 
 def reach_at(fps: float) -> int:
-    """Return the number of frames on either side that are next to an edge."""
+    """Return the number of frames before and after an edge that are considered near it."""
     return max(4, round(_BESIDE * fps))
 
 
 class _Measured:
-    """One error of a chain, with the quantities that the evidence about it consists of."""
+    """One error of a chain, with the quantities from which its evidence is computed."""
 
     def __init__(self, background: Background, find: Find) -> None:
         self.background, self.chain, self.find = background, background.chain, find
@@ -391,7 +391,7 @@ class _Measured:
         return float(np.linalg.norm(turn) / abs(edge.turn))
 
     def _rougher(self) -> float:
-        """Return how much rougher the azimuth at the edges is after the correction, in nats."""
+        """Return the increase in the azimuth's roughness at the edges by the correction, nats."""
         c = self.chain
         if not c.hinged or not self.edges:
             return 0.0
@@ -441,10 +441,9 @@ class _Measured:
         return before, after, usual.furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
-        """Return how many similar turns of P and C occur per second elsewhere, and a quantile.
+        """Return the number of similar turns per second elsewhere, and their 99 % quantile.
 
-        The quantile is the 99 % quantile of these turns. Both results are None if there is too
-        little motion without errors.
+        Both are None if there is too little motion without errors.
         """
         width = max(1, round(median([e.width for e in self.edges] or [1])))
         against = self.background.against(width)
@@ -458,14 +457,14 @@ class _Measured:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The usual side of C's bone, which is the usual direction of the bend.
+    """The usual side of C's bone: the usual direction of the bend.
 
     Attributes
     ----------
     off
         The bone's angle from that side, degrees, shape (frames,).
     furthest
-        The 95 % quantile of the size of that angle.
+        The 95 % quantile of that angle's magnitude.
     exact
         True if the bone is always on that side in a bent limb, as if built into the rig.
     """

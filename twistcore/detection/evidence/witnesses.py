@@ -162,7 +162,7 @@ class Witnesses:
 
     @cached_property
     def both_frames(self) -> Array:
-        """The smaller sine of the bend in each frame and the previous one, (frames,), first 0."""
+        """The smaller of `sine` in each frame and the previous one, (frames,), 0 at the start."""
         return np.concatenate([[0.0], np.minimum(self.sine[1:], self.sine[:-1])])
 
     def together(self, low: int, high: int) -> Array:

@@ -22,8 +22,8 @@ KIND = KindInfo(
         "{joint} is wrong by {size} and then returns to its path. Accept the detection to "
         "replace these frames"
     ),
-    why="{joint} leaves its path by {size} and returns at once, which no body can do",
+    why="{joint} leaves its path by {size} and returns at once; no body can do this",
     offer="Accept the detection to interpolate {joint} between the frames before and after it. "
-    "All joints below move along. This is never done automatically",
+    "All joints below move with it. This is never done automatically",
     quantity="twistcore.detection.quantities.spike:angle_off_path",
 )

@@ -16,15 +16,15 @@ KIND = KindInfo(
     corrected=True,
     colour="warning",
     size="turn_deg",
-    here="stretch {frames} in which {joint} is turned ({size})",
-    happens="{part} is turned wrongly",
+    here="stretch {frames} with {joint} rotated ({size})",
+    happens="{part} stays rotated",
     named="the stretch of {joint} in {span} ({size})",
-    legend="is turned by {angle}",
+    legend="is rotated by {angle}",
     tip=(
         "{joint} turns suddenly about its own bone and does not turn back. Accept the "
         "detection to turn the joint back"
     ),
-    why="From a jump to the next one or to an end of the clip, {joint} is turned by {size}",
+    why="From a jump to the next one or to an end of the clip, {joint} is rotated by {size}",
     offer=(
         "Accept the detection to turn {joint} back in all these frames. This is never done "
         "automatically"

@@ -1,10 +1,10 @@
 """Explain the jumps of a limb at the lowest cost, by runs of frames in which the limb is flipped.
 
-Every sharp jump is either the edge of a run, or lies inside a run that follows it, or stays
-unexplained at a cost. The cost of a run grows with its length and with the angle that remains after
-its edges. The cost falls with the evidence for the other side: how often the middle joint of the
-limb is at each angle about the line in this clip. Costs are logarithms of odds, so a difference of
-costs shows how certain an explanation is.
+Every sharp jump is the edge of a run, is followed by a run around it, or remains unexplained at a
+cost. The cost of a run grows with its length and with the angle that remains after its edges. The
+cost falls with the evidence for the other side: the distribution of the middle joint's angle about
+the line in this clip. Costs are logarithms of odds, so a difference of costs shows how certain an
+explanation is.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ class Left:
     cost
         The cost of leaving the jump unexplained.
     price
-        The cost of that run, the best one with the jump as an edge.
+        The cost of the best run with the jump as an edge.
     spared
         The cost of leaving all jumps of that run unexplained.
     """

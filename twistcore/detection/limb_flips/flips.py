@@ -79,7 +79,7 @@ class LimbFlips:
         return self._explained(self.jumps(tau))[1]
 
     def scale_at(self, frames: Index) -> Array:
-        """Return the natural size of the departures around the given frames, in radians, (n,)."""
+        """Return the natural magnitude of departures around the given frames, radians, (n,)."""
         return scale(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
@@ -112,7 +112,7 @@ class LimbFlips:
     def doubts(self, run: Run) -> list[str]:
         """Return the doubts about the correction of a run, as clauses.
 
-        Doubts are noise nearby, or a path of the middle joint C that would get longer or rougher.
+        Reasons are noise nearby, or a longer or rougher path of the middle joint C.
         """
         found = []
         if self.noisy[max(run.start - 1, 0) : run.stop + 1].any():
@@ -132,8 +132,8 @@ class LimbFlips:
     def end_carried(self, start: int, offset: Array) -> bool:
         """Return True if E rotated with the limb in a flip.
 
-        In this case, the jumps at the edges of the flip get smaller when E is turned back. `start`
-        is the first frame of the flip, and `offset` contains its angles in radians.
+        In this case, turning E back makes the jumps at the edges of the flip smaller. `start` is
+        the first frame of the flip, and `offset` contains its angles in radians.
         """
         along, kept = (_end_turns(self.swivel, start, offset, along=a) for a in (True, False))
         return along < kept
@@ -156,8 +156,8 @@ class LimbFlips:
 def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
     """Measure the path of C during a flip and near it, as captured and without the flip.
 
-    Each of the two results consists of the length of the path and the total length of its second
-    differences, as fractions of the limb's length.
+    Each result consists of the path's length and the total length of its second differences, as
+    fractions of the limb's length.
     """
     stop = start + len(offset)
     low = max(start - _BESIDE, 0)

@@ -32,7 +32,7 @@ class Jump:
     turns
         The turn of the limb in each frame of the jump, radians.
     scale
-        The natural size of the limb's departures near the jump, radians.
+        The natural magnitude of the limb's departures near the jump, radians.
     step
         The movement of the limb's end in the jump minus its usual movement nearby, as a fraction of
         the limb's length.
@@ -85,7 +85,7 @@ def _median(windows: Array) -> Array:
 
 
 def scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
-    """Return the natural size of a limb's departures near each of the given frames, in radians.
+    """Return the natural magnitude of a limb's departures near the given frames, in radians.
 
     `height` is the distance of the middle joint from the line between the limb's ends, as a
     fraction of the limb's length. The smaller it is, the more the same jitter turns the limb about
@@ -105,7 +105,7 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return the jumps in one frame, which are departures of at least τ radians.
+    """Return the jumps in one frame: departures of at least τ radians.
 
     Smaller departures that are unusual in the limb are returned as well. `scale_at` and `steps_at`
     are functions that return the scale of the limb and the movement of its end at given frames.
@@ -124,7 +124,7 @@ def sharp_jumps(
 def soft_jumps(turns: Array, sharp: Mask, fps: float) -> list[Jump]:
     """Return runs of fast turns in one direction that together amount to a flip.
 
-    `sharp` is the mask of the frames with sharp turns, which cannot be part of such a run.
+    `sharp` is the mask of the frames with sharp turns. They cannot be part of such a run.
     """
     found = set()
     for pace in _SOFT_PACES / fps:

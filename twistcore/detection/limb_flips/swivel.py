@@ -113,10 +113,10 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
     """Return the turn of a limb about its line per frame, (frames,).
 
     The turn is the angle on which P's rotation, the rotation of the bone before E, and C's position
-    agree. A twist that a child turns back changes one of the rotations and moves no joint. Bones
-    that spin move no joint either. In a straight limb, C's position does not show the turn, so only
-    the two rotations are compared. If they disagree, the smallest turn is returned, unless they
-    agree over two frames, in which first the rotations and then the position turn, or vice versa.
+    agree. A counter-twist changes one of the rotations but moves no joint, and neither does a
+    spinning bone. In a straight limb, C's position does not show the turn, so only the two
+    rotations are compared. If they disagree, the smallest turn is returned, unless they agree over
+    two frames, in which first the rotations and then the position turn, or vice versa.
     """
     out = np.zeros(len(line))
     limb = upper, lower, line, aside, height

@@ -23,7 +23,7 @@ def flexion_of_hinge(search: KindSearch, interval: Interval) -> Quantity | None:
     if (hinge := hinge_of(Witnesses.of(motion, chain))) is None:
         return None
     return Quantity(
-        f"Bend of {interval.joint}, backward below 0",
+        f"Flexion of {interval.joint}, negative if backward",
         hinge.flexion,
         np.full(motion.frames, -hinge.limit),
         -math.degrees(interval.size),

@@ -1,4 +1,4 @@
-"""The curve of a body step: how far the joints that jump turn from frame to frame."""
+"""The curve of a body step: the median turn per frame of the joints that jump."""
 
 from __future__ import annotations
 

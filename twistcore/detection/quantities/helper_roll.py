@@ -14,7 +14,7 @@ from twistcore.skeleton.helper import Helper
 
 
 def roll_of_helper(search: KindSearch, interval: Interval) -> Quantity | None:
-    """Return the roll relative to the frame before the interval, with the smallest listed roll."""
+    """Return the roll relative to the frame before the interval, and the smallest listed roll."""
     own = (h for h in search.named if isinstance(h, Helper) and h.name == interval.chain)
     if (helper := next(own, None)) is None:
         return None

@@ -1,4 +1,4 @@
-"""The curve of a joint jump: how far the joint turns from frame to frame."""
+"""The curve of a joint jump: the turn of the joint per frame."""
 
 from __future__ import annotations
 

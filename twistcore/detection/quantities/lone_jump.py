@@ -1,4 +1,4 @@
-"""The curve of a lone jump: how far the joint turns about its own axis from frame to frame."""
+"""The curve of a lone jump: the turn of the joint about its own axis per frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The curve of a jump in position: how far the position is from its path in each frame."""
+"""The curve of a jump in position: the distance of the position from its path."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def way_off_path(search: KindSearch, interval: Interval) -> Quantity | None:
         return None
     ways, least = 100.0 * found[0], 100.0 * found[1]
     return Quantity(
-        f"Position of {interval.joint} off its path, of the height",
+        f"Distance of {interval.joint} from its path, relative to the height",
         own.examined(ways, interval, around=2, ends=ENDS),
         own.level(least),
         float(ways[start:stop].max()),

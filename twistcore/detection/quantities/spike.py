@@ -20,7 +20,7 @@ def angle_off_path(search: KindSearch, interval: Interval) -> Quantity:
     limits = limits_of(own.motion, search.chains)
     off, least = path_curve(own.motion.rotations, joint, *own.span(interval), limits)
     return Quantity(
-        f"{interval.joint} off its path",
+        f"Angle of {interval.joint} from its path",
         own.examined(off, interval, around=limits.longest, ends=ENDS),
         own.level(least),
         math.degrees(interval.size),

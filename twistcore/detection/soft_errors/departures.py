@@ -1,9 +1,9 @@
-"""Measure how far a level departs from its natural course, over spans of every length.
+"""Measure the departure of a level from its natural course, over spans of every length.
 
 A level U is the running sum of increments. Its natural course over the span [a, a + L] is called a
-bridge, which is the cubic with the same values and slopes at both ends. The departure of U from the
-bridge is measured at a quarter, a half and three quarters of the span. A twist error δ that begins
-and ends within a span causes a departure of about δ, however gradually it begins. Natural motion
+bridge: the cubic with the same values and slopes at both ends. The departure of U from the bridge
+is measured at a quarter, a half and three quarters of the span. A twist error δ that begins and
+ends within a span causes a departure of about δ, however gradually it begins. Natural motion
 departs little, and less over shorter spans.
 """
 

@@ -1,4 +1,4 @@
-"""Measure in the clip itself how far natural motion departs from its bridges over every span.
+"""Measure the natural departures from the bridges over every span, in the clip itself.
 
 x and y are the twist increments of a chain's parent P and child C. A twist error does not change
 their sum. So β(x + y), the part of x that is proportional to this sum, is natural, and the
@@ -65,7 +65,7 @@ class Natural:
     def spread(self, total: Array) -> Array:
         """Return the scale of u for given values of x + y.
 
-        The scale grows with the size of these values, as in a multivariate t distribution.
+        The scale grows with the magnitude of these values, as in a multivariate t distribution.
         """
         z = total / self.sigma_sum
         return np.asarray(self.sigma * np.sqrt((NU + z * z) / (NU + 1.0)))

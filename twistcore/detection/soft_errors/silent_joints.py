@@ -111,8 +111,8 @@ def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], 
 def _answered(own: Array, other: Array) -> bool:
     """Return True if the other joint turns back the few turns of a joint that is silent elsewhere.
 
-    A joint that was held over gaps in the capture is silent in these gaps as well, but the other
-    joint does not turn back the remaining turns of such a joint.
+    A joint that was held over gaps in the capture is also silent in the gaps, but the other joint
+    does not turn back its remaining turns.
     """
     turns = np.abs(own) >= STILL
     return bool(np.abs(own + other)[turns].sum() <= ANSWERED * np.abs(other)[turns].sum())
@@ -155,7 +155,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
         if share > LEFT:
             break
         best = _of_two_chains(surprise, sides, best, [e for v, e in rivals if v <= share + ALIKE])
-        _take_out(surprise, best)
+        _remove(surprise, best)
         done[best.row, best.start : best.stop] = True
         found.append(best.trimmed())
     return found
@@ -185,11 +185,11 @@ def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
 
 
 def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
-    """Return the share of the turns of silent joints that remains after an error is removed."""
+    """Return the remaining share of silent joints' turns after an error is removed."""
     before = _turned(surprise, sides, error)
-    _take_out(surprise, error)
+    _remove(surprise, error)
     left = _turned(surprise, sides, error)
-    _take_out(surprise, replace(error, offset=-error.offset))
+    _remove(surprise, replace(error, offset=-error.offset))
     return left / max(before, FLOOR)
 
 
@@ -225,7 +225,7 @@ def _turned(surprise: Surprise, sides: dict[int, int], error: SoftError) -> floa
     return float(sum(np.abs(v).sum() for v in silent))
 
 
-def _take_out(surprise: Surprise, error: SoftError) -> None:
+def _remove(surprise: Surprise, error: SoftError) -> None:
     surprise.take_out(error.row, error.start, error.followed * error.offset)
     if error.followed < 1.0:
         k, i = divmod(error.row, surprise.limbs.count)

@@ -312,7 +312,7 @@ def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, 
         frames += " …" if len(spans) > NAMED else ""
         said.append(
             f"The program did not search for soft errors in frames {frames} "
-            f"({', '.join(names)}), because the motion there is too restless."
+            f"({', '.join(names)}), because the motion there is too irregular."
         )
     return tuple(said)
 

@@ -52,7 +52,7 @@ def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) ->
 
 
 class Search:
-    """The search for the soft errors of one limb, which are found and removed one at a time."""
+    """The search for the soft errors of one limb. Errors are found and removed one at a time."""
 
     def __init__(self, surprise: Surprise, limb: list[int]) -> None:
         self._surprise, self._limb = surprise, limb
@@ -121,7 +121,7 @@ class Search:
             return
         self._in_vain = 0
         self.found.append(best)
-        self._take_out(best.row, best.start, best.offset)
+        self._remove(best.row, best.start, best.offset)
         for row in self._surprise.beside(best.row):
             if row in self._done:
                 self._update(row)
@@ -139,7 +139,7 @@ class Search:
                 out[middle - span.length // 2 : middle + span.length // 2 + 1] = True
         return out
 
-    def _take_out(self, row: int, start: int, offset: Array) -> None:
+    def _remove(self, row: int, start: int, offset: Array) -> None:
         self._surprise.take_out(row, start, offset)
         self._surprise.look_again(row, start, start + len(offset))
 
@@ -177,9 +177,9 @@ class Search:
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
         rows = self._surprise.beside(error.row)
         before = sum(self._surprise.of(r, *window) for r in rows)
-        self._take_out(error.row, error.start, error.offset)
+        self._remove(error.row, error.start, error.offset)
         after = sum(self._surprise.of(r, *window) for r in rows)
-        self._take_out(error.row, error.start, -error.offset)
+        self._remove(error.row, error.start, -error.offset)
         return before - after
 
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:

@@ -110,7 +110,7 @@ class Surprise:
             live = ~self.cut[low + 1 : high]
             self.x[r, low + 1 : high] = x[1:] * live
             self.y[r, low + 1 : high] = y[1:] * live
-            self._look_at(r, low, high)
+            self._recompute(r, low, high)
 
     def _axis(self, row: int, at: slice) -> Array:
         k, i = divmod(row, self.limbs.count)
@@ -118,7 +118,7 @@ class Surprise:
         return axis if axis.ndim == 1 else axis[at]
 
     def measure(self, bad: Mask) -> None:
-        """Compute all departures, and measure the natural scales in the frames that are not bad.
+        """Compute all departures, and measure the natural scales outside the bad frames.
 
         `bad` is the mask of the bad frames, shape (rows, frames).
         """
@@ -132,7 +132,7 @@ class Surprise:
             usable = across[first + n.span.support] == across[first + 1]
             self.at.append(_AtSpan(n, u, n.spread(total), total, usable))
 
-    def _look_at(self, row: int, low: int, high: int) -> None:
+    def _recompute(self, row: int, low: int, high: int) -> None:
         """Recompute the departures of a row that use any of the frames [low, high)."""
         for a in self.at:
             span = a.natural.span
@@ -158,7 +158,7 @@ class Surprise:
     def of(self, row: int, low: int, high: int) -> float:
         """Return the surprise of a row over the spans that overlap frames [low, high), in nats."""
         found = 0.0
-        for a in self._telling(high - low):
+        for a in self._similar_spans(high - low):
             first, last = self._positions(a.natural.span, low, high, a.u.shape[-1])
             here = a.usable[first:last]
             at = np.s_[:, row, first:last]
@@ -169,7 +169,7 @@ class Surprise:
     def stretch(self, row: int, low: int, frames: int) -> Stretch:
         """Return the departures over the spans that overlap `frames` frames from `low` on."""
         told = []
-        for a in self._telling(frames):
+        for a in self._similar_spans(frames):
             first, last = self._positions(a.natural.span, low, low + frames, a.u.shape[-1])
             if last > first:
                 at = np.s_[:, row, first:last]
@@ -185,7 +185,7 @@ class Surprise:
         """
         most, stop = 0.0, start + len(offset)
         margin = max(LEAST_AROUND, len(offset) // 2)
-        for a in self._telling(len(offset)):
+        for a in self._similar_spans(len(offset)):
             span = a.natural.span
             first = max(0, -(-(start - margin) // span.step))
             last = min(a.u.shape[-1], (stop + margin - span.support) // span.step + 1)
@@ -203,7 +203,7 @@ class Surprise:
             most = max(most, float(gain.max(initial=0.0)))
         return most
 
-    def _telling(self, length: int) -> list[_AtSpan]:
+    def _similar_spans(self, length: int) -> list[_AtSpan]:
         found = [a for a in self.at if a.natural.span.length <= LONGEST * length]
         return found or self.at[:1]
 
@@ -215,7 +215,7 @@ class Surprise:
     def price_of_a_frame(self, length: int) -> float:
         """Return the total weight of all departures per frame, for a stretch of a given length."""
         return sum(
-            len(PROBES) * self._weight(a) / a.natural.span.step for a in self._telling(length)
+            len(PROBES) * self._weight(a) / a.natural.span.step for a in self._similar_spans(length)
         )
 
     def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:

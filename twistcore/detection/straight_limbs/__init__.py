@@ -1,4 +1,4 @@
-"""Counter-twists of straight limbs, in which no position shows how P and C divide a twist."""
+"""Counter-twists of straight limbs. Positions do not show how P and C share their twist."""
 
 from __future__ import annotations
 

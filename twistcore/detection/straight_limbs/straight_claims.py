@@ -138,7 +138,7 @@ class StraightLimb:
         claimed = self.claimed.copy()
         for _ in range(ROUNDS):
             jumps = jumps.without(claimed)
-            gainsaid = [j for j in jumps.found() if _hinge_says(j, self.bend) is False]
+            gainsaid = [j for j in jumps.found() if _is_nearer_hinge(j, self.bend) is False]
             if not gainsaid:
                 break
             for j in gainsaid:
@@ -152,9 +152,9 @@ def straight_limb(
     """Return the errors of a chain in its straight spells that its jumps do not explain.
 
     The result is None if there are no such errors, or if the chain has no hinge, for example
-    because it has no grandchild. Which of two spells contains the error is decided by the bend, not
-    by the length. An interval between jumps takes priority only if it brings the bent limb back to
-    its hinge, or if it leaves hardly more counter-turn unexplained. `by_itself` is a function that
+    because it has no grandchild. The bend decides which of two spells contains the error, not the
+    length. An interval between jumps takes priority only if it brings the bent limb back to its
+    hinge, or if it leaves little more counter-turn unexplained. `by_itself` is a function that
     returns the increments of P and C without the effect of jumps in neighbouring chains, each
     (frames,), in radians.
     """
@@ -169,9 +169,9 @@ def straight_limb(
         return None
     increments = by_itself()
     found = jumps.found()
-    certain = [j for j in found if _hinge_says(j, bend)]
+    certain = [j for j in found if _is_nearer_hinge(j, bend)]
     left = _without(increments, certain)
-    unsaid = [j for j in found if _hinge_says(j, bend) is None]
+    unsaid = [j for j in found if _is_nearer_hinge(j, bend) is None]
     errors: list[StraightError] = []
     claimed = np.zeros(motion.frames, dtype=bool)
     step = motion.angle_step
@@ -247,7 +247,7 @@ def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tu
     return wrap(increments[0] - steps), wrap(increments[1] + steps)
 
 
-def _hinge_says(jumping: _Jumping, bend: Bend) -> bool | None:
+def _is_nearer_hinge(jumping: _Jumping, bend: Bend) -> bool | None:
     """Return True if the bent limb is closer to its hinge without the given interval.
 
     The result is None if this is unknown.

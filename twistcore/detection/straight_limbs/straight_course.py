@@ -60,7 +60,7 @@ def course(
 def scale_of(increments: Array, step: float = 0.0) -> float:
     """Return the usual difference between successive increments, in radians.
 
-    `step` is the rounding step of the angles in the file, which determines a lower limit.
+    `step` is the rounding step of the angles in the file. It sets a lower limit.
     """
     bends = np.abs(np.diff(increments[2:]))
     least = max(LEAST_SCALE, ROUNDED * step)

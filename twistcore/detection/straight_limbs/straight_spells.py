@@ -1,4 +1,4 @@
-"""Spells, which are frame ranges in which a limb is straight, and the errors in them."""
+"""Spells (frame ranges in which a limb is straight), and the errors in them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Bend:
         The direction of C's bone about P's bone, relative to the usual direction in the bent limb,
         radians in (−π, π], shape (frames,), or None if the joint is not a hinge.
     spread
-        The 75 % quantile of the size of the azimuth in the bent limb, radians.
+        The 75 % quantile of the azimuth's magnitude in the bent limb, radians.
     """
 
     angle: Array
@@ -59,7 +59,7 @@ class Bend:
     ) -> bool | None:
         """Return True if removing an offset brings the limb closer to its hinge; None if unknown.
 
-        Frames are weighted by how far the limb is bent. An almost straight limb may naturally be
+        Frames are weighted by the bend of the limb. An almost straight limb may naturally be
         bent slightly backward.
 
         Parameters
@@ -86,7 +86,7 @@ class Bend:
 class Spell:
     """Frames [start, stop) in which the limb is not bent.
 
-    They lie in the segment [low, high) between two cuts.
+    [low, high) is the segment between two cuts that contains the spell.
     """
 
     start: int
@@ -168,8 +168,8 @@ def spells(
 ) -> list[Spell]:
     """Return the spells in [low, high) that are next to a bent limb.
 
-    Only spells in which P and C turn against each other are included. `increments` are the twist
-    increments of P and C.
+    Only spells with opposite turns of P and C are included. `increments` are the twist increments
+    of P and C.
     """
     out = []
     for start, stop in runs(~bend.bent[low:high]):
@@ -182,7 +182,7 @@ def spells(
 def errors_in(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
-    """Return the errors of a spell, which are runs of δ that begin or end with opposite turns.
+    """Return the errors of a spell: runs of δ that begin or end with opposite turns.
 
     `delta` is δ in all frames, in radians, and 0 outside the spell.
     """
@@ -222,7 +222,7 @@ def left_over(
     spell: Spell,
     fps: float,
 ) -> float:
-    """Return how far P and C still turn against each other after δ is removed, in radians.
+    """Return the opposite turns of P and C that remain after δ is removed, in radians.
 
     The result is the maximum over all windows, minus the pace next to each window. `scales` are the
     scales of both increments. `delta` is δ in all frames, shape (frames,). The quieter signal has
@@ -283,7 +283,7 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
 
 
 def _counter(turn: Array, answer: Array) -> Array:
-    """Return the size of the smaller of two opposite turns, in radians, and 0 for other turns."""
+    """Return the smaller magnitude of two opposite turns, in radians, and 0 for other turns."""
     return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
 
 

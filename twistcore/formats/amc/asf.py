@@ -48,7 +48,7 @@ class Asf:
     start
         Offset added to the root's translation, shape (3,).
     radians
-        True if angles are in radians, None if the file does not say.
+        True if angles are in radians, None if the file does not specify the unit.
     """
 
     path: Path
@@ -308,7 +308,7 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
 
 
 def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
-    """Build the Asf, in which each joint is followed by all joints below it."""
+    """Build the Asf, with its joints in depth-first order."""
     children: dict[str, list[str]] = {}
     for name, parent in read.parents.items():
         children.setdefault(parent, []).append(name)

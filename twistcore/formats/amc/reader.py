@@ -92,7 +92,7 @@ def parse_amc(
     radians = rows.radians if rows.radians is not None else asf.radians
     if radians is None:
         rows.warnings.append(
-            ClipWarning("The file does not give the unit of angles; degrees are assumed.")
+            ClipWarning("The file does not specify the unit of angles; degrees are assumed.")
         )
     if radians:
         turns = [column for layout in asf.channels for column in layout.rotation]
@@ -113,7 +113,7 @@ def parse_amc(
 
 
 def _skeleton_warning(asf: Asf, warning: ClipWarning) -> ClipWarning:
-    """Return a warning with the name of the skeleton file and the line number put before it."""
+    """Return a warning prefixed with the name of the skeleton file and the line number."""
     line = "" if warning.line is None else f", line {warning.line}"
     return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
 
@@ -149,9 +149,7 @@ class _Rows:
         return AmcError(self._path, expected, line=line, column=column)
 
     def read(self, tell: Tell) -> tuple[Array, NDArray[np.int64]]:
-        """Return the numbers, (frames, columns) in the order of the joints, and their token
-        indices.
-        """
+        """Return the numbers in joint order, (frames, columns), and their token indices."""
         # bytes.split treats some control characters as letters; token_spans treats them as space.
         odd = len(self._data) != len(self._data.translate(None, _CONTROL))
         split: Callable[[bytes], list[bytes]] = _SOLID.findall if odd else bytes.split

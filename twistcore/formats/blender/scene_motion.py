@@ -22,7 +22,7 @@ _MOVED = 1e-5  # share of the height; a bone that moves farther gets position ch
 
 @dataclass(frozen=True, eq=False)
 class Converted:
-    """The motion of a scene, and notes about data of the scene that the motion does not have."""
+    """The motion of a scene, and notes about scene data that a motion cannot represent."""
 
     motion: Motion
     notes: tuple[str, ...]
@@ -58,8 +58,8 @@ def converted(scene: Handover, unit: float) -> Converted:
     """Convert bones to a motion with the same poses.
 
     `unit` is the length of the motion's unit in metres. Global rotations are relative to the rest
-    pose: in the rest pose, no joint is rotated and offsets are the differences of bone heads. A
-    bone that moves relative to its parent gets position channels. Raises TwistError for mirrored or
+    pose: in the rest pose, no joint is rotated and offsets are the differences of bone heads. Bones
+    that move relative to their parents have position channels. Raises TwistError for mirrored or
     flat bones.
     """
     rest, _ = _turned(scene.rest)

@@ -37,7 +37,7 @@ class JointChannels:
 
     @property
     def rotatable(self) -> bool:
-        """True if there are rotation channels about three axes, which allow any rotation."""
+        """True if there are rotation channels about three axes, as any rotation needs."""
         return len(self.order) == 3 and len(set(self.order)) == 3
 
 

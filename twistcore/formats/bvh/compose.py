@@ -68,8 +68,8 @@ def write_motion(motion: Motion, path: str | Path) -> None:
 def bvh_text(motion: Motion) -> str:
     """Return a motion as BVH text with ZXY rotations on all joints.
 
-    Roots and positioned joints have XYZ positions before the rotations. Joints with neither
-    children nor an End Site get an End Site in the direction of the bone, which many readers need.
+    Roots and positioned joints have XYZ positions before the rotations. Many readers need End
+    Sites, so joints with neither children nor an End Site get one in the direction of the bone.
     Angles are continuous over time, except for full turns that the range of the middle angle makes
     necessary.
     """

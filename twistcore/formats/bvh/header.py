@@ -99,7 +99,7 @@ def has_comma(word: str | None) -> bool:
 
 
 def no_number(expected: str, word: str | None) -> str:
-    """Return the message for a word that is not a number. It mentions a decimal comma, if any.
+    """Return the message for a word that is not a number, and mention any decimal comma.
 
     `expected` is the message for all other words.
     """
@@ -254,5 +254,5 @@ def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
     if repeated:
         count = "1 name is used" if len(repeated) == 1 else f"{len(repeated)} names are used"
         text = f"{count} more than once, for example {quoted(repeated[0])}; "
-        warnings.append(ClipWarning(text + "further joints with the same name get a number."))
+        warnings.append(ClipWarning(text + "further joints with the same name are numbered."))
     return tuple(out)

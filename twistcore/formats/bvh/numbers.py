@@ -31,7 +31,7 @@ _Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """Numbers in reading order, and how many of them precede each line break.
+    """Numbers in reading order, and the count of numbers before each line break.
 
     The fields are `values` and `lines`.
     """
@@ -95,9 +95,9 @@ def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
 
 
 def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
-    """Return an estimate, slightly too high, of how many values there are.
+    """Return a slightly high estimate of the number of values.
 
-    It is based on the density of numbers in the first block.
+    The estimate is based on the density of numbers in the first block.
     """
     if not spans:
         return 0
@@ -108,7 +108,7 @@ def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
 
 
 def _line_counts(block: _Bytes, marks: NDArray[np.intp]) -> NDArray[np.int64]:
-    """Return, for each line break, how many of the ascending offsets `marks` precede it."""
+    """Return the count of `marks` (ascending offsets) before each line break."""
     broken = block == 10
     if (returns := block == 13).any():
         broken |= returns

@@ -29,8 +29,8 @@ def turned_numbers(
     """Return the rotation numbers to write at `changed` (frames, joints), and the channel jumps.
 
     The first result is the index of each number in reading order, the second is its new value in
-    degrees. `values` are the numbers as written, shape (frames, columns). The angles continue those
-    of the neighbouring frames. Raises ValueError for a joint without three rotation channels.
+    degrees. `values` are the numbers as written, shape (frames, columns). The angles are continuous
+    with the neighbouring frames. Raises ValueError for a joint without three rotation channels.
     """
     columns = values.shape[1]
     tokens, numbers, jumps = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], []
@@ -109,7 +109,7 @@ def with_numbers(
 
 
 def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return how many decimals the tokens at these offsets have. Exponents are ignored."""
+    """Return the number of decimals of each token at these offsets, ignoring exponents."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     decimals = np.zeros(len(starts), dtype=np.int64)
     length = ends - starts

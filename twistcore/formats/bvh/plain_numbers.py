@@ -1,6 +1,6 @@
 """Read thousands of short numbers at a time with array operations.
 
-For every byte, the value of the next 1, 2 or 4 digits is computed. Each number is then put together
+For every byte, the value of the next 1, 2 or 4 digits is computed. Each number is then computed
 from the values before and after its decimal point. There is no loop over bytes.
 """
 

@@ -160,9 +160,9 @@ def parse_bvh(
 
 
 def timing_fields(data: bytes) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return where the numbers after 'Frames:' and 'Frame Time:' are in a valid BVH text.
+    """Return the spans of the numbers after 'Frames:' and 'Frame Time:' in a valid BVH text.
 
-    Each is a span (start, end) of byte offsets.
+    Each span is (start, end) in byte offsets.
     """
     found = _MOTION.search(data)
     assert found is not None
@@ -242,8 +242,8 @@ def _frame_time(
         rate = _meant_rate(seconds)
         text = (
             f"Frame Time {quoted(word)} is {seconds:g} seconds per frame, but 1/{rate:.5g} = "
-            f"{1.0 / rate:.3g} was probably meant. For that rate, use --fps {rate:.5g} of the "
-            f"commands; without it, {_ASSUMED_FPS:g} frames per second are assumed."
+            f"{1.0 / rate:.3g} was probably meant. For that rate, use the commands' "
+            f"--fps {rate:.5g}; without it, {_ASSUMED_FPS:g} frames per second are assumed."
         )
     warnings.append(ClipWarning(text, line))
     return 1.0 / _ASSUMED_FPS

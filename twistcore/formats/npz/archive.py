@@ -59,7 +59,7 @@ class Archive:
         return described_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array. Raises NpzError if it is damaged or has objects, which can run code."""
+        """Return an array. Raises NpzError if it is damaged or has objects that could run code."""
         return self._member(name)[1]
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
@@ -197,7 +197,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
 
 
 def room(size: int) -> int:
-    """Return how many bytes may be unpacked from a file of `size` bytes."""
+    """Return the number of bytes that may be unpacked from a file of `size` bytes."""
     return min(LARGEST, _FREE + _RATIO * size)
 
 

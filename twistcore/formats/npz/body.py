@@ -54,7 +54,7 @@ _ENDS: dict[str, Triple] = {
 
 @dataclass(frozen=True, eq=False)
 class BodyModel:
-    """The joints of a model, with bone lengths that do not come from the files of the model.
+    """The joints of a model, with bone lengths that are independent of the model's files.
 
     Attributes
     ----------

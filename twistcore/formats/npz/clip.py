@@ -1,4 +1,4 @@
-"""A clip of SMPL poses from a file with named arrays, which can be rewritten."""
+"""A clip of SMPL poses from a file with named arrays. Its numbers can be rewritten."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class NpzClip(Clip):
     place
         Name of the array with the root's position, or an empty string.
     trans
-        The root's position minus its rest position `rest`, shape (frames, 3), in a unit of which
-        `scale` make a metre. `rest` has the shape (3,).
+        The root's position minus its rest position `rest`, shape (frames, 3), in units of
+        1/`scale` metres. `rest` has the shape (3,).
     repeated
         Arrays that repeat numbers of `poses` and are rewritten with them.
     """

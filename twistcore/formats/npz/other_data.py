@@ -18,7 +18,7 @@ def archive_without_poses(path: Path) -> bool:
 
 
 def pickle_without_poses(path: Path) -> bool:
-    """True if the beginning of a pickle contains no array name of SMPL poses."""
+    """True if no array name of SMPL poses occurs at the beginning of a pickle."""
     try:
         with open_to_read(path) as file:
             return SMPL_POSES.encode() not in file.read(_HEAD)

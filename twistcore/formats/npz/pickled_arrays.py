@@ -2,13 +2,13 @@
 
 A pickle can name any function to be called. Here, no name is looked up. The few names that
 numpy and joblib write for arrays are mapped to classes of this module, and all other names to an
-object that ignores all operations. Bytes become arrays of plain numbers here and not in numpy's own
-unpickling, which trusts the file about its memory. The position of the bytes in the file is kept,
-so that an array can be replaced by one of equal size without writing the pickle again.
+object that ignores all operations. Bytes are converted to arrays without numpy's own unpickling,
+which trusts the sizes in the file. The position of the bytes in the file is kept, so that an array
+can be replaced by one of equal size without writing the pickle again.
 
-A few bytes can describe a structure that would fill any memory or take for ever, because a pickle
-may use one value many times. So the number of instructions, the depth, and the size that the
-contents would have if no value were shared are limited (:class:`LimitError`).
+A few bytes can describe a structure that would fill any memory or take forever, because a pickle
+may use one value many times. So the number of instructions, the depth, and the size of the
+contents without sharing are limited (:class:`LimitError`).
 """
 
 from __future__ import annotations
@@ -133,10 +133,10 @@ class _Inline(Unreadable):
 
 
 def _as_key(key: Any) -> Any:
-    """Return a short string or a number, and an object of no meaning for any other key.
+    """Return a key that is a short string or a number, or a placeholder for any other key.
 
-    Hashing a tuple takes as long as all that it contains, and its hash can be chosen. Raises
-    UnpicklingError for large integers, whose hashes may all collide, too.
+    Hashing a tuple takes as long as hashing all of its items, and its hash can be chosen. Raises
+    UnpicklingError for large integers, because their hashes may all collide as well.
     """
     if isinstance(key, int) and abs(key) > _KEY:
         raise pickle.UnpicklingError("a key is too large")
@@ -145,7 +145,7 @@ def _as_key(key: Any) -> Any:
 
 
 def _check_arguments(arguments: list[Any]) -> None:
-    """Raise UnpicklingError for long arguments of a call, which would be copied."""
+    """Raise UnpicklingError for long arguments of a call, because they would be copied."""
     if any(len(one) > _ARGUMENTS for one in arguments):
         raise pickle.UnpicklingError("a call has too many arguments")
 
@@ -235,7 +235,7 @@ class Places:
 
 
 class _Counted(dict[int, Any]):
-    """The method of each instruction, of which only some may be used."""
+    """A mapping from opcodes to methods that limits the number of calls."""
 
     def __init__(self, methods: Mapping[int, Any], most: int) -> None:
         super().__init__(methods)
@@ -287,7 +287,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
     def _encoded(self, text: Any, *_: object) -> bytes:
         """Return the bytes that a text represents; each text is converted once."""
         if not isinstance(text, str):
-            raise pickle.UnpicklingError("a text is missing")
+            raise pickle.UnpicklingError("a string is missing")
         if id(text) not in self._latin:
             self._latin[id(text)] = text, text.encode("latin1")
         return self._latin[id(text)][1]
@@ -297,7 +297,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         state = self.stack.pop()
         made = self.stack[-1]
         if not isinstance(made, Unreadable):
-            raise pickle.UnpicklingError("a state for an object that cannot have a state")
+            raise pickle.UnpicklingError("an object without a state is given one")
         if isinstance(made, _Array) and isinstance(state[-1], str):  # by Python 2
             state = (*state[:4], self._encoded(state[4]))
         made.set_state(state)
@@ -356,12 +356,12 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
             for key, value in zip(items[::2], items[1::2], strict=True):
                 held[_as_key(key)] = value
         elif not isinstance(held, Unreadable):
-            raise pickle.UnpicklingError("items for an object that cannot have items")
+            raise pickle.UnpicklingError("an object without items is given some")
 
     def _put(self) -> None:
         number = int(self.readline()[:-1])
         if not 0 <= number <= _MEMO:
-            raise pickle.UnpicklingError("the number of a remembered value is too large")
+            raise pickle.UnpicklingError("a memo index is too large")
         self.memo[number] = self.stack[-1]
 
     def _empty_set(self) -> None:
@@ -424,10 +424,10 @@ def read_pickle_places(data: bytes) -> tuple[Any, Places]:
 
 
 def _plain(found: Any, most: int) -> Any:
-    """Return the contents with arrays for the placeholders, and lists for the tuples.
+    """Return the contents with placeholders replaced by arrays, and tuples by lists.
 
-    Raises LimitError if the contents are nested too deeply, or if they would have more than `most`
-    items and bytes of arrays without sharing any, like a list that contains itself.
+    Raises LimitError if the contents are nested too deeply, or if their items and array bytes
+    exceed `most` without sharing, as in a list that contains itself.
     """
     known: dict[int, tuple[Any, Any, int]] = {}  # with the old object, whose id() stays in use
 
@@ -439,7 +439,7 @@ def _plain(found: Any, most: int) -> Any:
         if not isinstance(item, dict | list | tuple | _Array):
             return item, 1
         if depth > _DEEPEST:
-            raise _too_much("the pickle has too many dicts and lists within one another")
+            raise _too_much("the pickle nests too many dicts and lists")
         if isinstance(item, _Array):  # an array of one array
             return one(item, depth + 1)
         if not item:

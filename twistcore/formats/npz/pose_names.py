@@ -42,7 +42,7 @@ _JAWS, _EYES = (("pose_jaw",), ("jaw_pose",)), (("pose_eye",), ("leye_pose", "re
 class PosePart:
     """An array with some of the joints of the poses, such as 'pose_body' of SMPL-X.
 
-    It has the numbers [start, stop) of each frame's pose.
+    The array contains the numbers [start, stop) of each frame's pose.
     """
 
     name: str
@@ -65,9 +65,9 @@ class PoseNames:
     scale
         The units of the position per metre.
     rate
-        The frame rate of files that do not have one and the name of their data set, or None.
+        The assumed frame rate of files without one, and the name of their data set, or None.
     left
-        Arrays of joints that are not read and not changed.
+        Arrays of joints that are neither read nor changed.
     """
 
     joints: int
@@ -79,7 +79,7 @@ class PoseNames:
 
 
 def has_pose_names(names: Collection[str]) -> bool:
-    """True if the names are those of poses. Poses of a single video frame do not count."""
+    """True if the names belong to arrays of poses, but not of a single video frame."""
     parts = _first(_ROOTS, names) and _first(_BODIES, names) and _first(_PLACES, names)
     video = {"results", "sequence_results"}.issubset(names)
     return POSES in names or SMPL_POSES in names or bool(parts) or video

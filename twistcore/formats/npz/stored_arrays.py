@@ -70,7 +70,7 @@ class PickledDict:
         return described_names(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return an array, which may be stored as a list of plain numbers.
+        """Return an array, even if it is stored as a list of plain numbers.
 
         Raises NpzError for anything else.
         """

@@ -52,7 +52,7 @@ class _Row:
     row: int
 
     def array(self, name: str) -> NDArray[Any]:
-        """Return the array named THETAS or PLACE, which has a row for each person in the frame."""
+        """Return the array named THETAS or PLACE, with a row for each person in the frame."""
         found = self.pose if name == THETAS else self.place
         assert found is not None
         return found
@@ -275,8 +275,8 @@ def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
         frames = {row.frame for row in own}
         absent = next(k for k in range(first, first + span) if k not in frames) - first
         yield (
-            f"{span - len(own)} of {span} frames do not have this person; the first is "
-            f"{absent}. They are interpolated from their neighbours and not written."
+            f"This person is missing in {span - len(own)} of {span} frames; the first is "
+            f"{absent}. These frames are interpolated and not written."
         )
     if own[0].place is None:
         yield f"The root has no position ({PLACE!r}), so the figure stays in one place."

@@ -6,7 +6,7 @@ limb whose hand or foot has an unknown name is found by its known joints, and a 
 known name by its shape.
 
 A bone may be divided into *pieces*, which are twist bones in the chain (`upperarm01 → upperarm02`).
-They distribute the roll of the bone and, unlike other joints, never bend against each other.
+They distribute the roll of the bone and, unlike other joints, never bend relative to each other.
 """
 
 from twistcore.skeleton.body.bones import lower_pair

@@ -37,7 +37,7 @@ def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
 def _pointed_at(shape: Shape, end: int, below: int) -> int:
     """Return the joint below a limb's end if the end is bent like a foot, or −1.
 
-    A hand is not bent against the bone above it in this way.
+    A hand is not bent in this way relative to the bone above it.
     """
     if below < 0 or not (shape.solid[below] and shape.solid[end]):
         return -1
@@ -84,7 +84,7 @@ def _candidates(
 ) -> list[list[int]]:
     """Return the lines that may be arms or legs.
 
-    They begin at the same joint as the limb on the other side. If that is unknown, arms are
+    The lines begin at the same joint as the limb on the other side. If that is unknown, arms are
     searched for on the trunk above the legs, and legs near the root.
     """
     anchors = {k: _anchors(shape, known, k) for k in BONES}

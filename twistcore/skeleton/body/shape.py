@@ -1,4 +1,4 @@
-"""The shape of a skeleton: lengths, lines of joints, and how far joints bend."""
+"""The shape of a skeleton: lengths, lines of joints, and ranges of bends."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Shape:
         return quantile(angle, 0.99) - quantile(angle, 0.01)
 
     @cached_property
-    def out_of_it(self) -> list[bool]:
+    def outside_limbs(self) -> list[bool]:
         """Return a mask of the head, fingers and props, and of all joints below these."""
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
@@ -115,7 +115,7 @@ class Shape:
             far[joint] = float(np.linalg.norm(end))
         for joint in reversed(range(len(self.names))):
             for child in self.children[joint]:
-                if self.out_of_it[child]:
+                if self.outside_limbs[child]:
                     continue
                 count = bones[child] + self.solid[child]
                 if count > bones[joint] or joint not in main:
@@ -140,7 +140,7 @@ class Shape:
             long = [
                 c
                 for c in self.children[joint]
-                if not self.out_of_it[c]
+                if not self.outside_limbs[c]
                 and bones[c] >= 2
                 and self.lengths[c] + far[c] > _SHORT_LINE * longest
             ]
@@ -148,7 +148,7 @@ class Shape:
                 trunk.update((joint, *ancestors(self.skeleton, joint)))
         lines = []
         for joint in sorted(self.joints - trunk):
-            if self.parents[joint] not in trunk or self.out_of_it[joint]:
+            if self.parents[joint] not in trunk or self.outside_limbs[joint]:
                 continue
             line = [joint]
             while line[-1] in main and not self.branches(line[-1]):
@@ -165,7 +165,7 @@ class Shape:
         with at most one joint.
         """
         below = [c for c in self.children[line[-1]] if self.solid[c]]
-        if len(line) < 3 or len(below) != 1 or not self.out_of_it[below[0]]:
+        if len(line) < 3 or len(below) != 1 or not self.outside_limbs[below[0]]:
             return []
         if not self.children[below[0]]:
             return []
@@ -173,7 +173,7 @@ class Shape:
 
     def branches(self, joint: int) -> bool:
         """True for a joint at which many lines begin, such as a hand with fingers or a paw."""
-        lines = (c for c in self.children[joint] if not self.out_of_it[c] and self.reach[c])
+        lines = (c for c in self.children[joint] if not self.outside_limbs[c] and self.reach[c])
         return len(list(lines)) >= _FINGERS
 
     @cached_property

@@ -57,9 +57,7 @@ class CleanScene:
 
     @property
     def targets(self) -> tuple[Chain, ...]:
-        """Return the protocol's targets: all chains, all limbs, or all chains that can be
-        straight.
-        """
+        """Return the protocol's targets: all chains, all limbs, or chains that can be straight."""
         if self.protocol.straight:
             return tuple(c for c in self.chains if c.grandchild >= 0 and c.segment in STRAIGHTENS)
         if self.protocol.carried:

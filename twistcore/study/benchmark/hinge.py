@@ -14,8 +14,8 @@ from twistcore.skeleton.rotation import Array
 HINGE = "hinge"
 LABEL = "hinge, frame by frame"
 WHY = (
-    "turns P so that C bends to the side to which it bends in most of the clip, and C back, where "
-    "the limb is bent by 10° or more; mistakes pronation and rotation of the joint for errors"
+    "where the limb is bent by 10° or more, turns P so that C bends to its usual side, and turns C "
+    "back; mistakes pronation and rotation of the joint for errors"
 )
 _CLEAR, _BENT = 30.0, 10.0  # smallest bend in degrees to measure the hinge and to apply it
 _FEWEST = 0.1  # seconds of clear bend

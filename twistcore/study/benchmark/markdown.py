@@ -54,8 +54,8 @@ Damage: clean (joint, frame) pairs of all chains that a method changed by more t
 the clean clip, and the mean change by damage over all pairs; 'of target': only the injected
 chain's two joints. Natural: pairs that the method changes in the clean clip in the same way
 (within 1°), counted separately. Precision, recall: intervals with an overlap (IoU) of at least
-0.5; finds that the clean clip also has are excluded. Alarms: intervals found in the clean clips,
-all chains together. Oracles know the true frames."""
+0.5; detections also made in the clean clip are excluded. Alarms: intervals found in the clean
+clips, all chains together. Oracles know the true frames."""
 
 
 def benchmark_to_markdown(
@@ -95,7 +95,7 @@ def _protocol_parts(
         return parts
     parts.append(
         f"Audited: only passes whose target chains have no natural event "
-        f"(finds of `{settings.auditor}` in the clean clip, and flips of a single joint)."
+        f"(detections by `{settings.auditor}` in the clean clip, and flips of a single joint)."
     )
     parts.append(_overall(rows, audited=True))
     parts.append("FSR % by segment")

@@ -240,9 +240,9 @@ def _run_pass(
 
 
 def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
-    """Return the desired rotations: the clean clip's, without the flips that limbs already have.
+    """Return the target rotations: the clean clip's, without its existing limb flips.
 
-    Correcting such a flip is therefore not counted as an error.
+    Correcting an existing flip is therefore not counted as an error.
     """
     truth = scene.motion.rotations
     for limb in scene.limbs:

@@ -128,7 +128,7 @@ def run_benchmark(
 def _results(
     todo: Sequence[str], clips: dict[str, Path], settings: BenchmarkSettings, workers: int
 ) -> Iterator[ClipResult]:
-    """Yield results in order of completion. A clip that fails is recorded but ends no run."""
+    """Yield results in order of completion. A clip that fails does not end the run."""
     items = [(clips[name], name) for name in todo]
     for (_, name), result in each(functools.partial(_run_item, settings), items, workers):
         if isinstance(result, Exception):
@@ -142,7 +142,7 @@ def _run_item(settings: BenchmarkSettings, item: tuple[Path, str]) -> ClipResult
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Return a file's size and modification time, which show whether it was edited."""
+    """Return a file's size and modification time, to detect edits."""
     try:
         status = path.stat()
     except OSError:  # missing, or a broken link: reading the clip will report the error
@@ -155,7 +155,7 @@ def read_partial(
 ) -> Iterator[ClipResult]:
     """Yield the results of unchanged clips without problems, ignoring an incomplete last line.
 
-    Raises FormatError if it is another kind of file or was written with other settings.
+    Raises FormatError if the file is of another kind or was written with other settings.
     """
     with path.open(encoding="utf-8") as file:
         head = None

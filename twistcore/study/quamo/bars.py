@@ -1,4 +1,4 @@
-"""The ratios that QuaMo must reach. For a bound that was missed, the best ratio so far."""
+"""The ratios that QuaMo must reach and, for missed bounds, the best ratio so far."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Synthetic random noise at error levels A and B, which does not imitate any pose estimator.
+"""Synthetic random noise at error levels A and B. It does not imitate any pose estimator.
 
-The levels match only the size and the speed that are reported for the errors of video pose
-estimators [Le26 Table 1].
+The levels match only the reported magnitude and speed of the errors of video pose estimators [Le26
+Table 1].
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera measures d
 
 @dataclass(frozen=True)
 class NoiseLevel:
-    """The sizes of the noise, in degrees per joint and axis, and in metres for the root.
+    """The magnitudes of the noise, in degrees per joint and axis, and in metres for the root.
 
     Attributes
     ----------
@@ -30,9 +30,9 @@ class NoiseLevel:
     white
         Noise that is independent in every frame at 25 Hz.
     root_smooth
-        The range from which the size of the root's bias is drawn for each clip.
+        The range from which the magnitude of the root's bias is drawn for each clip.
     root_white
-        The size of the white noise of the root, which is the same for every clip.
+        The magnitude of the root's white noise, the same for every clip.
     """
 
     smooth: float
@@ -52,8 +52,9 @@ class Noise:
     """The noise to add: its level, and whether half of the bias's variance is systematic.
 
     The systematic part is constant within a clip and drawn for each clip separately, so that no
-    method can memorise it. The total size is the same with and without it. `bursts` is the number
-    of occlusions per minute, in each of which a limb loses its input (it freezes, then jumps back).
+    method can memorise it. The total magnitude is the same with and without it. `bursts` is the
+    number of occlusions per minute, in each of which a limb loses its input (it freezes, then jumps
+    back).
     """
 
     level: NoiseLevel
@@ -76,8 +77,8 @@ def noisy(
     """Return poses (frames, 24, 4) and root positions (frames, 3) with noise, q̂ = Exp(n) ⊗ q.
 
     `unit` is the length of r's unit in metres. At other rates, the wandering part keeps its time
-    scale and the white part keeps its size, so samples 1/25 s apart have the same statistics as at
-    25 Hz.
+    scale and the white part keeps its magnitude, so samples 1/25 s apart have the same statistics
+    as at 25 Hz.
     """
     frames, joints = q.shape[:2]
     level = noise.level

@@ -4,8 +4,8 @@ Each rival has separate settings for rotations and for the root's position. The 
 best of a grid on the training subjects for which the MPJPE (and GRE) is no higher than our
 tracker's. `python -m benchmarks.quamo_tune_rivals FOLDER` repeats the choice and prints the rule.
 Linear filters act on the four components of the quaternions, each in the hemisphere of the previous
-one, and scale the result to unit length, because components have no wrap and prefer no direction of
-turning.
+one, and scale the result to unit length, because components have no wrap and no preferred direction
+of turning.
 """
 
 from __future__ import annotations

@@ -31,9 +31,7 @@ class Sequence24:
     offsets: Array
 
     def places_mm(self, q: Array, r: Array) -> Array:
-        """Return joint positions in mm from poses (…, 24, 4) and root positions (…, 3) in
-        metres.
-        """
+        """Return joint positions in mm, given poses (…, 24, 4) and root positions (…, 3) in m."""
         return 1000.0 * places_24(self.offsets, q, r)
 
 

@@ -38,7 +38,7 @@ from twistcore.study.quamo.torch_model import (
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """The settings of a training run. The defaults are those of the shipped weights."""
+    """The settings of a training run. The shipped weights were trained with the defaults."""
 
     variant: str = "full"
     seed: int = 0
@@ -54,8 +54,10 @@ class TrainingSettings:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Training windows: q_hat, q (windows, frames, 24, 4), r_hat, r (…, 3), offsets (windows, 24,
-    3).
+    """Training windows.
+
+    The shapes are (windows, frames, 24, 4) for q_hat and q, (windows, frames, 3) for r_hat and r,
+    and (windows, 24, 3) for offsets.
     """
 
     q_hat: Array
