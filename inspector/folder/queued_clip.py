@@ -40,11 +40,11 @@ class QueuedClip:
 
     - severity: in degrees, −1 while unknown
     - reason: why the analysis failed or, if `unchecked`, why nothing could be checked
-    - decided: number of decided intervals and of all intervals, taken from the open review or from
-      the session, None if there is neither
+    - decided: numbers of decided intervals and of all intervals in the open review or the session,
+      None without either
     - exported: name of the latest export, or ''
     - label: the clip's name in a batch, or ''
-    - waits: True if there are unsaved decisions that can be restored
+    - waits: True if the clip has unsaved decisions that can be restored
     - missing: number of frames that the header declares but the file does not contain
     - unexamined: number of arms and legs without a chain
     """

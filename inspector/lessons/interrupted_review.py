@@ -20,7 +20,7 @@ _OVER = tr(
 
 
 class Aside:
-    """The user's clip that was open before, and a folder for the borrowed clip.
+    """The user's own clip while it is put aside, and a folder for the borrowed clip.
 
     A borrowed clip is a clip that a lesson or an exercise has opened. Meanwhile, the user's review
     stays in memory; its unsaved changes are also in its journal on disk.
@@ -53,8 +53,8 @@ class Aside:
     def show(self, data: Analysed, why: str, *, signed: bool = False) -> None:
         """Open a borrowed clip. The user's own clip is put aside first.
 
-        `why` is a sentence that says why the clip's review is not saved. `signed` is True if
-        decisions have the reviewer's name nevertheless.
+        `why` is the reason why the clip's review is not saved, as a sentence. `signed` is True if
+        decisions still carry the reviewer's name.
         """
         document = self._document
         document.leaving.emit()

@@ -102,7 +102,7 @@ def present_place(program: GuidedProgram) -> LessonPlace | None:
 def _interval_at(program: GuidedProgram, place: LessonPlace) -> int | None:
     """Return the id of the interval at the page's frame, or None.
 
-    The result is also None if the page shows the teaching tab.
+    Also returns None if the page shows the teaching tab.
     """
     if place.tab == TABS[0]:
         return None
@@ -121,7 +121,7 @@ def _facing(program: GuidedProgram) -> Array | None:
 
 
 def _from_side(best: OrbitCamera, camera: Camera, facing: Array) -> OrbitCamera:
-    """Return the limb's default camera `best` changed to the page's direction and zoom.
+    """Return the limb's default camera `best` with the page's direction and zoom.
 
     `facing` is the direction in which the figure faces.
     """

@@ -157,7 +157,7 @@ def _looks(formulas: Formulas) -> dict[str, Any]:
 
 
 def _words() -> dict[str, str]:
-    """Return the texts of the scripts with their translations, without untranslated ones."""
+    """Return the scripts' texts with their translations; untranslated texts are left out."""
     texts = {found for name in _SCRIPTS for found in texts_of_script(_read(name))}
     translated = {text: tr_as(meaning, text) for meaning, text in sorted(texts)}
     return {text: own for text, own in translated.items() if own != text}

@@ -63,7 +63,7 @@ _OTHER_SIDE = tr("the frames around the interval may be the wrong ones")
 
 
 class DetailCard(QWidget):
-    """A sentence about the interval, fields for start, stop and δ, a note, and the decision."""
+    """An explanation of the interval, fields for start, stop and δ, a note, and the decision."""
 
     judged = Signal(object)  # Decision
     quality_asked = Signal(object)  # Interval: a capture fault to show in Quality
@@ -155,7 +155,7 @@ class DetailCard(QWidget):
     def set_low(self, low: bool) -> None:
         """Switch to the layout for low windows, or back if `low` is False.
 
-        This has smaller gaps and a single line of explanation, with the full text in its tool tip.
+        The low layout has smaller gaps and a one-line explanation with the full text as tool tip.
         """
         layout = self.layout()
         assert layout is not None
@@ -169,7 +169,7 @@ class DetailCard(QWidget):
         self.to_quality.setMaximumHeight(line)
 
     def show_number(self, number: int) -> None:
-        """Show to how many intervals a decision applies, if there are several."""
+        """Show how many intervals a decision applies to, if there are several."""
         for decision, button in self.buttons.items():
             many = f" ({number})" if number > 1 else ""
             button.setText(f"{self._words[decision]}{many}")
@@ -277,7 +277,7 @@ class DetailCard(QWidget):
         )
 
     def _measures(self, judged: Judged) -> tuple[ProtectedMeasure, ...]:
-        """Return how the correction affects the limb if all others are applied, too."""
+        """Return the effects of the correction on the limb, with all other corrections applied."""
         document = self._document
         assert document.data is not None
         if document.data.blind:
@@ -311,7 +311,7 @@ class DetailCard(QWidget):
         """Return True if the card is visible and shows this text."""
         return self.why.says(text) and not self.visibleRegion().isEmpty()
 
-    def write(self, what: str) -> bool:
+    def focus_field(self, what: str) -> bool:
         """Move the keyboard focus to the field 'start', 'stop', 'delta' or 'note'.
 
         Returns False if the field is disabled.
@@ -477,13 +477,13 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
 
 
 def _one_turns(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> bool:
-    """Return True if P turns and C does not turn back, so the interval has no clear end."""
+    """Return True for an open interval in which P turns without C turning back."""
     edges = evidence.get("edges", ())
     return judged.interval.open and len(edges) > 1 and not isinstance(chain, Limb | Helper)
 
 
 def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """Yield sentences on the jumps of both joints at a counter-twist's edges, or on its course."""
+    """Yield sentences on the edges of a counter-twist: how both joints jump or turn there."""
     interval = judged.interval
     edges = evidence.get("edges", ())
     begins = interval.start > 0 or len(edges) > 1

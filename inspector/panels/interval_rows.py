@@ -229,7 +229,7 @@ class SortedRows(QSortFilterProxyModel):
 
 
 def end_of(judged: Judged) -> str:
-    """Return text that says whether an error turned the foot, hand or next joint, or ''."""
+    """Return 'kept' or 'carried along' for the foot, hand or next joint, or '' without a choice."""
     if not judged.interval.kind.info.below:
         return ""
     return ENDS[judged.interval.carried]

@@ -283,11 +283,11 @@ class IntervalsPanel(QWidget):
         )
 
     @contextmanager
-    def going_about(self) -> Iterator[tuple[int, ...]]:
-        """Yield the ids to visit from top to bottom: one for each group or interval.
+    def visit_order(self) -> Iterator[tuple[int, ...]]:
+        """Yield the ids of the intervals to visit from top to bottom, one for each row.
 
-        During the iteration, selecting an interval in a group selects the whole group. If a single
-        interval of a group is selected, the intervals of that group are visited one by one.
+        Within the context, selecting an interval of a group selects the whole group. If a single
+        interval of a group is selected, that group's intervals are visited one by one.
         """
         entered, now = self._groups.entered, self._document.interval_id
         stops = []
@@ -373,10 +373,9 @@ class IntervalsPanel(QWidget):
         return self.filters.current != _EVERYTHING or bool(self._document.hidden)
 
     def _interval_changed(self) -> None:
-        """Select the row of the document's selected interval.
+        """Select the row of the interval that is selected in the document.
 
-        If there is a filter or if a group must be expanded, first update the list, which always
-        contains the selected interval.
+        If the interval may be filtered out or its group is collapsed, update the list first.
         """
         groups, now = self._groups, self._document.interval_id
         if not self._clicked:

@@ -96,7 +96,7 @@ class Sheet(QPaintDevice):
         return self._engine
 
     def metric(self, which: QPaintDevice.PaintDeviceMetric) -> int:
-        """Return the size or resolution of the sheet that Qt requests."""
+        """Return the size or the resolution that Qt asks for."""
         metric = QPaintDevice.PaintDeviceMetric
         inches = {
             metric.PdmWidthMM: self.box.width() / self.density,

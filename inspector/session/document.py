@@ -248,8 +248,8 @@ class Document(OpenClip):
     ) -> tuple[int, ...]:
         """Return the ids of undecided intervals with a displayed confidence of at least `at_least`.
 
-        Without `at_least`, return the undecided intervals of which the detector is confident enough
-        to correct them automatically. Edited intervals have no confidence and are left out.
+        Without `at_least`, return the undecided intervals that are certain enough for an automatic
+        correction. Edited intervals have no confidence and are left out.
         """
         edited = {judged.id for judged in self.intervals if judged.edited}
         if at_least is None:
@@ -292,9 +292,9 @@ class Document(OpenClip):
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
         """Add and select an interval made by hand, either `interval` or one proposed at a frame.
 
-        If a lone jump is selected at the frame, the frames of which this jump may be the beginning
-        or the end are proposed. If an interval of the same kind already has the same frames, it is
-        selected and no interval is added, because both offsets would add up.
+        If a lone jump is selected at the frame, the proposed frames begin or end with this jump. If
+        an interval of the same kind already has the same frames, that interval is selected instead,
+        because the two offsets would add up.
         """
         if self.data is None or not self.chain:
             return
@@ -319,7 +319,7 @@ class Document(OpenClip):
             self.select_interval(number)
 
     def _proposed(self, frame: int) -> Interval | None:
-        """Return the interval proposed at the selected lone jump, or None if `frame` is outside."""
+        """Return the interval proposed for the selected lone jump, or None if it lacks `frame`."""
         selected = self.interval
         if self.data is None or selected is None or selected.interval.kind != Kind.LONE_JUMP:
             return None
@@ -431,9 +431,9 @@ class Document(OpenClip):
         return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
-        """Return True if the detector in use is the review's. If not, load the review's detector.
+        """Return True if the review's detector is in use, or load that detector and return False.
 
-        The detectors differ if an undo has restored a review with another detector.
+        They differ after an undo that restored a review with another detector.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

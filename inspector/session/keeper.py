@@ -95,7 +95,7 @@ class Keeper(QObject):
         return self._kept.session_file if self._kept is not None else None
 
     def put_aside(self) -> PutAside | None:
-        """Return the data needed to continue this review later."""
+        """Return the review so that it can be continued later, or None without a clip."""
         if self._kept is None:
             return None
         self.journal.flush()

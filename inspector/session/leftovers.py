@@ -85,7 +85,7 @@ def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
 
 
 def decisions_in(journal: Path) -> int:
-    """Return for how many intervals the decisions or edits in a journal differ from the session.
+    """Return the number of intervals that a journal decides or edits unlike the session.
 
     Returns 0 if the journal cannot be read or has no steps.
     """
@@ -101,8 +101,8 @@ def decisions_in(journal: Path) -> int:
 def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:
     """Return the Leftover of a journal, or None if it cannot be used, and a sentence to show.
 
-    The sentence is '' if there is no problem. A damaged journal is renamed. To a journal written
-    before the program detected limb flips, the flips of the clip are added as undecided.
+    The sentence is '' if there is no problem. A damaged journal is renamed. If the journal is older
+    than the detection of limb flips, the clip's flips are added as undecided.
     """
     try:
         recovered = recover(path, clip)
@@ -158,7 +158,7 @@ def same_review(clip: Clip, one: ReviewState, other: ReviewState) -> bool:
 
 
 def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
-    """Return how many decisions of a journal are missing in a review, and the journal's total.
+    """Return how many of a journal's decisions a review lacks, and the journal's total.
 
     A difference in settings counts as one decision.
     """

@@ -22,7 +22,7 @@ from twistcore.review.left_out import joined_spans
 
 
 class Recovery(QObject):
-    """Asks questions and acts on the answers. The next start repeats unanswered questions."""
+    """Asks questions and acts on the answers. Unanswered questions return at the next start."""
 
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is obsolete
@@ -94,7 +94,7 @@ class Recovery(QObject):
     def check_clip(self) -> str:
         """Return a sentence if the clip has changed on disk, or ''.
 
-        If the clip has changed, the user is asked once whether to open it again.
+        The first time, also ask the user whether to open the changed clip again.
         """
         data = self._data
         if data is None or data.stamp is None:

@@ -1,9 +1,9 @@
-"""The lock on a clip's review, which only one window may change at a time.
+"""The lock on a clip's review: only one window at a time may change the review.
 
 An operating-system lock on the file shows whether its holder is still running, so that neither a
-reused process id nor an empty file after a crash locks the review forever. The text of the file, in
-the format of a QLockFile (process id, program, computer), is shown to the user. If it names another
-computer, whose operating-system locks may be invisible on this one, the user is asked.
+reused process id nor an empty file after a crash locks the review forever. The file's text, in the
+format of a QLockFile (process id, program, computer), is shown to the user. If it names another
+computer, the user is asked, because locks of other computers may be invisible here.
 """
 
 from __future__ import annotations

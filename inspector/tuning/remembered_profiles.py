@@ -112,10 +112,10 @@ class ProfileOffers(QObject):
         self._document, self._performers, self._offer = document, performers, offer
         self._declined: set[tuple[str, str]] = set()  # during this run
         self._later = QTimer(self, singleShot=True, interval=0)  # after the clip's own notes
-        self._later.timeout.connect(self._look)
+        self._later.timeout.connect(self._offer_saved)
         document.opened.connect(self._later.start)
 
-    def _look(self) -> None:
+    def _offer_saved(self) -> None:
         """Offer a saved profile for the clip, if there is one.
 
         No profile is offered in a review that has begun, in an exercise or in a lesson.

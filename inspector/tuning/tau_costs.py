@@ -66,7 +66,7 @@ class Costs(QObject):
         self._watching = False
         self.trouble = ""
         self._poll = QTimer(self, interval=_POLL_MS)
-        self._poll.timeout.connect(self._look)
+        self._poll.timeout.connect(self._receive)
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settle.timeout.connect(self._start)
         document.opened.connect(self._stop_if_outdated)
@@ -276,7 +276,7 @@ class Costs(QObject):
         self._poll.start()
         self.changed.emit()
 
-    def _look(self) -> None:
+    def _receive(self) -> None:
         """Receive new results from the process. Without any, this takes only microseconds."""
         news = False
         try:

@@ -90,7 +90,7 @@ class ReviewActions:
     def judge(self, decision: Decision) -> None:
         """Set the decision of the selected intervals without moving the camera."""
         if self.document.data is not None:
-            with self.intervals.going_about() as order:
+            with self.intervals.visit_order() as order:
                 self.document.decide(decision, self.intervals.selected_ids(), order)
             if decision != Decision.UNDECIDED and self.document.interval is not None:
                 self._report_end()
@@ -135,7 +135,7 @@ class ReviewActions:
         if not changed:
             return
         if document.interval_id not in changed:
-            with self.intervals.going_about() if len(changed) > 1 else nullcontext(()) as order:
+            with self.intervals.visit_order() if len(changed) > 1 else nullcontext(()) as order:
                 first = next((k for k in order if k in changed), changed[0])
                 document.select_interval(first, jump=True)
             self._arrive(zoom=True)
@@ -167,7 +167,7 @@ class ReviewActions:
         """
         if self._report_unexamined():
             return
-        with self.intervals.going_about() as order:
+        with self.intervals.visit_order() as order:
             if direction < 0 and not self._undecided_before(order):
                 self.document.step_interval(direction, order=order)
             elif not self.document.step_interval(direction, undecided=True, order=order):
@@ -189,7 +189,7 @@ class ReviewActions:
     def begin(self) -> None:
         """Go to the first undecided interval, unless the user has already moved."""
         fresh = self.document.interval is None and self.document.frame == 0
-        with self.intervals.going_about() as order:
+        with self.intervals.visit_order() as order:
             if fresh and self.document.step_interval(+1, undecided=True, order=order):
                 self._arrive(zoom=True)
 
@@ -212,7 +212,7 @@ class ReviewActions:
 
     def step_any(self, direction: int) -> None:
         """Go to the next (+1) or previous (−1) interval, whether it is decided or not."""
-        with self.intervals.going_about() as order:
+        with self.intervals.visit_order() as order:
             self.document.step_interval(direction, order=order)
         self._arrive(zoom=True)
 
@@ -301,13 +301,13 @@ class ReviewActions:
                 self.document.do(Annotate(interval_id, judged.note, reason))
             self.decide(Decision.REJECTED)
 
-    def write(self, what: str) -> None:
+    def focus_field(self, what: str) -> None:
         """Move the focus to the selected interval's 'note', 'delta', 'start' or 'stop'."""
         if self.document.interval is None:
             self._ask_to_select()
             return
         self.show_card()
-        if not self.card.write(what):
+        if not self.card.focus_field(what):
             self.bar.show_message(tr("This number cannot be edited for this kind of error."), False)
 
     def play_edge(self, *, other: bool = False) -> None:
