@@ -52,7 +52,7 @@ def is_loadable(soname: str) -> bool:
 
 
 def missing_libraries(platform: str = "xcb") -> dict[str, str]:
-    """Return each missing library with its Debian package.
+    """Return the missing libraries, each with its Debian package.
 
     `platform` is the name of Qt's platform.
     """

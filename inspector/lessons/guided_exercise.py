@@ -146,10 +146,10 @@ class Exercise(QObject):
         self.score_button.setEnabled(True)
         self._program.guide.show_page(*exercise_page())
         self._program.aside.show(data, _NOTHING_KEPT)
-        self._look_at_skin()
+        self._show_skin()
         self._judged()
 
-    def _look_at_skin(self) -> None:
+    def _show_skin(self) -> None:
         """Show the intervals and the striped skin, on which errors are visible, until the end."""
         if self._view_before is None:
             self._view_before = ViewBefore(self._program)
@@ -234,7 +234,7 @@ class Exercise(QObject):
         self._program.guide.show_page(*exercise_page())
         self._program.aside.show(data, _HAND_IN, signed=True)
         self._kept = self._verdicts()
-        self._look_at_skin()
+        self._show_skin()
         self._judged()
 
     def _verdicts(self) -> list[tuple[Interval, Decision]]:

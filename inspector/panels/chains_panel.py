@@ -21,11 +21,11 @@ from inspector.session.examined import in_a_line, reason_unexamined, unexamined_
 from inspector.widgets.building import action_button, hbox, hint, vbox
 from inspector.widgets.labels import as_tip
 from inspector.widgets.tables import (
-    BesideDelegate,
     Index,
     RowDelegate,
     RowModel,
     RowTable,
+    SecondaryTextDelegate,
     TableRow,
 )
 from inspector.widgets.theme import Colours
@@ -127,7 +127,7 @@ class _ChainModel(RowModel[_Shown]):
             colours=inks,
             tips=tuple("\n".join((tip, *thing.notes)) for tip in thing.tips),
             tick=thing.ticked,
-            beside=thing.joints,
+            secondary=thing.joints,
         )
 
     def flags(self, index: Index) -> Qt.ItemFlag:
@@ -156,7 +156,7 @@ class ChainsPanel(QWidget):
         self.table = RowTable(self._model)
         self.table.setAccessibleName(tr("Chains and limbs"))
         self.table.setItemDelegate(RowDelegate(self._model, self.table))
-        self.table.setItemDelegateForColumn(0, BesideDelegate(self._model, self.table))
+        self.table.setItemDelegateForColumn(0, SecondaryTextDelegate(self._model, self.table))
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
@@ -288,7 +288,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     partly = uncorrectable_joints(data.motion, chain)
     stuck = uncorrectable_joints(data.motion, chain, carried=True)
     flips, skeleton = data.limb(chain.name), data.motion.skeleton
-    beside = {} if flips else children_off_axis(data.motion, chain)
+    off_axis = {} if flips else children_off_axis(data.motion, chain)
     notes = [of_core(warning) for warning in chain.warnings]
     if stuck:
         note = tr(
@@ -305,10 +305,10 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
             joints=_listed(partly),
         )
         notes.append(note)
-    if beside:
+    if off_axis:
         note = tr(
             "A correction also moves {joints}, because these joints are not on the bone's axis.",
-            joints=_listed(beside),
+            joints=_listed(off_axis),
         )
         notes.append(note)
     if flips is None:

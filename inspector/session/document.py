@@ -94,7 +94,7 @@ class Document(OpenClip):
         self.hidden, self.person = frozenset(), ""
         self._unsigned.clear()
         if aside is not None:
-            self.keeper.go_on(aside)
+            self.keeper.resume(aside)
         else:
             self.keeper.begin(data)
         chains = [j.interval.chain for j in self.intervals] or [c.name for c in data.chains]

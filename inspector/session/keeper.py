@@ -101,14 +101,14 @@ class Keeper(QObject):
         self.journal.flush()
         return PutAside(self._kept, self.journal.path, self.journal.steps, tuple(self.leftovers))
 
-    def go_on(self, aside: PutAside) -> None:
+    def resume(self, aside: PutAside) -> None:
         """Continue a review that was put aside, in its previous journal."""
         self._watch(aside.kept)
         if self.read_only:
             return
         self.leftovers = [left for left in aside.leftovers if is_there(left.path)]
         if not aside.kept.review.saved:
-            self.journal.go_on(aside.journal, aside.steps)
+            self.journal.resume(aside.journal, aside.steps)
 
     def _watch(self, kept: KeptReview) -> None:
         self.end()

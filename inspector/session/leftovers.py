@@ -168,11 +168,11 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
     lost = sum(_work(judged) not in has for judged in kept)
     began = leftover.recovered.session.state
     others = [(s.method, dict(s.tau), s.tracking, s.rig) for s in (left, state, began)]
-    set_too = [others[0] not in others[1:], _left_out_otherwise(began, left, state)]
+    set_too = [others[0] not in others[1:], _lacks_left_out(began, left, state)]
     return lost + sum(set_too), len(kept) + sum(set_too)
 
 
-def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
+def _lacks_left_out(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
     """Return True if `state` lacks the journal's changes to the frames left out of tuning.
 
     `began` and `left` are the states of the review at the beginning and the end of the journal.

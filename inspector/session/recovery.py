@@ -176,9 +176,9 @@ class Recovery(QObject):
             if self._add(leftover):
                 self._ask_next()
         else:
-            self._when_ready(leftover.recovered.review.state, lambda: self._go_on_with(leftover))
+            self._when_ready(leftover.recovered.review.state, lambda: self._continue(leftover))
 
-    def _go_on_with(self, leftover: Leftover) -> None:
+    def _continue(self, leftover: Leftover) -> None:
         if leftover in self._keeper.leftovers:
             self._keeper.continue_with(leftover)
             self._use(leftover.recovered.review)

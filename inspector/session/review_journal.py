@@ -94,7 +94,7 @@ class ReviewJournal(QObject):
         """Start to record another review, after `end` for the previous one."""
         self._kept = kept
 
-    def go_on(self, path: Path | None, steps: int) -> None:
+    def resume(self, path: Path | None, steps: int) -> None:
         """Continue a review that was put aside, in its previous journal if that is complete.
 
         `steps` is the number of steps of the review when it was put aside.

@@ -1,4 +1,4 @@
-"""The handles of the gizmo: their positions on the screen, and the effect of dragging them.
+"""The handles of the gizmo: where they are on the screen, and how dragging changes the pose.
 
 All functions are pure functions of the camera and of world positions. Pixels are counted from the
 top left corner of the image.
@@ -142,7 +142,7 @@ class TwistDrag:
         return self.turned
 
     def _angle(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float | None:
-        """Return the angle of the mouse about the dial's axis, or None if it is undefined."""
+        """Return the mouse's angle about the dial's axis, or None if it is undefined."""
         if self._rolls:
             return self._rolled(held, camera, size, at)
         ray, axis = camera.ray(at, *size), held.axis

@@ -31,7 +31,7 @@ class _Knob:
     steps: int = 10
 
     def value(self, place: int) -> float:
-        """Return the value at a slider position, in radians, or as a share for a slider in %."""
+        """Return the value at a slider position: in radians, or a share for a slider in %."""
         at = place / self.steps
         return at / 100.0 if self.unit == " %" else float(np.radians(at))
 

@@ -27,7 +27,7 @@ _STYLES = (
 
 
 def shown_interval(document: Document) -> Interval | None:
-    """Return the selected interval if its kind declares a quantity, or None.
+    """Return the selected interval if its kind declares a quantity to plot, or None.
 
     In an exercise the result is None, because the curve would reveal the error.
     """
@@ -113,7 +113,7 @@ class WhyListed(Pane):
         self.touch()
 
     def _fit(self) -> None:
-        """Show all values, or only the range in the visible frames if the other plots do so."""
+        """Show all values or, if the other plots do so, only the values in the visible frames."""
         seen = np.concatenate([y for y, _ in self.values.values()])
         seen = seen[np.isfinite(seen)]
         low, high = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)

@@ -97,7 +97,7 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
                tr("Use the τ of the compared profile"),
                do=lambda p: p.tuning_actions.take_profile()),
     ActionSpec("close_comparison", tr("Close comparison"),
-               do=lambda p: p.tuning.show_beside(())),
+               do=lambda p: p.tuning.set_compared(())),
     Switch("both_costs", tr("Costs of both detectors"), (),
            tr("Compare the detectors, each at its suggested and its automatic τ"),
            needs="clip", turn=lambda p, on: p.tuning.show_both(on)),

@@ -40,7 +40,7 @@ def suggestion_text(
 ) -> str:
     """Return a text with the suggested τ and the gain over `present`, both in radians.
 
-    If no τ is better, the text has the range of τ that costs the same as `present`. `gain` is a
+    If no τ is better, the text shows the range of τ with the same cost as `present`. `gain` is a
     function that returns the difference between two τ as text.
     """
     suggested = wishes.suggested(curve, present)
@@ -80,9 +80,9 @@ def difference_text(costs: Costs, method: str, chain: str, before: float, now: f
 
 
 def presumed_text(costs: Costs, chain: str, tau: float) -> str:
-    """Return a text about the unjudged intervals of a chain that affect its cost, or ''.
+    """Return a text about a chain's unjudged intervals if they affect its cost, or ''.
 
-    Some of these are counted as errors, and others, at τ (in radians), as false alarms.
+    Some count as errors, and some, at τ (in radians), as false alarms.
     """
     capture, curve = costs.capture, costs.curves.get(chain)
     sure = sum(name == chain for name, _, _ in capture.presumed) if capture else 0

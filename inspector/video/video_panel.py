@@ -152,7 +152,7 @@ class VideoPanel(QWidget):
     # -- when ---------------------------------------------------------------------------------
 
     def time(self) -> float:
-        """Return the video's time at the playhead, in seconds since the video's first frame."""
+        """Return the video's time at the playhead, in seconds since its first frame."""
         return self._clip_time() + self._offset if self._held is None else self._held
 
     def _clip_time(self) -> float:
@@ -193,7 +193,7 @@ class VideoPanel(QWidget):
             self.offset.setValue(seconds)
 
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
-        """Switch to another video, or to none, and release the held image."""
+        """Switch to another video or to none, and release the held image."""
         if self.reader is not None:
             close = self.reader.close
             Task(lambda _: close(), self).start()  # in a thread, because it may still be decoding

@@ -229,7 +229,7 @@ class Steering(QWidget):
         level: Array = root - (root @ scene.up) * scene.up
         return level
 
-    def _go_along(self, scene: Scene) -> None:
+    def _follow_figure(self, scene: Scene) -> None:
         if not self.follow or self.camera is None or self._anchored is None:
             return
         here = self._followed(scene)

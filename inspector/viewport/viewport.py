@@ -62,7 +62,7 @@ class Viewport(Steering):
         self._specimens: list[Piece] = []
         self._warmed = False
         self._warmer = QTimer(self, singleShot=True, interval=_WARM_MS)
-        self._warmer.timeout.connect(self._warm)
+        self._warmer.timeout.connect(self._warm_up)
         self._make_view()
         self.overlays = Overlays(self)  # created after the view, to be on top
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
@@ -137,7 +137,7 @@ class Viewport(Steering):
         if self.view is None:
             return
         if (scene := self.scene) is not None:
-            self._go_along(scene)
+            self._follow_figure(scene)
             assert self.camera is not None
             self.drawing.draw(scene, self.camera)
             self._drawn = self.document.interval_id
@@ -179,7 +179,7 @@ class Viewport(Steering):
         data = self.document.data
         self._stop_turning()
         self._builder.stop()
-        self._cool()
+        self._end_warm_up()
         if self.drawing.guest is not None:
             self.drawing.guest.leave()
         if self._scene is not None:
@@ -214,7 +214,7 @@ class Viewport(Steering):
         self.set_view("iso")
         self._schedule()
 
-    def _warm(self) -> None:
+    def _warm_up(self) -> None:
         """Draw the specimen meshes once, and remove them in the next turn of the event loop."""
         if self._specimens:
             for piece in self._specimens:
@@ -227,10 +227,10 @@ class Viewport(Steering):
             self._warmer.start()
             self._repaint()
 
-    def _cool(self) -> None:
+    def _end_warm_up(self) -> None:
         self._warmer.stop()
         if self._specimens:
-            self._warm()
+            self._warm_up()
 
     def _complete(self) -> None:
         """Finish building the figure immediately."""
@@ -319,7 +319,7 @@ class Viewport(Steering):
         self._timer.stop()
         self._rest.stop()
         self._builder.stop()
-        self._cool()
+        self._end_warm_up()
         self._stop_turning()
         self.document.disconnect(self)
         if self.view is not None:

@@ -45,7 +45,7 @@ class _Uncovered(QObject):
 
     Without a compositor, the screen does not store the covered parts of a window. Qt does not
     restore a window with an OpenGL view, because it expects OpenGL to compose it. Without this
-    class, a closed menu would stay visible.
+    filter, a closed menu would stay visible.
     """
 
     def __init__(self, window: QWidget) -> None:

@@ -40,7 +40,7 @@ class Centre(QWidget):
         own_surface(self.viewport)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Move the message bar after a change of its text or of the size of the view."""
+        """Move the message bar when its text or the size of the view changes."""
         kinds = _OF_VIEW if watched is self.viewport else _OF_BAR
         if event.type() in kinds:
             self._place_bar()

@@ -179,7 +179,7 @@ class ChainActions:
 
 
 def _changes_text(rig: Rig) -> str:
-    """Return the difference from the automatic chains as text, such as '2 added, 1 removed'."""
+    """Return the changes to the automatic chains as text, such as '2 added, 1 removed'."""
     parts = (
         (tr("{n} added", n=len(rig.add)), rig.add),
         (tr("{n} removed", n=len(rig.remove)), rig.remove),

@@ -32,7 +32,7 @@ _TIPS = (
 
 
 class ChainDialog(QDialog):
-    """A form for a parent, a child and optionally a grandchild, which shows errors immediately.
+    """A form for parent, child and, optionally, grandchild. It shows errors immediately.
 
     The dialog is not modal. It closes together with the clip.
     """
@@ -89,7 +89,7 @@ class ChainDialog(QDialog):
         return self._document.data.motion.skeleton
 
     def _joint(self, seen: str) -> str:
-        """Return the name in the file of the joint that is displayed as `seen`."""
+        """Return the file's name of the joint that the dialog shows as `seen`."""
         return next((name for name in self._skeleton.names if legible(name) == seen), seen)
 
     def _changed(self, place: int) -> None:
@@ -109,7 +109,7 @@ class ChainDialog(QDialog):
         self._check()
 
     def _choose_first_good(self, place: int) -> None:
-        """Select the first joint in a list that makes a valid chain with the joints above it."""
+        """In a list, select the first joint that forms a valid chain with the joints above."""
         data, box = self._document.data, self.joints[place]
         assert data is not None
         above = [self._joint(upper.currentText()) for upper in self.joints[:place]]

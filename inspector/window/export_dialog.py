@@ -129,7 +129,7 @@ class ExportDialog(WriteDialog):
         return self._look.running
 
     def when_seen(self, then: Callable[[], object]) -> None:
-        """Call `then` as soon as it is known which files the export would replace."""
+        """Call `then` once the dialog knows which files the export would replace."""
         if self.looking:
             self._then = then
         else:
@@ -202,7 +202,7 @@ def _tracking_words(tracking: Tracking) -> str:
 
 
 def _undecided_text(sure: int, repairable: int, total: int) -> str:
-    """Return the text of the check box for correcting undecided intervals, too."""
+    """Return the text of the check box that also corrects undecided intervals."""
     if sure != repairable:
         return plural(
             "Also correct {sure} of {n} undecided interval: the confident ones",

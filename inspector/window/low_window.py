@@ -1,6 +1,6 @@
 """The layout for low windows, such as on a laptop at 200 % scaling.
 
-It has fewer titles and smaller margins.
+This layout has fewer titles and smaller margins.
 """
 
 from __future__ import annotations

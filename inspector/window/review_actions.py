@@ -50,7 +50,7 @@ class ReviewActions:
     key
         Function that returns the shortcut of an action as text.
     more_clips
-        Function that returns True if a folder is open.
+        Function that returns True if a folder of clips is open.
     """
 
     document: Document
@@ -163,7 +163,7 @@ class ReviewActions:
     def step_interval(self, direction: int) -> None:
         """Go to the next undecided interval (+1) or to the previous one (−1).
 
-        If there is no undecided interval in that direction, go to the neighbouring interval.
+        If no interval in that direction is undecided, go to the neighbouring interval.
         """
         if self._report_unexamined():
             return
@@ -253,7 +253,7 @@ class ReviewActions:
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def group_errors(self, on: bool) -> None:
-        """Set whether the list groups errors that belong together, and save this choice."""
+        """Set whether the list groups related errors, and save this choice."""
         self.settings.group_errors = on
         self.intervals.group_errors(on)
 
@@ -344,12 +344,12 @@ class ReviewActions:
             self.document.edit(judged.id, resized(interval, first, stop))
 
     def make_level(self) -> None:
-        """Give the selected interval the same offset in all its frames."""
+        """Make the offset of the selected interval constant."""
         if judged := self.document.interval:
             self.document.edit(judged.id, flattened(judged.interval))
 
     def make_following(self) -> None:
-        """Give the selected interval the offsets that make the corrected twist linear over time."""
+        """Vary the selected interval's offset, so that the corrected twist is linear in time."""
         judged = self.document.interval
         if judged and judged.interval.kind.info.repairer:
             self.bar.show_message(
@@ -392,10 +392,10 @@ class ReviewActions:
     # -- missed errors --------------------------------------------------------------------------
 
     def next_faint(self) -> None:
-        """Go to the next suspicious moment, where the detector may have missed an error.
+        """Go to the next suspicious moment at which the detector may have missed an error.
 
-        Such a moment is a candidate with a strength between half of τ and τ, or a peak above τ
-        without any other cause.
+        Such a moment is a candidate with a strength between τ/2 and τ, or an unexplained peak above
+        τ.
         """
         document = self.document
         if (data := document.data) is None:
@@ -484,7 +484,7 @@ def _first_frame(moment: Interval | Reason) -> int:
 
 
 def _count_explained(past: Sequence[Reason]) -> str:
-    """Return a sentence with the number of harmless peaks above τ, or '' if there are none."""
+    """Return a sentence on the number of harmless peaks above τ, or '' if there are none."""
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)

@@ -39,8 +39,7 @@ def _draw(curves: Curves, pane: Pane) -> None:
 def _soft_size(curves: Curves) -> Array:
     """Return |δ| of the soft intervals in degrees, (frames,), NaN in other frames.
 
-    A soft error has no jump, so its strength is the maximum of |δ|. τ is compared with this
-    maximum.
+    A soft error has no jump. Its strength, which is compared with τ, is the maximum of |δ|.
     """
     size = np.full(curves.document.frames, np.nan)
     for judged in curves.document.review.state.of_chain(curves.document.chain):
@@ -50,7 +49,7 @@ def _soft_size(curves: Curves) -> Array:
 
 
 def _soft_title(curves: Curves, frame: int) -> Title:
-    """Return the title for a frame in a soft interval: |δ| and its maximum, or an empty list."""
+    """Return the title in a soft interval, |δ| and its maximum, or [] in other frames."""
     for judged in curves.document.review.state.of_chain(curves.document.chain):
         interval = judged.interval
         if interval.start <= frame < interval.stop and is_soft(interval):
