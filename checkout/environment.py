@@ -75,7 +75,7 @@ def make_venv(uv: str | None) -> None:
 
 
 def install_project(uv: str | None, *, unlocked: bool = False) -> None:
-    """Install what the lock file says, then the project, editable; nothing whose hash differs.
+    """Install the locked packages, checking their hashes, then the project in editable mode.
 
     With `unlocked`, install the newest versions that pyproject.toml allows instead.
     """
@@ -94,7 +94,7 @@ def install_project(uv: str | None, *, unlocked: bool = False) -> None:
 
 @contextlib.contextmanager
 def showing_progress(every_s: float = 10.0) -> Iterator[None]:
-    """Say now and then how long it has taken, and how much of the disk."""
+    """Print the elapsed time and the disk space used at regular intervals."""
     begun, free = time.monotonic(), free_bytes(places.ROOT)
     done = threading.Event()
 
@@ -113,12 +113,12 @@ def showing_progress(every_s: float = 10.0) -> Iterator[None]:
 
 
 def free_bytes(folder: Path) -> int:
-    """Return how much of the disk of a folder is free."""
+    """Return the free bytes on a folder's disk."""
     return shutil.disk_usage(folder).free
 
 
 def install(words: Sequence[str], uv: str | None) -> str:
-    """Install into .venv with uv if possible, or else with pip.
+    """Install into .venv with uv or, if that fails, with pip.
 
     `words` are the arguments of `pip install`. Return '' on success, or the last lines of pip.
     """
@@ -144,7 +144,7 @@ def fetch_uv() -> str:
 
 
 def locked(name: str) -> str:
-    """Return the entry of a package in the lock file: its version, and its hashes."""
+    """Return a package's entry in the lock file: its version and hashes."""
     entries = re.split(r"\n(?=\S)", places.LOCK.read_text("utf-8"))
     return "\n".join(entry for entry in entries if entry.startswith(f"{name}=="))
 
@@ -162,7 +162,7 @@ def install_hashed(requirement: str, *options: str) -> str:
 
 
 def why_not_installed(problem: str) -> str:
-    """Return an explanation of the last lines of pip."""
+    """Explain pip's last lines in a sentence."""
     if HASH_DIFFERS.search(problem):
         return (
             "The Python packages could not be installed: what the package index gave is not what "
@@ -190,10 +190,10 @@ def why_not_installed(problem: str) -> str:
 
 
 def ensure_room() -> None:
-    """Refuse where the installation would fill a disk half-way.
+    """Raise SetupError if a disk has too little space for the installation.
 
-    What an interrupted installation left counts as installed. pip and uv unpack into a folder for
-    temporary files and a cache, which may be on other disks.
+    Files of an interrupted installation count as installed. pip and uv unpack into a temporary
+    folder and a cache, which may be on other disks.
     """
     spare = SETUP_GB - VENV_GB
     missing = VENV_GB - sum(one.lstat().st_size for one in places.VENV.rglob("*")) / 1e9
@@ -214,12 +214,12 @@ def ensure_room() -> None:
 
 
 def disk_of(folder: Path) -> int:
-    """Return the number of a folder's disk."""
+    """Return the device number of a folder's disk."""
     return folder.stat().st_dev
 
 
 def unpacking_folders() -> list[Path]:
-    """Return where pip and uv keep files on the way: the next folder above that exists."""
+    """Return the folders in which pip and uv unpack, or their nearest existing parents."""
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     cache = Path(os.environ.get("UV_CACHE_DIR") or os.environ.get("PIP_CACHE_DIR") or home)
     return [
@@ -229,7 +229,7 @@ def unpacking_folders() -> list[Path]:
 
 
 def ensure_venv(*, unlocked: bool = False) -> None:
-    """Make .venv and install into it, unless the stamp says that this is done."""
+    """Create .venv and install into it, unless the stamp shows that this is done."""
     if places.STAMP.exists() and places.STAMP.read_text("utf-8") == fingerprint():
         return
     uv = shutil.which("uv")
@@ -254,7 +254,7 @@ def ensure_axe() -> None:
 
 
 def write_locks(options: Sequence[str]) -> int:
-    """Update the lock files, and keep versions that still fit. `options` are options of uv."""
+    """Update the lock files, keeping versions that still fit. `options` are passed to uv."""
     oldest = ".".join(map(str, OLDEST_PYTHON))
     words = ["pip", "compile", "--universal", "--python-version", oldest, "--generate-hashes"]
     words += ["--no-emit-index-url", "--no-annotate", "--no-config", "--quiet", *options]

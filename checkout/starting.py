@@ -29,11 +29,11 @@ DRIVER_NOISE = re.compile(rb"libGL |libEGL |MESA|glx: |.*(ZINK|zink|failed to lo
 
 
 class SetupError(Exception):
-    """The set-up failed, and the user must do something. The text of the error says what."""
+    """The set-up failed. The error's text tells the user how to continue."""
 
 
 def say(text: str) -> None:
-    """Print a text and flush the output, so that it also appears immediately in a pipe."""
+    """Print a text and flush the output, so that it appears at once, even in a pipe."""
     print(text, flush=True)
 
 
@@ -78,7 +78,7 @@ def start(
 
 
 def finish(child: subprocess.Popen[bytes] | Forked) -> int:
-    """Wait for a process that was started, and return its exit status."""
+    """Wait for a started process and return its exit status."""
     RUNNING.add(child)
     interrupted = False
     try:

@@ -34,8 +34,8 @@ BROWSER = {"chromium": ["chromium"]}
 def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
     """Return the missing libraries and programs, each with the Debian package that contains it.
 
-    Unless `windows` are to be opened, this checks only what is needed to create .venv. With
-    `tests`, it also checks the programs that window tests need.
+    Without `windows`, only the requirements for creating .venv are checked. With `tests`, the
+    programs that window tests need are checked, too.
     """
     if not sys.platform.startswith("linux"):
         return {}
@@ -58,7 +58,7 @@ def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
 def install_packages(packages: Sequence[str]) -> None:
     """Install Debian packages.
 
-    If the user may not do this, raise SetupError with the command to run.
+    Raise SetupError with the command to run if the user lacks the permission.
     """
     install = install_command(packages)
     if not shutil.which("apt-get"):
