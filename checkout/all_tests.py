@@ -88,7 +88,7 @@ def run_all(*, everything: bool = False) -> int:
         with tempfile.TemporaryFile() as output:
             done = run_part(part, output, parent, tier)
             if done is None and not given_up:  # it crashed, or pytest stopped it after a timeout
-                notes.append(f"{part[0]}: its process did not come to its end and was run again.")
+                notes.append(f"{part[0]}: its process did not finish and was run again.")
                 done = run_part(part, output, parent, tier)
             output.seek(0)
             say(output.read().decode(errors="replace"))
@@ -120,14 +120,14 @@ def run_all(*, everything: bool = False) -> int:
             for child in tuple(RUNNING):
                 child.terminate()
             raise
-    for line in (*notes, *failures_told(whole.failures)):
+    for line in (*notes, *failure_lines(whole.failures)):
         say(line)
     counts = whole.counts
     say(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
     return int(counts["failed"] > 0)
 
 
-def failures_told(failures: Iterable[str]) -> list[str]:
+def failure_lines(failures: Iterable[str]) -> list[str]:
     """Return lines that list every failed test once, with the first line of the reason."""
     lines = [f"  {line}" for line in dict.fromkeys(failures)]
     return ["", "Failed:", *lines] if lines else []

@@ -54,8 +54,8 @@ def quietly(command: Sequence[str], env: dict[str, str] | None = None) -> str:
     reasons = [line for line in lines if line.lstrip().startswith(("ERROR:", "E:"))]  # pip, apt
     # The reason for a failed download precedes the lines with ERROR:, once per attempt.
     causes = [line for line in lines if CERTIFICATE.search(line) or CONNECTION.search(line)]
-    told = [*(line for line in causes[-1:] if line not in reasons), *(reasons or lines)[-6:]]
-    return "\n".join(f"  {line.strip()}" for line in told) or f"  exit status {done.returncode}"
+    shown = [*(line for line in causes[-1:] if line not in reasons), *(reasons or lines)[-6:]]
+    return "\n".join(f"  {line.strip()}" for line in shown) or f"  exit status {done.returncode}"
 
 
 RUNNING: set[subprocess.Popen[bytes] | Forked] = set()

@@ -205,7 +205,7 @@ class ClipsPanel(QWidget):
         self.text.setAccessibleName(tr("Filter by name"))
         self.wanted = QComboBox()
         self.wanted.addItems([words for words, _ in STATES])
-        self.wanted.setAccessibleName(tr("Which clips are listed"))
+        self.wanted.setAccessibleName(tr("Listed clips"))
         self.text.textChanged.connect(self._refresh)
         self.wanted.currentTextChanged.connect(self._refresh)
         self.bar = QProgressBar(textVisible=False)

@@ -12,7 +12,7 @@ GONE = "no longer in the folder"
 FAR_AWAY = "not on a disk of this machine; open a copy of it"
 TOO_LARGE = "needs more memory than is usual for its size"
 NOT_BEGUN = "the analysis stopped before it began"
-TOO_SLOW = "the analysis took too long and was stopped"
+TOO_SLOW = "the analysis was stopped because it took too long"
 KILLED = "the system stopped the analysis, perhaps because memory ran out"
 # Why a clip has no results: the text in tables and files, and the text that people see.
 _REASONS = {
@@ -20,7 +20,7 @@ _REASONS = {
     FAR_AWAY: tr("the clip is not on this computer; copy it to a disk and open the copy"),
     TOO_LARGE: tr("the clip needs more memory than is usual for its size"),
     NOT_BEGUN: tr("the analysis was stopped before it began"),
-    TOO_SLOW: tr("the analysis took too long and was stopped"),
+    TOO_SLOW: tr("the analysis was stopped because it took too long"),
     KILLED: tr("the system stopped the analysis, perhaps because memory ran out"),
 }
 

@@ -15,7 +15,8 @@ from inspector.session.open_clip import Borrowed
 from inspector.session.opening import Analysed
 
 _OVER = tr(
-    "The lesson or exercise with this sample is over. Nothing was saved. Open a clip to review it."
+    "The lesson or exercise with this sample is over. Nothing was saved. Open a clip to start a "
+    "review."
 )
 
 

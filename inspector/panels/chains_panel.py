@@ -13,7 +13,6 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QStackedWidget, QWidget
 
 from inspector.language import of_core, tr, tr_as
-from inspector.panels.interval_filter import short_word
 from inspector.panels.limb_words import end_in_words
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
@@ -30,7 +29,6 @@ from inspector.widgets.tables import (
 )
 from inspector.widgets.theme import Colours
 from twistcore.analysis.correction import children_off_axis
-from twistcore.detection import Kind
 from twistcore.detection.limb_flips import BENT
 from twistcore.files.encoding import legible
 from twistcore.review import Decision
@@ -183,7 +181,7 @@ class ChainsPanel(QWidget):
         )
         self._notice.hide()
         self.people = QComboBox()
-        self.people.setToolTip(tr("Whose chains and intervals are listed"))
+        self.people.setToolTip(tr("Person whose chains and intervals are listed"))
         self.people.setAccessibleName(tr("Person"))
         self.people.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.people.activated.connect(
@@ -318,7 +316,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         tips, reliability, least = _LIMB_TIPS, float(np.median(flips.swivel.height)), BENT
     label, joints = of_core(chain.list_label), own_joints(chain, skeleton)
     if isinstance(chain, Helper):
-        label, joints = of_core(chain.label), short_word(Kind.HELPER_ROLL)
+        label, joints = of_core(chain.label), tr("twist bone")
     return _Shown(
         chain=chain.name,
         label=tr("{chain} (locked)", chain=label) if stuck else label,

@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
 
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.panels.end_choice import EndChoice
-from inspector.panels.interval_filter import short_word
 from inspector.panels.limb_words import middle_of, next_part, part_of_body
 from inspector.panels.protected_words import table_of, worse_line
 from inspector.panels.reject_reasons import REASONS, shown_reason, stored_reason
@@ -57,7 +56,7 @@ _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Track this burst")
 _DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # reasons why an interval of any kind is open
-_NOT_CORRECTED = tr("This finding is not corrected. Accept the finding to mark it as seen.")
+_NOT_CORRECTED = tr("There is no correction for this detection. Accept it to mark it as seen.")
 _EDITED = tr_as("an interval", "edited")
 _OTHER_SIDE = tr("the frames around the interval may be the wrong ones")
 
@@ -215,7 +214,7 @@ class DetailCard(QWidget):
             return
         interval = judged.interval
         chain = self._document.find_chain(interval.chain)
-        what = "" if kind == Kind.COUNTER_TWIST else f" · {short_word(interval.kind)}"
+        what = "" if kind == Kind.COUNTER_TWIST else f" · {of_core(interval.kind)}"
         what += f" · {_EDITED}" if judged.edited else ""
         label = of_core(chain.label)
         varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", varying δ")
@@ -254,7 +253,7 @@ class DetailCard(QWidget):
         if kind == Kind.NOISE_BURST:
             self.to_quality.setText(_SMOOTH)
             self.to_quality.setToolTip(
-                tr("Smooth the noisy joints in these frames only; undo takes it back")
+                tr("Smooth the noisy joints in these frames only; undo restores them")
             )
         elif fault:
             self.to_quality.setText(tr("Show the joint in Quality"))
@@ -371,8 +370,8 @@ def explanation(
     evidence = interval.evidence or {}
     if not interval.kind.known:
         return tr(
-            "A newer version of the program made this finding. This version can show the finding "
-            "but cannot correct it."
+            "A newer version of the program detected this. This version can show it but not "
+            "correct it."
         )
     if (judged.by_hand or judged.edited) and not interval.kind.info.repairer:
         made = tr("Made by hand.") if judged.by_hand else tr("Edited by hand.")
@@ -456,8 +455,8 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
     }
     if interval.kind == Kind.CARRIED_ROLL:
         return tr(
-            "{part} is rolled {angle}° too far for {frames}, and the {next} rolls along with it. "
-            "The limb keeps its shape.",
+            "{part} rolls {angle}° too far for {frames}, and the {next} rolls along. The limb "
+            "keeps its shape.",
             **values,
         )
     if judged.by_hand or judged.edited or _one_turns(judged, chain, evidence):
@@ -539,8 +538,8 @@ def _lone_jump(
     if stretch is not None:
         sentences.append(
             tr(
-                "A stretch (frames {first}–{last}) begins or ends here. Accept the stretch "
-                "to correct this jump as well.",
+                "A stretch (frames {first}–{last}) begins or ends here. Accept it to correct "
+                "this jump as well.",
                 first=stretch.start + first_frame,
                 last=stretch.stop + first_frame,
             )
@@ -548,8 +547,8 @@ def _lone_jump(
         return " ".join(sentences)
     sentences.append(
         tr(
-            "This finding is not corrected. Press Insert if the joint is turned wrongly "
-            "from here on or up to here. Or accept the finding to mark it as seen."
+            "There is no correction for this detection. Accept it to mark it as seen, or press "
+            "Insert if the joint is turned wrongly from here on or up to here."
         )
     )
     return " ".join(sentences)
@@ -610,11 +609,10 @@ def _rare_side(side: float) -> str:
     """Return a clause that says how rarely the limb is on this side, or an empty string."""
     if side > _RARER:
         return tr(
-            "In these frames, the joint is on a side where it hardly ever is in the rest "
-            "of this clip."
+            "In these frames, the joint is on a side that it rarely takes in the rest of this clip."
         )
     if side > _RARE:
-        return tr("In these frames, the joint is on the side where it is less often in this clip.")
+        return tr("In these frames, the joint is on the less frequent side in this clip.")
     return ""
 
 

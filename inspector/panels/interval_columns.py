@@ -55,7 +55,7 @@ COLUMNS = (
         "confidence",
         tr_as("short for confidence", "Conf."),
         tr("Confidence"),
-        tr("Confidence, from 0 to 1: how likely it is that this is an error"),
+        tr("Confidence, from 0 to 1: the probability that the correction is right"),
         figures=True,
     ),
     Column(

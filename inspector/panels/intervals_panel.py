@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from inspector.language import of_core, plural, tr
 from inspector.panels.interval_columns import COLUMNS, PLACE, IntervalColumns
-from inspector.panels.interval_filter import OF_CHAIN, FilterLine, IntervalFilter, short_word
+from inspector.panels.interval_filter import OF_CHAIN, FilterLine, IntervalFilter
 from inspector.panels.interval_groups import IntervalGroups
 from inspector.panels.interval_rows import (
     EDITED,
@@ -216,7 +216,7 @@ class IntervalsPanel(QWidget):
                 "delta": "−180.0°",
                 "confidence": "0.00",
                 "end": max(ENDS, key=advance),
-                "kind": max(map(short_word, kinds), key=advance),
+                "kind": max(map(of_core, kinds), key=advance),
                 "joints": max(joints, key=advance),
             },
             self._with_text,
@@ -244,7 +244,7 @@ class IntervalsPanel(QWidget):
         """Return the text of an interval for the search, in the chosen language and in English."""
         name = judged.interval.chain
         label, joints = self._name(name)
-        kind = short_word(judged.interval.kind)
+        kind = of_core(judged.interval.kind)
         verdict, reason = judged.verdict, judged.reason
         parts = label, name, joints, kind, verdict, of_core(verdict), judged.decision.value
         words = of_core(judged.decision), end_of(judged), reason, shown_reason(reason), judged.note
@@ -329,7 +329,7 @@ class IntervalsPanel(QWidget):
             text = blind
         elif not intervals:
             text = tr(
-                "Nothing found at this threshold τ.\nLower the τ line to find smaller errors."
+                "Nothing was found at this threshold τ.\nLower the τ line to find smaller errors."
             )
             text = "\n".join((text, *unexamined_sentences(self._document.data)))
         else:

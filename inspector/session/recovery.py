@@ -199,8 +199,8 @@ class Recovery(QObject):
             self._keeper.forget(leftover)
         elif name := self._keeper.keep(leftover):
             message = tr(
-                "{taken} of {total} decisions were added. The other decisions stay in "
-                "{name}, because this review has no such interval or a different decision.",
+                "{taken} of {total} decisions were added. The others stay in {name}, because "
+                "this review lacks their intervals or has different decisions.",
                 taken=of - lost,
                 total=of,
                 name=name,

@@ -325,7 +325,10 @@ class Gestures:
             ]
             if not judged.supported:
                 lines.append(
-                    tr("No longer found at this τ, but kept because you decided or edited it.")
+                    tr(
+                        "No longer found at this τ, but kept because you decided on it or edited "
+                        "it."
+                    )
                 )
             if judged.note:
                 lines.append(judged.note)

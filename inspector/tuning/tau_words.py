@@ -49,8 +49,8 @@ def suggestion_text(
         return f"{tau} ({gain(present, suggested)})"
     low, high = np.degrees(wishes.plateau(curve, present))
     if high - low < _SAME:
-        return tr("{tau:.2f}° costs least: leave it", tau=np.degrees(present))
-    return tr("{low:.2f}–{high:.2f}° cost the same: leave it", low=low, high=high)
+        return tr("{tau:.2f}° costs least: no change", tau=np.degrees(present))
+    return tr("{low:.2f}–{high:.2f}° cost the same: no change", low=low, high=high)
 
 
 def difference_text(costs: Costs, method: str, chain: str, before: float, now: float) -> str:
@@ -91,16 +91,16 @@ def presumed_text(costs: Costs, chain: str, tau: float) -> str:
     if sure:
         words.append(
             plural(
-                "{n} sure interval is taken for an error: judge it",
-                "{n} sure intervals are taken for errors: judge them",
+                "{n} certain interval counts as an error: judge it",
+                "{n} certain intervals count as errors: judge them",
                 sure,
             )
         )
     if unjudged:
         words.append(
             plural(
-                "{n} unjudged correction is taken for a false alarm: judge it",
-                "{n} unjudged corrections are taken for false alarms: judge them",
+                "{n} unjudged correction counts as a false alarm: judge it",
+                "{n} unjudged corrections count as false alarms: judge them",
                 unjudged,
             )
         )

@@ -61,7 +61,7 @@ class VideoPanel(QWidget):
         self.offset.setRange(-FARTHEST_S, FARTHEST_S)
         self.offset.setKeyboardTracking(False)
         self.offset.setAccessibleName(tr("Offset of the video"))
-        self.offset.setToolTip(tr("Time in the video at which the clip begins, in seconds"))
+        self.offset.setToolTip(tr("Time, in seconds, at which the clip begins in the video"))
         self.back = self._button("◀", tr("One video frame back"), lambda: self.nudge(-1))
         self.forth = self._button("▶", tr("One video frame forward"), lambda: self.nudge(+1))
         self.hold = action_button(self._hold)

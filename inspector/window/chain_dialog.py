@@ -27,7 +27,7 @@ _ROLES = (tr_as("joint", "Parent"), tr_as("joint", "Child"), tr_as("joint", "Gra
 _TIPS = (
     tr("The joint whose twist may be wrong. The chain is named after this joint."),
     tr("The child, which counter-rotates wherever the parent's twist is wrong"),
-    tr("A joint below the child, which shows the child's azimuth. It is optional."),
+    tr("Optional: a joint below the child, which shows the child's azimuth"),
 )
 
 

@@ -64,7 +64,7 @@ class ExportDialog(WriteDialog):
         self.undecided = QCheckBox(_undecided_text(undecided, every, total))
         self.undecided.setToolTip(
             tr(
-                "Intervals that are not open, with a confidence of {confidence:.2f} or more",
+                "Closed intervals with a confidence of {confidence:.2f} or more",
                 confidence=SURE_ENOUGH,
             )
         )
@@ -212,8 +212,8 @@ def _undecided_text(sure: int, repairable: int, total: int) -> str:
         )
     if repairable < total:
         return plural(
-            "Also correct {sure} of {n} undecided interval: the automatically correctable ones",
-            "Also correct {sure} of {n} undecided intervals: the automatically correctable ones",
+            "Also correct {sure} of {n} undecided interval: the correctable ones",
+            "Also correct {sure} of {n} undecided intervals: the correctable ones",
             total,
             sure=sure,
         )

@@ -37,7 +37,7 @@ _JOINT, _TAKEN, _BY, _CHANGE = range(4)
 _HEADS = (
     tr("Joint"),
     tr("Body part"),
-    tr_as("what a joint is known by", "Known by"),
+    tr_as("what a joint is known by", "Recognised by"),
     tr("Change to"),
 )
 _INDENT = "\N{NO-BREAK SPACE}" * 2
@@ -107,7 +107,7 @@ class JointNamesDialog(QDialog):
         self.search.setAccessibleName(tr("Find a joint"))
         self.table = QTableWidget(0, len(_HEADS))
         self.table.setHorizontalHeaderLabels(list(_HEADS))
-        self.table.setAccessibleName(tr("Joints and the body parts that they were recognised as"))
+        self.table.setAccessibleName(tr("Joints and the body parts they were recognised as"))
         self.table.setTabKeyNavigation(False)  # Tab goes from choice to choice
         self.table.verticalHeader().hide()
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -162,7 +162,7 @@ class JointNamesDialog(QDialog):
             item.setToolTip(legible(name))
             self.table.setItem(joint, _JOINT, item)
             choice = _Choice()
-            choice.setAccessibleName(tr("What {joint} is", joint=legible(name)))
+            choice.setAccessibleName(tr("Role of {joint}", joint=legible(name)))
             for key, words in _CHOICES.items():
                 choice.addItem(words, key)
             choice.setCurrentIndex(max(0, choice.findData(chosen.get(name, ""))))

@@ -335,9 +335,9 @@ class ReviewActions:
         first, stop = (frame, interval.stop) if start else (interval.start, frame + 1)
         if stop <= first:
             text = (
-                tr("The start must be before the interval's end.")
+                tr("The interval must start before its end.")
                 if start
-                else tr("The end must be after the interval's start.")
+                else tr("The interval must end after its start.")
             )
             self.bar.show_message(text, False)
         else:
@@ -399,7 +399,7 @@ class ReviewActions:
         """
         document = self.document
         if (data := document.data) is None:
-            self.bar.show_message(tr("There is nothing suspicious down to half of τ."), False)
+            self.bar.show_message(tr("Nothing is suspicious down to half of τ."), False)
             return
         if data.blind:
             self.bar.show_message(BLIND, False)
@@ -410,7 +410,7 @@ class ReviewActions:
         faint = faint_intervals(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
         if not found:
-            text = tr("There is nothing suspicious down to half of τ.") + _count_explained(past)
+            text = tr("Nothing is suspicious down to half of τ.") + _count_explained(past)
             self.bar.show_message(text, False)
             return
         order = [c.name for c in data.chains_and_limbs]

@@ -261,7 +261,7 @@ class Saving:
         Return True if the window should close anyway.
         """
         button = QMessageBox.StandardButton
-        later = tr("You can restore the decisions when you start the program again.")
+        later = tr("You can restore the decisions the next time you start the program.")
         text = f"{trouble} {later}"
         buttons, default = button.Close | button.Cancel, button.Close
         answer = QMessageBox.warning(self.window, "Twist Inspector", text, buttons, default)

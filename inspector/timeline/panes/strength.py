@@ -55,7 +55,7 @@ def _soft_title(curves: Curves, frame: int) -> Title:
         if interval.start <= frame < interval.stop and is_soft(interval):
             now, top = np.degrees([abs(interval.offset[frame - interval.start]), interval.largest])
             of = {"now": in_degrees(now).strip(), "top": in_degrees(abs(top)).strip()}
-            words = tr("soft |δ| ╌ {now}, compared with τ: its maximum {top}", **of)
+            words = tr("soft |δ| ╌ {now}; its maximum {top} is compared with τ", **of)
             return [(f"   {words}", "text")]
     return []
 
