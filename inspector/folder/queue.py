@@ -1,4 +1,4 @@
-"""The queue of a folder's clips, which analyses them in the background."""
+"""Analyse a folder's clips in the background, one after the other, in worker processes."""
 
 from __future__ import annotations
 

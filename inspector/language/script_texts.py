@@ -1,4 +1,4 @@
-"""Find the texts in a web page's scripts and template, which are marked by `tr("…")`."""
+"""Find the texts marked by `tr("…")` in a web page's scripts and template."""
 
 from __future__ import annotations
 

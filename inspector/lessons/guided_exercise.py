@@ -1,4 +1,4 @@
-"""The exercise: errors are hidden in a sample clip, which is then reviewed and scored."""
+"""The exercise: review a sample clip with hidden errors, and get a score."""
 
 from __future__ import annotations
 
@@ -150,7 +150,7 @@ class Exercise(QObject):
         self._judged()
 
     def _show_skin(self) -> None:
-        """Show the intervals and the striped skin, on which errors are visible, until the end."""
+        """Until the end of the exercise, show the intervals and the striped skin."""
         if self._view_before is None:
             self._view_before = ViewBefore(self._program)
         self._program.actions["skin"].setChecked(True)

@@ -261,7 +261,7 @@ def _ends(chain: Chain | None) -> dict[str, int] | None:
 
 
 def _strong(bones: Sequence[BoneSegment], chain: Chain | None, data: Analysed) -> list[int]:
-    """Return the indices of the bones of a chain or limb, which are emphasised."""
+    """Return the indices of a chain's or limb's bones, which the page emphasises."""
     if chain is None:
         return []
     pairs: Iterable[tuple[int, int]] = {

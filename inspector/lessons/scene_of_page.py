@@ -21,7 +21,7 @@ _NOTHING_KEPT = tr("A lesson saves nothing. When it ends, your own clip comes ba
 
 
 class ViewBefore:
-    """The view of the figure before a lesson, which is restored afterwards."""
+    """The view of the figure before a lesson, to be restored afterwards."""
 
     def __init__(self, program: GuidedProgram) -> None:
         self._program = program
@@ -36,7 +36,7 @@ class ViewBefore:
 
 
 def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> None:
-    """Show a place in the clip `data`."""
+    """Show a page's place in its clip `data`: the frame, chain, view, τ and symbols."""
     document, taught = program.document, program.taught
     if document.data is not data:
         program.aside.show(data, _NOTHING_KEPT)

@@ -1,7 +1,7 @@
 """Write a lesson as a web page that needs no network, with equations, sliders and a 3D figure.
 
-Its template, styles and scripts are in assets/lesson_page. The 3D library three.js comes from the
-package trimesh, which contains it for its own viewer.
+Its template, styles and scripts are in assets/lesson_page. The 3D library three.js is taken from
+the package trimesh, whose viewer uses it.
 """
 
 from __future__ import annotations

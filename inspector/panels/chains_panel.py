@@ -244,7 +244,7 @@ class ChainsPanel(QWidget):
         self._select_row()
 
     def _list_people(self) -> None:
-        """Fill the list of people, which is visible only if the clip has several people."""
+        """Fill the list of people. It is visible only if the clip has several people."""
         data = self._document.data
         people = data.analysis.people if data else ()
         self.people.clear()

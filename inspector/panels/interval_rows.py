@@ -45,7 +45,7 @@ class GroupRow:
 
     @property
     def id(self) -> int:
-        """Return the key of the row, which differs from the ids of all intervals."""
+        """Return the key of the row. It differs from the ids of all intervals."""
         return -self.members[0].id
 
     @property
@@ -105,7 +105,7 @@ class IntervalModel(RowModel[ListRow]):
         return thing.id
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
-        """Return a column's heading, or an interval's number, which sorting does not change."""
+        """Return a column's heading, or an interval's number, independent of the sort order."""
         if orientation == Qt.Orientation.Vertical and role == Qt.ItemDataRole.DisplayRole:
             thing = self.things[section]
             return "" if isinstance(thing, GroupRow) else str(thing.id)

@@ -1,4 +1,4 @@
-"""The table of intervals, which can be sorted and filtered."""
+"""The table of intervals, with a filter and a choice of columns and order."""
 
 from __future__ import annotations
 

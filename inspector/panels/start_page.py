@@ -35,7 +35,7 @@ _OWN = {"open_dialog": tr("Open…"), "open_folder": tr("Open folder…")}
 
 
 class StartPage(QScrollArea):
-    """The start page, which covers the 3D view while nothing is open."""
+    """The start page. It covers the 3D view while nothing is open."""
 
     def __init__(
         self,

@@ -49,7 +49,7 @@ _OWN = tr("Another size")
 
 
 class PictureRows(QObject):
-    """The rows, which are added to a form. `size` and `paper` return the user's choices."""
+    """Adds the rows to a form. `size` and `paper` return the user's choices."""
 
     changed = Signal()
 

@@ -43,7 +43,7 @@ BLIND = tr("In an exercise the detector is off and τ is fixed: you are the dete
 
 
 class Document(OpenClip):
-    """The state of the program. Each change is made by a method, which emits a signal."""
+    """The state of the program. Every method that changes it emits a signal."""
 
     opened = Signal()  # the clip was opened or closed, so everything must be updated
     leaving = Signal()  # the clip is about to be replaced, so store text that is being typed
@@ -134,7 +134,7 @@ class Document(OpenClip):
         self._corrected.take(self._previewed())
 
     def snapshot(self, parent: QObject | None = None) -> Document:
-        """Return a copy with the same clip, review and selection, which never writes files."""
+        """Return a copy that has the same clip, review and selection, and never writes files."""
         other = Document(parent)
         if self.data is not None:
             other._hold(self.data, Review(self.review.state))

@@ -52,7 +52,7 @@ class Holder:
 
 
 class ReviewLock:
-    """A lock file, which :meth:`take` locks."""
+    """A lock file. :meth:`take` locks it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -132,7 +132,7 @@ class SymbolButton(QAbstractButton):
         return self._formula.size()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the symbol on a rounded box, which is filled while the symbol is highlighted."""
+        """Draw the symbol on a rounded box. The box is filled while the symbol is highlighted."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(self.rect()).adjusted(1.0, 0.5, -1.0, -0.5)

@@ -1,4 +1,4 @@
-"""The drawing of the gizmo, which shows the tab's symbols in space, on top of the figure."""
+"""Draw the gizmo: the tab's symbols in space, on top of the figure."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
 
 
 class SwingDrag:
-    """A drag of the tip of w, which follows the mouse on a sphere around P.
+    """A drag of w's tip. The tip follows the mouse on a sphere around P.
 
     If the mouse leaves the sphere's outline, the tip continues on the back of the sphere.
     """

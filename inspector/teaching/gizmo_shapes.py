@@ -1,4 +1,4 @@
-"""The geometry of the gizmo's shapes, which show the symbols of a frame in space.
+"""The geometry of the gizmo: shapes that show the symbols of a frame in space.
 
 Every frame has the same number of points, so a new frame only moves them.
 """

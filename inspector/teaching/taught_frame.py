@@ -180,7 +180,7 @@ class TaughtFrame(QObject):
             self.changed.emit()
 
     def set_what_if(self, what_if: WhatIf) -> None:
-        """Set the what-if, which edits the displayed frame."""
+        """Edit the displayed frame with a what-if."""
         if what_if != self.what_if:
             self.what_if = what_if
             self._emit_changed()

@@ -144,7 +144,7 @@ class Layer(QGraphicsItem):
         self.setPos(self._view.pos())
 
     def boundingRect(self) -> QRectF:
-        """Return the view's rectangle, which this item covers."""
+        """Return the rectangle of the view, because this item covers the view."""
         return QRectF(self._view.rect())
 
     def place(self, frame: float) -> float:

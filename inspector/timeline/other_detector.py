@@ -24,7 +24,7 @@ _HEADROOM = 2.2  # smallest range of the plot, in units of τ
 
 
 class Onlooker(Gestures):
-    """Mouse gestures for a read-only plot, which can be scrolled and zoomed."""
+    """Mouse gestures for a read-only plot: scrolling and zooming."""
 
     draws = False
 

@@ -155,7 +155,7 @@ def _inside(places: _Spans, width: int) -> list[int]:
 
 
 def _uprights(at: Sequence[int], height: int) -> QPainterPath:
-    """Return vertical lines at the pixels `at` as a single path, which paints faster."""
+    """Return vertical lines at the pixels `at`, as a single path for speed."""
     x = np.repeat(np.array(at, dtype=np.float64), 2)
     path: QPainterPath = pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
     return path

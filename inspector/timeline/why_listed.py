@@ -40,8 +40,8 @@ def shown_interval(document: Document) -> Interval | None:
 class WhyListed(Pane):
     """A plot of the quantity that shows why the selected interval is listed.
 
-    The kind of the interval declares this quantity, which is computed in the background. A figure
-    computes it immediately.
+    The kind of the interval declares this quantity. It is computed in the background or, for a
+    figure, immediately.
     """
 
     def __init__(self, document: Document, scenery: Scenery, parent: QWidget | None = None) -> None:

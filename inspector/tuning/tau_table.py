@@ -147,7 +147,7 @@ class ComparisonModel(RowModel[_Line]):
         return "…" if coming and (known or not chain) else "–"
 
     def _take_heads(self) -> None:
-        """Set the column headings, which name the profiles if there are several."""
+        """Set the column headings. If there are several profiles, the headings name them."""
         heads, tips = ["\n" * bool(self.others) + tr("Chain")], [""]
         for column in self.columns:
             for what, tip in zip(_HEADS, _TIPS, strict=True):

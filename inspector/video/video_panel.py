@@ -1,4 +1,4 @@
-"""The panel with a clip's witness video, which follows the playhead with a time offset."""
+"""The panel with a clip's witness video. It follows the playhead with a time offset."""
 
 from __future__ import annotations
 

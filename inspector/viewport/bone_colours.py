@@ -23,7 +23,7 @@ _SCALE = ("#f3cf52", "#e8603c", "#b0308f")  # |offset| of 60°, 120°, 180°, wh
 
 
 class Role(IntEnum):
-    """The role of a bone, which determines its colour."""
+    """The role of a bone. The role determines the colour."""
 
     PLAIN = 0
     CHOSEN = 1  # in the selected chain

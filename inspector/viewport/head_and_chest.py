@@ -1,4 +1,4 @@
-"""A head with a face and a rib cage, which show the direction in which a person looks.
+"""Heads with a face, and rib cages, to show the direction that a person faces.
 
 Joints are found by shape, not by name: the chest is the last joint above both arms, and the head
 is at the end of the line of joints that rises from the chest.

@@ -1,4 +1,4 @@
-"""A mesh with its actor, whose points and colours are updated in place every frame.
+"""A mesh and its actor. Points and colours are updated in place every frame.
 
 For speed, arrays are looked up once, plain VTK mappers draw them, and VTK is only notified of
 changes.

@@ -1,4 +1,4 @@
-"""A striped skin along the limbs, which a wrong twist wrings like a candy wrapper.
+"""A striped skin along the limbs. A wrong twist wrings it like a candy wrapper.
 
 As with the twist bones of a game character, the roll of the skin changes evenly along a bone, from
 the joint above to the joint below. Correct joints give straight stripes. A wrong twist of a joint

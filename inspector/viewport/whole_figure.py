@@ -64,7 +64,7 @@ def miniature(
     """Return a drawing of the whole figure as the camera sees it.
 
     - ends: the ends of all bones, (bones, 2, 3)
-    - own: mask of the person's bones, which are drawn, (bones,)
+    - own: mask of the bones to draw, those of one person, (bones,)
     - sides: the joint next to each side's letter, keyed by side
     """
     wide, high = size.toTuple()

@@ -1,4 +1,4 @@
-"""The axes of the plots, which show as many round numbers as fit."""
+"""The axes of the plots. They show as many round numbers as fit."""
 
 from __future__ import annotations
 

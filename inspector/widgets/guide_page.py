@@ -254,7 +254,7 @@ class Pages(MarkdownPage):
         self.soften_tables()
 
     def loadResource(self, kind: int, name: QUrl | str) -> Any:
-        """Load a page, a table, an example or a picture, which is at most as wide as the page."""
+        """Load a page, a table, an example or a picture. Wide pictures are scaled to the page."""
         url = QUrl(name)
         if as_markdown := _MARKDOWN.get(Path(url.path()).suffix):
             return as_markdown(Path(self.source().resolved(url).toLocalFile()))

@@ -150,7 +150,7 @@ def is_text_written() -> bool:
 
 
 def _line(widget: QObject) -> QWidget | None:
-    """Return the widget, or the part of it, in which the user can type, or None."""
+    """Return the text field that is this widget or a part of it, or None."""
     if isinstance(widget, QAbstractSpinBox):
         return None if widget.isReadOnly() else widget
     if isinstance(widget, QComboBox):

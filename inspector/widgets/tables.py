@@ -1,4 +1,4 @@
-"""Tables for the panels, which redraw only the rows that have changed."""
+"""Tables for the panels. They redraw only changed rows."""
 
 from __future__ import annotations
 
@@ -283,7 +283,7 @@ class RowTable(QTableView):
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
 
     def show_numbers(self) -> None:
-        """Show the row numbers, which the model defines, at the left edge."""
+        """Show the row numbers from the model at the left edge."""
         numbers = self.verticalHeader()
         numbers.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         numbers.setHighlightSections(False)

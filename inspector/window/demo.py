@@ -1,4 +1,4 @@
-"""Scripts that operate the window: one takes a screenshot, the other does a whole review."""
+"""Scripts that operate the window: one takes a screenshot, one does a whole review."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The export dialog, which asks for a path, the intervals to correct, and additional files."""
+"""The export dialog: the path, the intervals to correct, and additional files."""
 
 from __future__ import annotations
 

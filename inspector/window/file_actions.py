@@ -221,7 +221,7 @@ class FileActions(Saving):
             )
 
     def next_clip(self) -> None:
-        """Open the next clip with undecided intervals in the list, which is sorted worst first."""
+        """Open the next clip with undecided intervals, in the order from worst to best."""
         data = self.document.data
         path = self.queue.next_after(data.clip.path if data else None)
         if path is not None:

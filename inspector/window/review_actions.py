@@ -38,7 +38,7 @@ class ReviewActions:
     Attributes
     ----------
     card
-        The card of the selected interval, which also shows why nothing was found elsewhere.
+        The card of the selected interval. It also shows why nothing was found elsewhere.
     show_card
         Function that brings the card to the front.
     look

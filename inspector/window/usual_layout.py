@@ -100,7 +100,7 @@ class UsualLayout(QObject):
         """Prepare the layout.
 
         `docks` are the docks in their initial positions, keyed by object name. `controls` are the
-        controls below the figure, which floating panels must not cover initially. `compact` are the
+        controls below the figure. Floating panels do not cover them initially. `compact` are the
         parts that have a layout for low windows, see :class:`LowWindow`.
         """
         super().__init__(window)
@@ -180,7 +180,7 @@ class UsualLayout(QObject):
         dock.move(clear_of(dock.frameGeometry(), taken, room).topLeft())
 
     def _make_usable(self) -> None:
-        """Limit the sizes of restored panels, which may come from another screen."""
+        """Limit the sizes of restored panels, because they may come from another screen."""
         window = self._window
         for dock in self._docks.values():
             if dock.isFloating() or not is_seen(dock):

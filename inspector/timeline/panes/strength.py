@@ -1,4 +1,4 @@
-"""The pane of the strength, which is compared with τ. For a limb, it shows the swivel's jumps."""
+"""The pane of the strength that is compared with τ: for a limb, the swivel's jumps."""
 
 from __future__ import annotations
 
