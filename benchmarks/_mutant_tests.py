@@ -54,7 +54,7 @@ hypothesis.settings.register_profile(
 class Tests:
     """The tests that reach each line of a file, and their durations.
 
-    - reached: the names of tests, keyed by line, which may include SHARED and "" (on import)
+    - reached: the names of tests, keyed by line; SHARED and "" (on import) may be among them
     - seconds: the processor time of each test, keyed by name
     """
 

@@ -1,11 +1,11 @@
 """Measure the speed of the consistency detector: python -m benchmarks.detection_speed [--frames N]…
 
 Repeats a sample up to 10,000 frames, injects errors into all ten chains, and prints the medians in
-ms of four durations: (a) the analysis, which does not depend on τ, also without the tables of pairs
-of edges (signals and predictions); (b) the first τ of ten chains; (c) a new τ of ten chains; (d) a
-new τ of one chain. An analysis caches its solutions, so every τ is used once and selects a new set
-of edges. Set OMP_NUM_THREADS=1 to use one core. Targets: 100 for signals and predictions, 20, 20,
-2.
+ms of four durations: (a) the analysis, which does not depend on τ, with and without the tables of
+pairs of edges (the rest is signals and predictions); (b) the first τ of ten chains; (c) a new τ of
+ten chains; (d) a new τ of one chain. An analysis caches its solutions, so every τ is used once and
+selects a new set of edges. Set OMP_NUM_THREADS=1 to use one core. Targets: 100 for signals and
+predictions, 20, 20, 2.
 
 Then find_chains, the analysis and the intervals at the automatic τ are measured for rigs of N
 joints in one line (--line N…), with 1,000 frames and an error in each chain every 140 frames.

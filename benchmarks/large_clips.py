@@ -65,7 +65,7 @@ def long_clip(path: Path, frames: int) -> None:
 
 
 def many_joints(path: Path, joints: int, frames: int) -> None:
-    """Write a body with many joints: limbs of five joints around a root, which swing and twist.
+    """Write a body with many joints: a root, and limbs of five joints that swing and twist.
 
     In ten of these limbs, a parent is twisted by 40° for half a second, and its child is twisted
     back.

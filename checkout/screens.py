@@ -62,7 +62,7 @@ def virtual_screen(*options: str) -> Iterator[dict[str, str]]:
 
 
 def read_line(descriptor: int, seconds: float) -> str:
-    """Return the line that Xvfb writes when it is ready, which is its display number.
+    """Return the line that Xvfb writes when it is ready: its display number.
 
     Raise SetupError if there is none after `seconds`.
     """

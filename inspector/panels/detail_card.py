@@ -606,7 +606,7 @@ def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator
 
 
 def _rare_side(side: float) -> str:
-    """Return a clause that says how rarely the limb is on this side, or an empty string."""
+    """Return how rarely the limb is on this side, as a clause, or ''."""
     if side > _RARER:
         return tr(
             "In these frames, the joint is on a side that it rarely takes in the rest of this clip."

@@ -43,4 +43,4 @@ class JitterNote(QObject):
             self.trembles.emit(text)
 
     def _ignore(self, error: Exception) -> None:
-        """Show nothing about a clip that cannot be measured."""
+        """Show no note if the jitter cannot be measured."""

@@ -104,7 +104,7 @@ class PictureRows(QObject):
 
     @property
     def size(self) -> tuple[int, int]:
-        """Return width and height in pixels. A height of 0 means what the contents need."""
+        """Return width and height in pixels. A height of 0 fits the contents."""
         sides = self.width.value(), self.height.value()
         if self._unit == "pixels":
             return sides

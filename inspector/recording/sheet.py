@@ -172,7 +172,7 @@ class _Keeper(QPaintEngine):
         return True
 
     def end(self) -> bool:
-        """Do nothing at the end of painting, and report success."""
+        """Report success at the end of painting."""
         return True
 
     def type(self) -> QPaintEngine.Type:

@@ -158,7 +158,7 @@ class Keeper(QObject):
             self.forget(leftover)
 
     def forget(self, leftover: Leftover) -> None:
-        """Delete a journal that the user has answered about or that contains nothing new.
+        """Delete a journal after the user's answer, or because it has no new decisions.
 
         A journal with unreadable lines is renamed instead.
         """

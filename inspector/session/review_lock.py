@@ -86,7 +86,7 @@ class ReviewLock:
                     os.close(handle)
 
     def is_free(self) -> bool:
-        """Return True if nobody holds the lock any more."""
+        """Return True if no program holds the lock now."""
         with suppress(OSError):
             if self.take():
                 self.release()
