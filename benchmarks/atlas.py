@@ -165,7 +165,7 @@ def _row(name: str, own: Sequence[Seen], kinds: Sequence[Kind]) -> Row:
 
 
 def sample(seen: Iterable[Seen], most: int, seed: int) -> list[tuple[str, Find]]:
-    """Return at most `most` finds with their sets, drawn evenly from all sets, kinds and `applied`.
+    """Return at most `most` detections with their sets, evenly from all sets, kinds and `applied`.
 
     If such a group has more finds than its share, they are drawn at random.
     """
@@ -264,7 +264,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
-    """Draw contact sheets of finds, and write a table for their verdicts."""
+    """Draw contact sheets of detections, and write a table for the verdicts."""
     from benchmarks.atlas_pictures import A_SHEET, sheet
 
     output.mkdir(parents=True, exist_ok=True)
@@ -287,7 +287,7 @@ def draw_blind(
     *,
     joints: bool = False,
 ) -> None:
-    """Draw numbered pictures of the finds in random order, and write a key for them.
+    """Draw numbered pictures of the detections in random order, and write a key for them.
 
     The judges do not open the key. :mod:`benchmarks.blind_verdicts` evaluates their verdicts. If
     `joints` is True, the body and one joint are drawn instead of the chain.
@@ -314,7 +314,7 @@ def draw_blind(
 def figures(
     folder: Path, seen: Iterable[Seen], verdicts: Iterable[Mapping[str, str]], output: Path
 ) -> None:
-    """Draw each find for which the verdicts name a picture.
+    """Draw each detection for which the verdicts name a picture.
 
     Bones are drawn as lines unless the set may be published.
     """

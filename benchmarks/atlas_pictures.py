@@ -42,7 +42,7 @@ A_SHEET, COLUMNS = 12, 2
 
 
 def sheet(rows: Sequence[tuple[str, Path, Any]], output: Path, start: int = 0) -> None:
-    """Draw finds in a row, with numbers. Each of `rows` is (set, path of the clip, find)."""
+    """Draw numbered detections in a row. Each of `rows` is (set, path of the clip, Find)."""
     figure = plt.figure(figsize=(17.2, 2.85 * -(-len(rows) // COLUMNS)), dpi=72)
     grid = figure.subfigures(-(-len(rows) // COLUMNS), COLUMNS, squeeze=False)
     for k, (name, clip, find) in enumerate(rows):
@@ -52,7 +52,7 @@ def sheet(rows: Sequence[tuple[str, Path, Any]], output: Path, start: int = 0) -
 
 
 def one(figure: Any, title: str, clip: Path, find: Any) -> None:
-    """Draw one find: three poses from two sides, the twists, the evidence and the bend."""
+    """Draw a detection: three poses from two sides, the twists, the evidence and the bend."""
     motion = read_motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
     sure = "–" if find.confidence is None else f"{find.confidence:.2f}"
@@ -68,7 +68,7 @@ def one(figure: Any, title: str, clip: Path, find: Any) -> None:
 
 
 def picture(clip: Path, find: Any, output: Path, *, bare: bool) -> None:
-    """Draw one find for a page. If `bare` is True, draw bones as lines instead of bodies."""
+    """Draw a detection for a page. If `bare` is True, draw bones as lines instead of bodies."""
     motion = read_motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
     figure = plt.figure(figsize=(9.6, 2.9), dpi=74)

@@ -54,7 +54,7 @@ COLD_RUNS = 7
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of one clip: seconds of processor time, size and number of finds."""
+    """The cost of one clip: seconds of processor time, size and number of detections."""
 
     path: Path
     seconds: float

@@ -161,12 +161,12 @@ def _counts(judged: Sequence[Judged], sure: Sequence[bool]) -> str:
 
 
 def calibration_error(probabilities: np.ndarray, right: np.ndarray) -> float:
-    """Return the expected calibration error, over bins with equal numbers of finds."""
+    """Return the expected calibration error, over bins with equal numbers of detections."""
     return expected_error(equal_bins(probabilities, right))
 
 
 def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -> list[Bin]:
-    """Return bins with equal numbers of finds, ordered by probability.
+    """Return bins with equal numbers of detections, ordered by probability.
 
     Each bin has the 95 % interval of its share of errors.
     """
@@ -180,7 +180,7 @@ def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -
 
 
 def main() -> None:
-    """Collect the finds, fit the weights, and print the results."""
+    """Collect the detections, fit the weights, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("verdicts", type=Path)
     parser.add_argument("folder", type=Path)

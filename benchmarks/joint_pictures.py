@@ -82,7 +82,7 @@ class Scene:
 
     @cached_property
     def poses(self) -> Frames:
-        """The frames in which the body is drawn: before, inside and after the find."""
+        """The frames in which the body is drawn: before, during and after the detection."""
         start, last = self.start, self.stop - 1
         inside = (
             {start, last, (start + last) // 2} if last - start > 2 else set(range(start, self.stop))
@@ -115,7 +115,7 @@ class Scene:
 
     @cached_property
     def hinge(self) -> Chain | None:
-        """The chain of the find, or else the chain whose C or P is the joint."""
+        """The chain of the detection, or else the chain whose C or P is the joint."""
         if self.own is not None:
             return self.own
         own = [c for c in self.chains if not isinstance(c, Limb) and c.axis.ndim == c.arm.ndim == 1]
@@ -124,7 +124,7 @@ class Scene:
 
 
 def joint_picture(clip: Path, find: Any, output: Path, title: str = "") -> None:
-    """Draw a find of :mod:`benchmarks.atlas` into a picture file."""
+    """Draw a detection of :mod:`benchmarks.atlas` into a picture file."""
     offset = np.radians(np.array(find.offset))
     found = Interval(
         find.chain,

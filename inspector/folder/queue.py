@@ -1,4 +1,4 @@
-"""Analyse a folder's clips in the background, one after the other, in worker processes."""
+"""The queue of a folder's clips. Worker processes analyse them in the background."""
 
 from __future__ import annotations
 

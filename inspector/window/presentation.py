@@ -29,7 +29,7 @@ class Scaled(Protocol):
 
 
 class Presentation:
-    """Shows only the figure, the transport, the curves and a lesson's page until it ends."""
+    """Hides everything except figure, transport, curves and lesson, and restores it afterwards."""
 
     def __init__(
         self,
