@@ -256,10 +256,7 @@ def _alike(one: CodeType, other: CodeType) -> bool:
 
 
 def _functions(found: Mapping[str, object], module: str) -> Iterator[tuple[str, FunctionType]]:
-    """Yield the functions and methods of a module, including decorated ones, with their names.
-
-    This includes decorated functions.
-    """
+    """Yield the functions and methods of a module, including decorated ones, with their names."""
     for at, thing in list(found.items()):
         for name in ("", "fget", "fset", "__func__", "func"):
             inner = getattr(thing, name, None) if name else thing

@@ -127,7 +127,7 @@ class Sitting:
             self.act(name)
 
     def edit(self) -> None:
-        """Edit the borders of an interval by dragging and at the playhead.
+        """Edit the edges of an interval by dragging and at the playhead.
 
         Also insert and delete an interval by hand.
         """

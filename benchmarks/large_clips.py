@@ -6,8 +6,8 @@ Two clips are opened in the real window. The first is the sample with eight erro
 200,000 frames. The second is a generated skeleton of many short limbs (300 joints, 3,000 frames)
 with one error in each of ten limbs. The output shows the cost of opening, the memory at the end,
 the file size, and the median and 95th percentile of the cost of each user action until its last
-pixel is drawn. The actions are moving the playhead, dragging an edge, dragging τ, deciding on an
-interval and undoing this, and zooming the plots.
+pixel is drawn. The actions are moving the playhead, dragging an edge of an interval, dragging τ,
+deciding on an interval and undoing this, and zooming the plots.
 
 The times are CPU times of the whole process with all threads, so other programs do not count. With
 a graphics card, the 3D view costs less.

@@ -234,7 +234,7 @@ class PageData:
     def _after(self, data: Analysed, span: int) -> dict[str, Any] | None:
         """Return the joints that the correction changes, with their corrected rotations, or None.
 
-        The correction applies all intervals that are not rejected.
+        All intervals except rejected ones are applied.
         """
         window = self._spans[span][1]
         start, stop = window.first, window.last + 1

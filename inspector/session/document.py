@@ -433,7 +433,7 @@ class Document(OpenClip):
     def _follows_review(self) -> bool:
         """Return True if the review's detector is in use, or load that detector and return False.
 
-        They differ after an undo that restored a review with another detector.
+        The detectors differ after an undo that restored a review with another detector.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

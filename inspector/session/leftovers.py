@@ -93,8 +93,8 @@ def decisions_in(journal: Path) -> int:
         recovered = recover(journal)
     except TwistError:
         return 0
-    began = {_work(judged) for judged in recovered.session.state.intervals}
-    new = sum(_work(judged) not in began for judged in recovered.review.state.intervals)
+    began = {_user_changes(judged) for judged in recovered.session.state.intervals}
+    new = sum(_user_changes(judged) not in began for judged in recovered.review.state.intervals)
     return new or min(recovered.steps, 1)
 
 
@@ -164,8 +164,8 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
     """
     left = leftover.recovered.review.state
     kept = [judged for judged in left.intervals if judged.kept]
-    has = {_work(judged) for judged in state.intervals}
-    lost = sum(_work(judged) not in has for judged in kept)
+    has = {_user_changes(judged) for judged in state.intervals}
+    lost = sum(_user_changes(judged) not in has for judged in kept)
     began = leftover.recovered.session.state
     others = [(s.method, dict(s.tau), s.tracking, s.rig) for s in (left, state, began)]
     set_too = [others[0] not in others[1:], _lacks_left_out(began, left, state)]
@@ -183,7 +183,7 @@ def _lacks_left_out(began: ReviewState, left: ReviewState, state: ReviewState) -
     return bool(missing_from(missing_from(wanted, was), here)) or not_again
 
 
-def _work(judged: Judged) -> tuple[object, ...]:
+def _user_changes(judged: Judged) -> tuple[object, ...]:
     """Return the decision about an interval, and its frames if a person set them."""
     interval = judged.interval
     same = interval.offset.strides == (0,) or not np.ptp(interval.offset)
