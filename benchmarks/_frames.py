@@ -1,4 +1,4 @@
-"""Command-line options, copy of the clip and table for the benchmarks of drawing frames."""
+"""The command line and the table of benchmarks that draw frames of a copied clip."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def run(
     measure: Callable[[Path, int], Figures],
     is_good: Callable[[Figures], bool],
 ) -> int:
-    """Measure a copy of the clip and print a table. Return 1 if a target is missed, else 0.
+    """Measure a copy of the clip and print a table. Return 1 if it misses a target, else 0.
 
-    - about: the description for the command line
+    - about: the description in the command's help
     - clip, frames: the default values of the options
     - measure: a function that returns the numbers
     - is_good: a function that returns True if the numbers meet the targets

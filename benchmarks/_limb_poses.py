@@ -1,6 +1,6 @@
-"""Find impossible motion of limbs from the global positions and orientations of their joints.
+"""Find impossible limb motion from the global positions and orientations of joints.
 
-The judge :mod:`benchmarks.real_flips` uses this geometry. The detectors use none of it.
+The judge :mod:`benchmarks.real_flips` uses this geometry, but the detectors do not.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Jump:
 
 @dataclass(frozen=True)
 class Pose:
-    """A motion in the world.
+    """A motion in world coordinates.
 
     Orientations have the shape (frames, joints, 3, 3), and positions (frames, joints, 3).
     """
@@ -99,11 +99,11 @@ def find(motion: Motion) -> tuple[Limb, ...]:
 
 
 def turns(line: Array, side: Array) -> Array:
-    """Return the angles by which `side` turned about `line` since the previous frame, degrees.
+    """Return the angles, in degrees, by which `side` turned about `line` since the previous frame.
 
-    `line` are directions (frames, 3), and `side` directions perpendicular to them, (frames, 3). The
-    result is (frames,), with 0 in the first frame. Before the comparison, the side in the previous
-    frame is rotated by the smallest rotation that takes the previous line to the current one.
+    `line` has directions, (frames, 3), and `side` directions perpendicular to them. The result is
+    (frames,), with 0 in the first frame. The previous side is first rotated by the smallest
+    rotation from the previous line to the current one.
     """
     a, b = line[:-1], line[1:]
     axis, cos = np.cross(a, b), _dot(a, b)
@@ -130,7 +130,7 @@ def most(fps: float) -> float:
 
 
 def swivels(world: Pose, limb: Limb) -> list[Jump]:
-    """Return the jumps of a limb's swivel that no body can make."""
+    """Return the jumps of a limb's swivel that are too fast for a body."""
     c, e, length = _from_p(world, limb)
     line, side = off_line(c, e)
     bent = _length(side) > BENT * length
@@ -141,7 +141,7 @@ def swivels(world: Pose, limb: Limb) -> list[Jump]:
 
 
 def own_side(world: Pose, limb: Limb) -> Array:
-    """Return the usual (median) direction from the limb's line to C, in P's parent's frame, (3,).
+    """Return the median direction from the limb's line to C in the frame of P's parent, (3,).
 
     To exclude flips, the median is repeated over the frames that agree with the previous one.
     """
@@ -171,7 +171,7 @@ def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
 def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
     """Return impossible rotations of joints about their bones.
 
-    The joints are the limbs' first joints and all joints below them.
+    Only the limbs' first joints and all joints below them are examined.
     """
     skeleton = world.motion.skeleton
     below = {limb.p for limb in limbs}
@@ -194,7 +194,7 @@ def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
 
 
 def moved(before: Pose, after: Pose, joints: Sequence[int], decimals: int) -> float:
-    """Return the largest displacement of the joints, as a share of the height.
+    """Return the joints' largest displacement as a share of the height.
 
     The result is 0 if rounding can explain the displacement. Rounding turns each joint above by at
     most half of the last decimal in each of its three channels.

@@ -1,10 +1,10 @@
-"""Try mutants for benchmarks/mutation.py: run a module's tests in a forked process for each.
+"""Try mutants for benchmarks/mutation.py: test each one in a forked process.
 
 One process imports the tests of a module and forks for each mutant. The child process replaces the
-code of functions and runs the tests that reach them. In two cases, the mutant is tried in another
-child, which has not imported these modules and imports the changed module: if replacing functions
-has no effect, as for a constant, and if it may be incomplete, because the mutant survives although
-importing the tests also ran the function. Other programs that tests start see the unchanged code.
+code of functions and runs the tests that reach them. In two cases, the mutant is tried again in a
+child that imports the changed module from scratch: if replacing functions has no effect, as for a
+constant, or if the mutant survives although importing the tests also ran the function. Other
+programs that tests start see the unchanged code.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ hypothesis.settings.register_profile(
 class Tests:
     """The tests that reach each line of a file, and their durations.
 
-    - reached: the names of tests, keyed by line, which may include SHARED and "" (on import)
+    - reached: the names of tests, keyed by line; SHARED and "" (on import) may be among them
     - seconds: the processor time of each test, keyed by name
     """
 
@@ -160,7 +160,7 @@ def _tried(
 
 
 def _next(running: Mapping[int, float]) -> tuple[int, int]:
-    """Return the next child process that ends, and its status. Kill children that hang."""
+    """Wait for a child process to end. Return it with its status. Children that hang are killed."""
     while True:
         for child, until in running.items():
             ended, status = os.waitpid(child, os.WNOHANG)
@@ -182,7 +182,7 @@ def _said(status: int) -> str:
 def _start(action: Callable[[], int], folder: Path) -> int:
     """Fork a child process that runs `action` without output, and return its id.
 
-    `folder` is where the child puts its temporary files.
+    `folder` is the folder for the child's temporary files.
     """
     sys.stdout.flush()
     child = os.fork()
@@ -220,7 +220,7 @@ def _run(files: Sequence[str], plugin: object) -> int:
 
 
 def changed_in_place(name: str, source: str) -> bool:
-    """Replace the code of an imported module's functions with their code in another source.
+    """Replace the code of an imported module's functions by their code in another source.
 
     Return False if no function differs, so that the change must be outside functions. Raise any
     error that occurs during the import.
@@ -244,7 +244,7 @@ def changed_in_place(name: str, source: str) -> bool:
 
 
 def _alike(one: CodeType, other: CodeType) -> bool:
-    """True if two code objects do the same. The operator == also compares if they have been run."""
+    """True if two code objects do the same. (== also compares whether they have been run.)"""
     pairs = zip(one.co_consts, other.co_consts, strict=False)
     return (
         (one.co_code, one.co_names, one.co_varnames, len(one.co_consts))
@@ -256,10 +256,7 @@ def _alike(one: CodeType, other: CodeType) -> bool:
 
 
 def _functions(found: Mapping[str, object], module: str) -> Iterator[tuple[str, FunctionType]]:
-    """Yield the functions and methods of a module with their positions.
-
-    This includes decorated functions.
-    """
+    """Yield the functions and methods of a module, including decorated ones, with their names."""
     for at, thing in list(found.items()):
         for name in ("", "fget", "fset", "__func__", "func"):
             inner = getattr(thing, name, None) if name else thing
@@ -279,7 +276,7 @@ def module_name(path: Path) -> str:
 
 
 class _Instead(importlib.abc.MetaPathFinder):
-    """An import hook that imports one module from changed source."""
+    """An import hook that loads one module from changed source."""
 
     def __init__(self, path: Path, source: str) -> None:
         self.name = module_name(path)
@@ -376,7 +373,7 @@ def _learn(path: Path, files: Sequence[str], result: Path) -> int:
 
 
 class _Noted:
-    """A pytest plugin that records which test is running, for the coverage, and its duration.
+    """A pytest plugin that records the duration of each test, and the running test for coverage.
 
     Caches filled by the previous test (functools.cache) are cleared, because they would hide lines
     that the next test also needs.

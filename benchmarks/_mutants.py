@@ -2,7 +2,7 @@
 
 Unlike mutmut's own command, this also mutates properties, other decorated functions and constants
 of a module. Each mutant is a whole source file, so nothing needs to be wrapped. Sentences (strings
-with a blank) are not changed, because tests that detect this would test the wording.
+with a blank) are not changed, because tests should not fix the wording.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def _changed(module: cst.Module, mutation: Mutation) -> str:
 
 
 def _shown(old: str, new: str, around: int = 24) -> str:
-    """Return two texts without their common beginning and end, except for `around` characters."""
+    """Return two texts without their common ends, except for `around` characters of context."""
     begin = max(_alike(old, new) - around, 0)
     end = max(_alike(old[begin:][::-1], new[begin:][::-1]) - around, 0)
     first, last = ("… " if begin else ""), (" …" if end else "")

@@ -50,9 +50,9 @@ class Helper:
     - bone: the bone in LIMBS that gives the helper its direction and roll
     - at: the distance from the parent, as a share of the bone's length
     - aside: the perpendicular distance, as a share of the bone's length
-    - undo: the share of the bone's own roll that the helper turns back
-    - follow: the share of the roll of the joint below that the helper has
-    - bend: the helper's share of the whole rotation of the joint below
+    - undo: the share of the bone's roll that the helper undoes
+    - follow: the share of the next joint's roll that the helper follows
+    - bend: the share of the next joint's whole rotation that the helper follows
     """
 
     name: str
@@ -73,8 +73,8 @@ class Rig:
     - limbs: names for LIMBS, several for a bone in pieces
     - sides: the values of {s}
     - pelvis: the name of a joint between the first joint and the legs
-    - share: the share of a bone's own roll in its first piece, and the share of the roll of the
-      joint below that the last piece does not take over
+    - share: the share of a bone's roll in its first piece, and the share of the next joint's roll
+      that the last piece does not have
     - source: the origin of the names and the hierarchy
     - as_is: True for the rig of CMU itself
     """
@@ -150,7 +150,7 @@ def shared_joints(motion: Motion, rig: Rig) -> dict[str, str]:
 def _descend(made: _Making, joint: int, parent: int, offset: Array, turn: Array | None) -> None:
     """Create a joint of CMU's rig, its pieces and helpers, and all joints below it.
 
-    `turn` is the part of its rotation that the pieces of the bone above have, or None.
+    `turn` is the part of its rotation that the pieces of its parent's bone have, or None.
     """
     skeleton, rig = made.motion.skeleton, made.rig
     cmu = skeleton.names[joint]
@@ -189,7 +189,7 @@ def _bone(
 ) -> tuple[int, dict[int, Array]]:
     """Create the pieces and helpers of a bone.
 
-    Return the last piece and the rotations that its children turn back.
+    Return the last piece, and the rotations that its children must undo.
     """
     motion, rig = made.motion, made.rig
     skeleton = motion.skeleton
@@ -270,7 +270,7 @@ def _roll(q: Array, axis: Array) -> Array:
 
 
 def bone_pairs(motion: Motion, rig: Rig) -> dict[tuple[int, str], tuple[int, int]]:
-    """Return P and C of each limb joint, keyed by side and role of the bone, for injecting errors.
+    """Return P and C of each limb bone, for injecting errors, keyed by the bone's side and role.
 
     P is the parent of C. In a bone with several pieces, P is the last piece.
     """
@@ -284,7 +284,7 @@ def bone_pairs(motion: Motion, rig: Rig) -> dict[tuple[int, str], tuple[int, int
 
 
 def piece_pairs(motion: Motion, rig: Rig) -> list[tuple[tuple[int, int], tuple[int, bool]]]:
-    """Return P and C for each two neighbouring pieces of a bone, with the limb of the bone."""
+    """Return each two neighbouring pieces of a bone as P and C, with the bone's limb."""
     index = motion.skeleton.index
     found = []
     for side in (0, 1):

@@ -36,7 +36,7 @@ class Alive:
     - windows: widgets without a parent
     - ours: objects of our Qt classes that Python references and Qt has not deleted
 
-    The other fields are named after the objects that they count.
+    All other fields have the names of the objects they count.
     """
 
     mib: float
@@ -112,8 +112,7 @@ def resident() -> float:
 def children() -> list[str]:
     """Return the command lines of the running processes that this process has started.
 
-    The resource tracker of Python's multiprocessing is left out, because it always runs until the
-    program ends.
+    Python's resource tracker is left out, because it always runs until the program ends.
     """
     numbers = [n for t in (_PROCESS / "task").iterdir() for n in _read(t / "children").split()]
     lines = [_read(Path("/proc", n, "cmdline")).replace("\0", " ").strip() for n in numbers]
@@ -134,7 +133,7 @@ class Said:
     wrong: list[str] = field(default_factory=list)
 
     def note(self, kind: type[BaseException], error: object, trace: TracebackType | None) -> None:
-        """Record an exception with the place where it was last raised."""
+        """Record an exception and where it was last raised."""
         while trace is not None and trace.tb_next is not None:
             trace = trace.tb_next
         place = ""
@@ -155,7 +154,7 @@ class _Logged(logging.Handler):
 
 @contextmanager
 def heard() -> Iterator[Said]:
-    """Record every uncaught exception in a slot or thread, and every warning of Qt or a log."""
+    """Record all uncaught exceptions in slots and threads, and all warnings of Qt and logs."""
     said = Said()
 
     def message(kind: QtMsgType, _context: object, text: str) -> None:

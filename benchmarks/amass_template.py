@@ -1,12 +1,12 @@
-"""Measure the effect of an AMASS file without a body, for which a template's bones are used.
+"""Measure the effect of using a template's bones for an AMASS file without a body.
 
     python -m benchmarks.amass_template FOLDER [--tilt DEG]…
 
-Each BVH in the folder becomes an AMASS clip and gets errors of protocol P0. In this clip, the limbs
-at rest are rotated by DEG from those of the template, each bone in another direction. The table
-shows the counter-twists found with the body, the ones also found in the same frames without it, and
-how far joints of the real body move when these are corrected about the template's bones. The limbs
-of a real body are up to 8° away from the axes of a T-pose.
+Each BVH in the folder becomes an AMASS clip with errors of protocol P0. At rest, its limbs are
+rotated by DEG from the template's, each bone in a different direction. The table shows the
+counter-twists found with the body, those also found in the same frames without it, and how far
+joints of the real body move if these are corrected about the template's bones. The limbs of a real
+body are up to 8° away from the axes of a T-pose.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _LIMBS = (1, 2, 4, 5, 7, 8, 16, 17, 18, 19)
 
 
 def tilts(degrees: float, rng: np.random.Generator) -> np.ndarray:
-    """Return a rest rotation for the bones of each joint, (24, 4). Only limbs are rotated."""
+    """Return a rest rotation for each joint's bones, (24, 4). Only limbs are rotated."""
     axes = np.zeros((24, 3))
     axes[list(_LIMBS)] = np.radians(degrees) * normalise(rng.normal(size=(len(_LIMBS), 3)))
     return exponential(axes)
@@ -62,8 +62,8 @@ def packed(arrays: dict[str, np.ndarray]) -> bytes:
 def row(paths: list[Path], degrees: float) -> str:
     """Return a row of the table for some clips.
 
-    The columns are the finds with the body, those also found without it, those found only without
-    it, and the displacement of joints.
+    The columns are the detections with the body, with and without it, and only without it, and the
+    displacement of joints.
     """
     known = same = more = 0
     moved = []

@@ -6,10 +6,9 @@ Both folders contain files with the same names: the CMU Motion Capture Database 
 its ASF files, and a BVH version of it in which the joints have the same order. Frame 0 of such a
 BVH may be a T-pose that was added later. The BVH omits the length of bones with several children
 (thorax, wrists), whose joints have an OFFSET of 0. The output is the largest distance of a joint in
-any frame, in the length unit of the AMC, after both were scaled by one factor, which is estimated
-from the paths of the roots. It is given for the joints that have no omitted length above them, and
-for all joints after these lengths were restored. The exit status is 1 if a distance exceeds the
-rounding of both files.
+any frame, in the AMC's length unit, after scaling one file by a factor estimated from the paths of
+the roots. It is given for the joints without an omitted length above them, and for all joints after
+these lengths were restored. The exit status is 1 if a distance exceeds the rounding of both files.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ MOST = 2e-4
 class Compared:
     """The result for one clip.
 
-    These are the scale, the two largest distances, and the joints with an omitted OFFSET.
+    The fields are the scale, the two largest distances, and the joints with an omitted OFFSET.
     """
 
     frames: int

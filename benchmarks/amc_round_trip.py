@@ -1,11 +1,10 @@
 """Read and write AMC clips: python -m benchmarks.amc_round_trip FOLDER [--flip]
 
-Every clip in the folder is searched and corrected as with `twistcore refine`, and the output is
-compared with the source word by word. The only words that may differ are the numbers of a bone in a
-frame that an accepted interval changes. With --flip, a flip of 170° about the right leg's line,
-including the foot, is first injected into 12 frames, because few clips have errors that can be
-corrected with the channels of their bones. The exit status is 1 if any other word differs, or if an
-injected flip is not corrected.
+Every clip in the folder is corrected as by `twistcore refine`, and the output is compared with the
+source word by word. Only the numbers of bones in frames that an accepted interval changes may
+differ. With --flip, a flip of 170° about the right leg's line, including the foot, is first
+injected into 12 frames, because few clips have errors that the channels of their bones can correct.
+The exit status is 1 if any other word differs, or if an injected flip is not corrected.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ def with_flip(clip: AmcClip) -> AmcClip:
 def words(data: bytes) -> list[tuple[int, str, bytes]]:
     """Return the words of a file.
 
-    Each has its frame, counted from 0, and the first word of its line.
+    Each comes with its frame, counted from 0, and the first word of its line.
     """
     out, frame = [], -1
     for line in data.splitlines():

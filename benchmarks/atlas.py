@@ -1,21 +1,20 @@
-"""Survey the finds in folders of captures: python -m benchmarks.atlas FOLDER [--json FILE].
+"""Survey the detections in folders of captures: python -m benchmarks.atlas FOLDER [--json FILE].
 
     python3 dev.py bench atlas FOLDER [--only SET]… [--json FILE] [--pictures DIR] [--verdicts CSV]
     python3 dev.py bench atlas FOLDER --kinds spike --kinds stretch… --blind DIR
 
-FOLDER contains one folder for each set of captures. Every clip is read and searched for errors with
-default settings. For each set, the table shows its clips, minutes and failures, and the number of
-intervals by kind, in total and per hour. The column `applied` counts automatic corrections. A clip
-that cannot be read or searched is listed and does not stop the survey, but the exit status is then
-1.
+FOLDER contains one folder for each set of captures. Errors are detected in every clip with default
+settings. For each set, the table shows clips, minutes, failures, and the number of intervals by
+kind, in total and per hour. The column `applied` counts automatic corrections. Failed clips are
+listed and do not stop the survey, but the exit status is then 1.
 
---blind draws the finds for judges who see neither the set nor the confidence
-(:mod:`benchmarks.blind_verdicts`). --pictures draws contact sheets with at most --most finds
-(:mod:`benchmarks.atlas_pictures`), chosen at random from all sets and kinds. --kinds searches for
-other kinds, of the capture or of one joint, which --blind draws with the whole body and the marked
+--blind draws the detections for judges who see neither the set nor the confidence
+(:mod:`benchmarks.blind_verdicts`). --pictures draws contact sheets with at most --most detections
+(:mod:`benchmarks.atlas_pictures`), chosen at random from all sets and kinds. --kinds selects
+capture faults or errors of single joints; --blind draws these with the whole body and the marked
 joint (:mod:`benchmarks.joint_pictures`). --verdicts reads a table of visual verdicts with the
-columns of docs/atlas-verdicts.csv. It prints how many finds are *error*, *doubtful* and *alarm*,
-and Wilson's interval for the share of errors.
+columns of docs/atlas-verdicts.csv, and prints the number of *error*, *doubtful* and *alarm*, and
+Wilson's interval for the share of errors.
 """
 
 from __future__ import annotations
@@ -53,8 +52,8 @@ Row = dict[str, float | int | str]
 class Find:
     """An interval of a clip.
 
-    applied: True for an automatic correction of `refine`; offset: what a correction removes, zeros
-    without one; carried: True if the part below carried along.
+    applied: True for an automatic correction of `refine`; offset: the offset that a correction
+    removes, or zeros; carried: True if the part below was carried along.
     """
 
     clip: str
@@ -90,7 +89,7 @@ class Seen:
 
 
 def look(path: Path, kinds: Sequence[Kind] = KINDS) -> Seen:
-    """Read a clip and search it for errors of some kinds. Raise TwistError if this fails."""
+    """Detect errors of some kinds in a clip. Raise TwistError if this fails."""
     motion = read_clip(path).motion
     analysis = analyse(motion)
     found = analysis.detect(kinds=kinds)
@@ -136,7 +135,7 @@ def survey(
 def table(seen: Iterable[Seen], kinds: Sequence[Kind] = KINDS) -> list[Row]:
     """Return a row per set and a total row.
 
-    The columns are clips, minutes, failures, finds and corrections, in total and per hour.
+    The columns are clips, minutes, failures, detections and corrections, in total and per hour.
     """
     by_set: dict[str, list[Seen]] = defaultdict(list)
     for s in seen:
@@ -166,7 +165,7 @@ def _row(name: str, own: Sequence[Seen], kinds: Sequence[Kind]) -> Row:
 
 
 def sample(seen: Iterable[Seen], most: int, seed: int) -> list[tuple[str, Find]]:
-    """Return at most `most` finds with their sets, drawn evenly from every set, kind and `applied`.
+    """Return at most `most` detections with their sets, evenly from all sets, kinds and `applied`.
 
     If such a group has more finds than its share, they are drawn at random.
     """
@@ -197,7 +196,7 @@ def wilson(right: int, of: int) -> tuple[float, float]:
 
 
 def precision(verdicts: Iterable[Mapping[str, str]], *by: str) -> list[Row]:
-    """Return the number of each verdict, and the share of errors with its interval.
+    """Return the number of verdicts of each kind, and the share of errors with its interval.
 
     The rows are grouped by the given columns.
     """
@@ -265,7 +264,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
-    """Draw contact sheets of finds, and write a table for their verdicts."""
+    """Draw contact sheets of detections, and write a table for the verdicts."""
     from benchmarks.atlas_pictures import A_SHEET, sheet
 
     output.mkdir(parents=True, exist_ok=True)
@@ -288,7 +287,7 @@ def draw_blind(
     *,
     joints: bool = False,
 ) -> None:
-    """Draw numbered pictures of the finds in random order, and write a key for them.
+    """Draw numbered pictures of the detections in random order, and write a key for them.
 
     The judges do not open the key. :mod:`benchmarks.blind_verdicts` evaluates their verdicts. If
     `joints` is True, the body and one joint are drawn instead of the chain.
@@ -315,9 +314,9 @@ def draw_blind(
 def figures(
     folder: Path, seen: Iterable[Seen], verdicts: Iterable[Mapping[str, str]], output: Path
 ) -> None:
-    """Draw each find that has a picture name.
+    """Draw each detection for which the verdicts name a picture.
 
-    Bones are drawn only as lines, unless the set may be published.
+    Bones are drawn as lines unless the set may be published.
     """
     from benchmarks.atlas_pictures import picture
 

@@ -1,4 +1,4 @@
-"""Draw finds: the limb before, inside and after the interval, and its curves over time.
+"""Draw detections: the limb before, during and after the interval, and its curves over time.
 
 Used by :mod:`benchmarks.atlas`. Only the skeleton is drawn. Bones are flat bodies with a light and
 a dark face, so that their roll is visible.
@@ -42,7 +42,7 @@ A_SHEET, COLUMNS = 12, 2
 
 
 def sheet(rows: Sequence[tuple[str, Path, Any]], output: Path, start: int = 0) -> None:
-    """Draw finds in a row, with numbers. Each of `rows` is (set, path of the clip, find)."""
+    """Draw numbered detections in a row. Each of `rows` is (set, path of the clip, Find)."""
     figure = plt.figure(figsize=(17.2, 2.85 * -(-len(rows) // COLUMNS)), dpi=72)
     grid = figure.subfigures(-(-len(rows) // COLUMNS), COLUMNS, squeeze=False)
     for k, (name, clip, find) in enumerate(rows):
@@ -52,7 +52,7 @@ def sheet(rows: Sequence[tuple[str, Path, Any]], output: Path, start: int = 0) -
 
 
 def one(figure: Any, title: str, clip: Path, find: Any) -> None:
-    """Draw one find: three poses from two sides, the twists, the evidence and the bend."""
+    """Draw a detection: three poses from two sides, the twists, the evidence and the bend."""
     motion = read_motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
     sure = "–" if find.confidence is None else f"{find.confidence:.2f}"
@@ -68,7 +68,7 @@ def one(figure: Any, title: str, clip: Path, find: Any) -> None:
 
 
 def picture(clip: Path, find: Any, output: Path, *, bare: bool) -> None:
-    """Draw one find for a page. If `bare` is True, draw bones as lines instead of bodies."""
+    """Draw a detection for a page. If `bare` is True, draw bones as lines instead of bodies."""
     motion = read_motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
     figure = plt.figure(figsize=(9.6, 2.9), dpi=74)
@@ -119,10 +119,10 @@ def _window(motion: Motion, find: Any) -> NDArray[np.int64]:
 
 
 def draw_poses(panel: Any, motion: Motion, chain: Chain, find: Any, *, bare: bool = False) -> None:
-    """Draw the bones of P and C before, inside and after the interval, from two sides.
+    """Draw the bones of P and C before, during and after the interval, from two sides.
 
-    They are drawn in the frame of P's parent, so only the limb moves, and all three poses are seen
-    from the same direction.
+    The frame of P's parent is used, so that only the limb moves and all poses are seen from the
+    same direction.
     """
     middle = (find.start + find.stop - 1) // 2
     shown = [max(find.start - 2, 0), middle, min(find.stop + 1, motion.frames - 1)]
@@ -249,7 +249,7 @@ def _azimuth(q_c: Array, chain: Chain) -> Array:
 
 
 def _of_a_joint(panel: Any, motion: Motion, find: Any, frames: Any) -> None:
-    """Plot the twist of the jumping joint about its axis, globally and relative to its parent."""
+    """Plot the twist of the jumping joint about its axis, global and relative to its parent."""
     joint = motion.skeleton.index(find.joint)
     axis = own_axis(motion.skeleton, joint)
     part = motion.sliced(int(frames[0]), int(frames[-1]) + 1)

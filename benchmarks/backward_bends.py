@@ -1,13 +1,13 @@
-"""Measure how many injected backward bends are found, and what is found without them.
+"""Measure recall for injected backward bends, and count detections in the original clips.
 
     python -m benchmarks.backward_bends FOLDER… [--seed N] [--list]
 
-The first line for a folder shows how many backward bends per minute are found in the original
-clips, and in how many knees and elbows the clip shows the hinge. Then, for every size from 5° to
-60°, each knee and elbow is bent backward once, for 0.3-1.2 s, where the limb is nearly straight.
-The bend begins and ends gradually, in a quarter of that time each. It counts as found if a backward
-bend of that joint overlaps it. Counter-twists and flips, which would explain some bends, are not
-searched for. --list also prints the finds in the original clips.
+The first line for a folder shows the backward bends per minute found in the original clips, and the
+number of knees and elbows with a known hinge. Then, for every size from 5° to 60°, each knee and
+elbow is bent backward once, for 0.3-1.2 s, where the limb is nearly straight. The bend begins and
+ends gradually, in a quarter of that time each. It counts as found if a detected backward bend of
+that joint overlaps it. Counter-twists and flips, which would explain some bends, are not detected.
+--list also prints the detections in the original clips.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _BORDER = 0.25  # of the bend's time, on either side
 
 
 def hinges_of(clip: ClipAnalysis) -> list[tuple[Chain, Hinge | None]]:
-    """Return the chain of each knee and elbow, with its hinge if the clip shows it."""
+    """Return the chain of each knee and elbow, with its hinge if known from the clip."""
     middle = {limb.child for limb in clip.limbs}
     chains = [c for c in clip.chains if c.child in middle and c.ends]
     return [(c, hinge_of(Witnesses.of(clip.motion, c))) for c in chains]

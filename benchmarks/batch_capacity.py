@@ -2,13 +2,12 @@
 
     python -m benchmarks.batch_capacity OUTDIR… [--hours H]
 
-Draws clips at random from manifests, with the seconds that each took, and assigns them to workers
-in two orders: the largest file first, like `batch`, and at random. Some clips are made ten times
-slower, as if the disk or another program were busy. For several numbers of clips and workers, the
-table shows the hours until the last clip is finished, the share of the workers' time that is spent
-on work, the worker-hours and the cost. The workers spend the rest of their time on starting or on
-waiting for the last clips. The output ends with the number of workers that finish in the given
-hours.
+Draws clips and their processing times at random from manifests, and assigns them to workers in two
+orders: the largest file first, like `batch`, and at random. Some clips are made ten times slower,
+as if the disk or another program were busy. For several numbers of clips and workers, the table
+shows the hours until the last clip is finished, the utilisation of the workers, the worker-hours
+and the cost. Idle workers are starting or waiting for the last clips. The output ends with the
+number of workers that finish in the given hours.
 """
 
 from __future__ import annotations

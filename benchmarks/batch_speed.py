@@ -3,10 +3,11 @@
     python -m benchmarks.batch_speed FOLDER [--rounds N] [--json]
 
 Runs the whole command in a new process over the folder's clips, with one worker, with two workers,
-and on a local Dask cluster of two. Then it runs again when all clips are finished. The table shows
-the seconds (of the fastest round), clips and bytes per second, the speed-up by the second worker,
-the memory of a worker at its largest clip, and whether all results are equal. Targets: 12 clips per
-second with two workers, 1.7 times as fast as with one, and 0.5 s + 2 ms per clip if nothing is new.
+and on a local Dask cluster of two. Then it runs again with all clips already finished. The table
+shows the seconds (of the fastest round), clips and bytes per second, the speed-up by the second
+worker, a worker's memory for its largest clip, and whether all results are equal. Targets: 12 clips
+per second with two workers, 1.7 times as fast as with one, and 0.5 s + 2 ms per clip if nothing is
+new.
 """
 
 from __future__ import annotations

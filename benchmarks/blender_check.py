@@ -2,11 +2,11 @@
 
     python -m benchmarks.blender_check FILE-OR-FOLDER… [--blender PYTHON]
 
-Two files are written for each clip. In the first one, every rotation number is computed again from
-quaternions. In the second one, all finds of `refine` are also corrected. Blender imports both
-files, and the heads of its bones are compared with our joints in up to 40 frames. For the corrected
-file, these include corrected frames. The distances are shares of the skeleton's height (expected ≤
-1e-3). The exit status is 1 if any distance is larger.
+Two files are written for each clip. In the first, every rotation is computed again from
+quaternions. In the second, all detections of `refine` are also corrected. Blender imports both
+files, and the heads of its bones are compared with our joints in up to 40 frames, including
+corrected ones. The distances are shares of the skeleton's height (expected ≤ 1e-3). The exit status
+is 1 if any distance is larger.
 
 PYTHON is an interpreter that can import bpy. It may differ from this one, because bpy exists for
 only one version of Python: python3.11 -m venv v && v/bin/pip install bpy==4.5.* numpy
@@ -55,7 +55,7 @@ def export(source: Path, folder: Path) -> list[Path]:
 def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) -> None:
     """Write the joint positions next to a file, for some frames.
 
-    The frames are evenly spaced, and some of `also` are added.
+    The frames are evenly spaced, plus some of the frames `also`.
     """
     from twistcore.skeleton.motion import forward_kinematics
 

@@ -1,15 +1,15 @@
 """Combine the verdicts of two blind judges: python -m benchmarks.blind_verdicts DIR [--csv FILE].
 
 DIR is a folder made by `python -m benchmarks.atlas FOLDER --blind DIR`. It contains a picture of
-every find, numbered in random order and without its set, clip, kind or confidence, and `key.csv`,
-which the judges must not open. Each judge writes a table with the columns `number,verdict,why`. The
-first judge's table is `first.csv`, and the second judge's is `second.csv`.
+every detection, numbered at random and without set, clip, kind or confidence, and `key.csv`, which
+the judges must not open. Each judge writes a table with the columns `number,verdict,why`. The first
+judge's table is `first.csv`, and the second judge's is `second.csv`.
 
-A find on which the judges differ counts as doubtful. The output shows Cohen's kappa over all finds
-and over automatic corrections, and the verdicts by kind, by set and for automatic corrections. It
-also compares the confidence, in bins, with the share of errors among errors and alarms, and shows
-the mean distance of the two (ECE). --csv writes a table like docs/atlas-blind.csv. --figure draws a
-picture of the reliability.
+A detection on which the judges differ counts as doubtful. The output shows Cohen's kappa over all
+detections and over automatic corrections, and the verdicts by kind, by set and for automatic
+corrections. It also compares the confidence, in bins, with the share of errors among errors and
+alarms (ECE). --csv writes a table like docs/atlas-blind.csv. --figure draws a picture of the
+reliability.
 """
 
 from __future__ import annotations

@@ -3,10 +3,10 @@
     python -m benchmarks.burst_smoothing FOLDER… [--seeds N]
 
 Every clip, at 20, 30 and 120 frames per second, gets the bursts of `benchmarks.noise_bursts`. Then
-`quamo refine --where noisy` smooths what it finds, and a Butterworth filter of second order at 3.5
-Hz, run in both directions, smooths all frames of all joints. The output shows the mean distance of
-the joints from the truth in mm for a figure of 1.75 m, inside the burst and in all other frames; in
-how many bursts the result is at least as close to the truth as with the filter; and how many
+`quamo refine --where noisy` smooths the detected bursts, and a second-order Butterworth filter at
+3.5 Hz, run in both directions, smooths all frames of all joints. The output shows the mean distance
+of the joints from the truth in mm for a figure of 1.75 m, inside the burst and in all other frames;
+the number of bursts in which the result is at least as close to the truth as the filter's; and the
 numbers changed outside the treated frames.
 """
 
@@ -31,7 +31,7 @@ HEIGHT_MM, CUTOFF = 1750.0, 3.5
 
 
 def distances(made: Motion, truth: Motion, inside: Array) -> tuple[float, float]:
-    """Return the mean distance inside and outside the burst in mm."""
+    """Return the mean distances inside and outside the burst, in mm."""
     scale = HEIGHT_MM / truth.skeleton.height
     apart = np.linalg.norm(forward_kinematics(made)[1] - forward_kinematics(truth)[1], axis=-1)
     return scale * float(apart[inside].mean()), scale * float(apart[~inside].mean())
@@ -45,7 +45,7 @@ def filtered(motion: Motion) -> Motion:
 
 
 def measured(motion: Motion, rng: np.random.Generator) -> tuple[Array, int] | None:
-    """Return the distances of every way, (ways, 2), and the numbers changed outside the spans."""
+    """Return each method's distances, (methods, 2), and the count of numbers changed elsewhere."""
     if (made := with_noise(motion, rng)) is None:
         return None
     noisy, frames = made

@@ -2,10 +2,9 @@
 
 For every file that both programs can read, the output shows the largest distance between our joints
 and those of pybvh, as a share of the skeleton's height, in three cases: as read (expected ≤ 1e-9);
-after every rotation number was computed again from quaternions and the file was read by pybvh (≤
-1e-6); and after all finds of `refine` were corrected and the file was read by pybvh (≤ 1e-9). It
-also shows how far the correction moved any joint according to pybvh. The exit status is 1 if any of
-the first three numbers is larger than expected.
+with every rotation computed again from quaternions (≤ 1e-6); and with all detections of `refine`
+corrected (≤ 1e-9). It also shows the largest displacement of a joint by the correction according to
+pybvh. The exit status is 1 if any of the first three numbers is larger than expected.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ def pybvh_positions(path: Path) -> NDArray[np.float64]:
 
 
 def rewritten(clip: Clip) -> bytes:
-    """Return the clip with every rotation number computed again from quaternions."""
+    """Return the clip with every rotation computed again from quaternions."""
     every = np.zeros(clip.motion.rotations.shape[:2], dtype=np.bool_)
     every[:] = clip.skeleton.rotatable
     return clip.patched(clip.motion, every).data
@@ -66,7 +65,7 @@ def corrected(path: Path) -> tuple[float, float]:
 def differences(path: Path) -> tuple[float, float]:
     """Return the largest distances of a joint, as shares of the height.
 
-    The first is for the file as read, and the second for the rewritten file.
+    The first is for the file as read, the second for the rewritten file.
     """
     clip = read_bvh(path)
     ours = forward_kinematics(clip.motion)[1]

@@ -2,17 +2,16 @@
 
     python -m benchmarks.bvh_io [--runs N]
 
-The times are for a program that is started for a single clip. Each is the median over processes
-that carry out each step once, excluding imports, with the tools in turn. The clip is a sample
-repeated up to 20,000 frames of 96 channels. It has three forms: with 6 decimals throughout, as the
-sample is written (4 decimals, and a row of integers in every 435), and with 6 digits as written by
-%g, so that the number of decimals varies. Other libraries that are not installed (pip install
-'twist-inspector[peers]') are skipped with a message.
+The times are those of a program that handles a single clip: medians over processes that carry out
+each step once, excluding imports. The tools run in turn. The clip is a sample repeated up to 20,000
+frames of 96 channels. It has three forms: with 6 decimals throughout, as the sample is written (4
+decimals, and a row of integers in every 435), and with 6 significant digits (%g). Other libraries
+that are not installed (pip install 'twist-inspector[peers]') are skipped with a message.
 
-The steps are parse, fk and write. parse is from the file to skeleton and numbers. fk is from the
-numbers to the positions of all joints in all frames, in our case including quaternions. write is
-writing a file in which 2 joints (6 of 96 columns) have changed in every frame, although the other
-libraries can only write all columns. memory is the peak during parsing, excluding imports.
+The step `parse` reads skeleton and numbers from the file. `fk` computes the positions of all joints
+in all frames (ours includes quaternions). `write` writes a file in which 2 joints (6 of 96 columns)
+have changed in every frame; other libraries can only write all columns. `memory` is the peak during
+parsing, excluding imports.
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ Steps = tuple[
 def tiled(frames: int, form: str) -> bytes:
     """Return the sample's rows, repeated.
 
-    If a format is given, all numbers are changed slightly so that they have this format.
+    If a format is given, all numbers are changed slightly to fit it.
     """
     data = SAMPLE.read_bytes().replace(b"\r\n", b"\n")
     head, _, motion = data.partition(b"MOTION\n")
@@ -184,7 +183,7 @@ def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float
 def _memory() -> float:
     """Return the peak memory of this process in MB.
 
-    ru_maxrss is not used, because it would start at the parent's peak.
+    ru_maxrss is not used, because it starts at the parent's peak.
     """
     status = Path("/proc/self/status")
     if status.exists():

@@ -3,12 +3,12 @@
     python -m benchmarks.calibration FOLDER [--seed N] [--step N]
 
 FOLDER contains clips named SUBJECT_TRIAL.bvh. Errors of eleven protocols, plain and rich, are
-injected into one chain at a time. The candidates are the intervals found down to 0.3 τ. A candidate
-is right if its IoU with an injected interval is ≥ 0.5 and if ≥ 80 % of that interval's frames are
+injected into one chain at a time. The candidates are the intervals found at 0.3 τ. A candidate is
+right if its IoU with an injected interval is ≥ 0.5 and ≥ 80 % of that interval's frames are
 corrected by ≥ 80 %. The logistic map is refitted on one subject, and its weights are printed for
 comparison with twistcore.detection.consistency.confidence. The tables evaluate the shipped map on
-all *other* subjects, first as injected, and then with a tenth of the errors, where there are nine
-clean chains for each chain with errors. They show the area under the ROC curve (AUC), the expected
+all *other* subjects, first as injected, and then with a tenth of the errors, that is, nine clean
+chains for each chain with errors. They show the area under the ROC curve (AUC), the expected
 calibration error over ten bins (ECE), and the reliability in each bin.
 """
 
@@ -70,8 +70,8 @@ def right(interval: Interval, errors: Sequence[InjectedError]) -> bool:
 def features(interval: Interval, tau: float) -> tuple[float, ...]:
     """Return the features of an interval.
 
-    These are the gain, the closing residual in σ, the margin of the weaker edge, the number of
-    frames, and whether τ is reached.
+    The features are the gain, the closing residual in σ, the margin of the weaker edge, the number
+    of frames, and whether τ is reached.
     """
     evidence = interval.evidence or {}
     weakest = np.radians(min(abs(e["jump_deg"]) for e in evidence["edges"]))
@@ -83,7 +83,7 @@ def features(interval: Interval, tau: float) -> tuple[float, ...]:
 def candidates(
     analysis: ConsistencyAnalysis, chains: Sequence[Chain]
 ) -> list[tuple[Interval, float]]:
-    """Return the intervals of all chains between two jumps down to 0.3 τ, each with its τ."""
+    """Return all chains' intervals between two jumps of at least 0.3 τ, each with its τ."""
     return [
         (i, tau)
         for c in chains
@@ -179,7 +179,7 @@ def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
 def report(title: str, sample: Sample, clean_weight: float) -> None:
     """Print one table.
 
-    `clean_weight` is the number of passes without errors for each pass with errors.
+    `clean_weight` is the number of clean passes for each pass with errors.
     """
     p, y, clean = np.array(sample.p), np.array(sample.y), np.array(sample.clean)
     # A clip has one clean pass for all chains, but one pass with errors for each chain.

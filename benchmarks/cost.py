@@ -2,22 +2,21 @@
 
     python -m benchmarks.cost FOLDER... [--profile N] [--made FRAMES ERRORS]
 
-Every BVH clip in or below the folders is read and searched for errors in this process, as with
-`twistcore detect --json`. The output shows the processor time per megabyte of file (median, worst
-and their ratio), and the ten most expensive clips. The options are:
+Errors are detected in every BVH clip in or below the folders, as by `twistcore detect --json`. The
+output shows the processor time per megabyte of file (median, worst and their ratio), and the ten
+most expensive clips. The options are:
 
 - --profile: show the functions that take the most time, for the N worst clips;
 - --made: instead of folders, measure the sample repeated up to FRAMES frames with ERRORS injected
   twist errors, in a separate process, and show its finds, processor time and peak memory;
-- --clip: the same for one file;
-- --cold: show the processor time of a whole `twistcore detect` of a clip in a new process, compared
-  with the time in which pybvh (--pybvh: an interpreter that has it), or plain numpy, reads the same
-  file and computes the angular speeds of all joints.
+- --clip: measure one file in the same way;
+- --cold: show the processor time of a whole `twistcore detect` in a new process, compared with
+  reading the same file and computing all angular speeds with plain numpy or with pybvh (--pybvh: an
+  interpreter that has it).
 
-Seconds are processor time, so that other work on the machine has little effect; the threads of a
-linear algebra library count as well, so set OPENBLAS_NUM_THREADS=1. Compiled modules are kept, as
-in an installation. A clip of less than 0.1 MB counts as 0.1 MB, because every clip has a minimum
-cost.
+Seconds are processor time, on which other programs have little effect. Set OPENBLAS_NUM_THREADS=1,
+because threads of a linear algebra library also count. Compiled modules are kept, as in an
+installation. A clip of less than 0.1 MB counts as 0.1 MB, because every clip has a minimum cost.
 """
 
 from __future__ import annotations
@@ -55,7 +54,7 @@ COLD_RUNS = 7
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of one clip: seconds of processor time, size and number of finds."""
+    """The cost of one clip: seconds of processor time, size and number of detections."""
 
     path: Path
     seconds: float
@@ -70,7 +69,7 @@ class Cost:
 
 
 def detected(path: Path) -> Detection:
-    """Detect a clip with all steps of `twistcore detect --json`."""
+    """Detect errors in a clip with all steps of `twistcore detect --json`."""
     found = analyse(read_clip(path)).detect()
     json.dumps([intervals_to_json(found), [note.to_json() for note in found.notes]])
     return found
@@ -150,7 +149,7 @@ print(f"{frames:,d} frames, {finds:,d} finds: {time.process_time():.1f} s, "
 
 
 def say_alone(path: Path) -> None:
-    """Print the time and memory that a clip takes in a separate process."""
+    """Print the time and memory that detection in a clip takes in a separate process."""
     subprocess.run([sys.executable, "-c", _CHILD, str(path)], check=True)
 
 

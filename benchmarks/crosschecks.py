@@ -2,14 +2,14 @@
 
     python -m benchmarks.crosschecks FOLDER… [--blender PYTHON] [--uncorrected] [--list FILE]
 
-For every BVH file in or below the folders, from any program (test files of other libraries are
-useful), these conditions are checked:
+For every BVH file in or below the folders (test files of other libraries are useful), these
+conditions are checked:
 
-- the file is read, or refused with a message, which is printed; anything else is a fault;
-- if it is written without corrections, it is the same byte for byte;
-- joints have the same positions as in pybvh, as read, rewritten and corrected
-  (:mod:`benchmarks.bvh_crosscheck`), and as in Blender, rewritten and corrected
-  (:mod:`benchmarks.blender_check`), if PYTHON can import bpy.
+- the file is read, or refused with a message; any other result is a fault;
+- a file written without corrections is the same byte for byte;
+- joints have the same positions in pybvh, as read, rewritten and corrected
+  (:mod:`benchmarks.bvh_crosscheck`), and, if PYTHON can import bpy, in Blender, rewritten and
+  corrected (:mod:`benchmarks.blender_check`).
 
 --uncorrected skips the correction, which takes the most time. --list writes a line of JSON per
 file. The exit status is 1 if a file causes a fault or is changed by writing, or if the position of
@@ -40,8 +40,7 @@ from twistcore.formats.clip_files import BVH, clips_in
 class Peer:
     """The result of another program for a file.
 
-    Distances are shares of the height. If the program refuses the file, its message is stored
-    instead.
+    Distances are shares of the height. A refused file has the program's message instead.
     """
 
     name: str

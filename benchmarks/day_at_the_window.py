@@ -2,13 +2,13 @@
 
     python -m benchmarks.day_at_the_window FOLDER [--clips N] [--log FILE]
 
-Copies of the folder's clips get random errors and are reviewed as by a real user. The program
-starts with new settings under a window manager, and all input comes from the keyboard and mouse of
-the X server. Half of the clips are judged with the keyboard only, the other half with the mouse
-only. Meanwhile the program is killed three times, another program overwrites a file, and one clip
-changes on disk. The output shows keys and clicks per decision, dialogs that blocked the review,
-keys that went to another widget, and whether every decision is in the sessions at the end. --log
-writes a line of JSON for each event. --look chooses the theme, and whether there is a compositor.
+A simulated user reviews copies of the folder's clips with random errors. The program starts with
+new settings under a window manager, and all input comes from the keyboard and mouse of the X
+server. Half of the clips are judged with the keyboard only, the other half with the mouse only.
+Meanwhile the program is killed three times, another program overwrites a file, and one clip changes
+on disk. The output shows keys and clicks per decision, dialogs that blocked the review, keys that
+went to another widget, and whether every decision is in the sessions at the end. --log writes a
+line of JSON for each event. --look chooses the theme, and whether there is a compositor.
 """
 
 from __future__ import annotations
@@ -170,7 +170,7 @@ class Person:
         return True
 
     def start_export(self) -> None:
-        """Start the export in the same way as the dialog."""
+        """Start the export in the dialog."""
         if self.mouse:
             self.screen.click(self.program.ask("menu('File')"))
             self.program.until("entry('export_at_once') is not None")
@@ -245,7 +245,7 @@ def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int
 def take_up(person: Person, expected: str, *, with_folder: bool) -> None:
     """Continue after a kill.
 
-    Check that the clip is offered again and that no decision is missing.
+    Check that the clip is offered again, and that no decision is missing.
     """
     person.answer("Restore" if with_folder else "Open and restore")
     before = person.day.decided[expected]
@@ -266,7 +266,7 @@ def take_up(person: Person, expected: str, *, with_folder: bool) -> None:
 
 
 def overwrite(person: Person, folder: Path) -> None:
-    """Let another program write the file of the export, which must not be replaced silently."""
+    """Let another program write the export's file. It must not be replaced silently."""
     clip = person.clip
     target = folder / f"{Path(clip).stem}_refined.bvh"
     target.write_text(_FOREIGN)
@@ -283,7 +283,7 @@ def overwrite(person: Person, folder: Path) -> None:
 
 
 def change(person: Person, folder: Path) -> None:
-    """Let another program change the clip, after which its decisions must still apply."""
+    """Let another program change the clip. Its decisions must still apply afterwards."""
     clip, before = person.clip, person.program.decisions()
     path = folder / clip
     path.write_bytes(path.read_bytes() + b"\n")

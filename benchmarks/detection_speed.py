@@ -1,15 +1,15 @@
 """Measure the speed of the consistency detector: python -m benchmarks.detection_speed [--frames N]…
 
 Repeats a sample up to 10,000 frames, injects errors into all ten chains, and prints the medians in
-ms of four durations: (a) the analysis, which is everything that does not depend on τ, and its part
-without the tables of pairs of edges (signals and predictions); (b) the first τ of ten chains; (c) a
-new τ of ten chains; (d) a new τ of one chain. An analysis caches its solutions, so every τ is
-measured once and selects a new set of edges. Set OMP_NUM_THREADS=1 to use one core. Targets: 100
-for signals and predictions, 20, 20, 2.
+ms of four durations: (a) the analysis, which does not depend on τ, with and without the tables of
+pairs of edges (the rest is signals and predictions); (b) the first τ of ten chains; (c) a new τ of
+ten chains; (d) a new τ of one chain. An analysis caches its solutions, so every τ is used once and
+selects a new set of edges. Set OMP_NUM_THREADS=1 to use one core. Targets: 100 for signals and
+predictions, 20, 20, 2.
 
-Then rigs of N joints in one line (--line N…) are measured, with 1,000 frames and an error in each
-chain every 140 frames: find_chains, the analysis, and the intervals of all chains at the automatic
-τ. Target: 2,000 at 300 joints.
+Then find_chains, the analysis and the intervals at the automatic τ are measured for rigs of N
+joints in one line (--line N…), with 1,000 frames and an error in each chain every 140 frames.
+Target: 2,000 at 300 joints.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
 def one_line(joints: int, frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
     """Return joints in one line that sway by about 10° at 60 Hz.
 
-    They have 0.05° of noise, and errors.
+    The joints have 0.05° of noise, and errors.
     """
     rng = np.random.default_rng(seed)
     t = np.arange(frames)[:, None, None] / 60.0
@@ -80,7 +80,7 @@ def with_errors(motion: Motion, rng: np.random.Generator) -> tuple[Motion, tuple
 
 
 def new_taus(chain: ChainAnalysis) -> list[float]:
-    """Return values of τ in radians. Each selects a different set of edges, also from `FIRST`."""
+    """Return values of τ in radians. Each selects a different set of edges, and so does `FIRST`."""
     jumps = np.sort(np.abs(chain.edges.jump))
     jumps = jumps[jumps >= FIRST]
     out = sorted({int(share * len(jumps)) for share in BELOW} - {0})

@@ -7,10 +7,9 @@ are exported with a report, and other clips are opened while they are being anal
 queue, dialogs and lessons are opened and closed.
 
 Every minute, while the first clip is open and nothing is running, living objects are counted. The
-run fails in three cases: if the memory at the end is more than 5 % above its value in minute ten
-(or after a fifth of the time, if that is sooner), if the number of windows, widgets, threads,
-processes, files, clips, reviews or intervals grows, or if there was an exception or a warning of
-Qt.
+run fails if memory grows by more than 5 % after minute ten (or a fifth of the time, if sooner), if
+the number of windows, widgets, threads, processes, files, clips, reviews or intervals grows, or if
+an exception or a Qt warning occurs.
 """
 
 from __future__ import annotations
@@ -128,7 +127,7 @@ class Sitting:
             self.act(name)
 
     def edit(self) -> None:
-        """Edit the borders of an interval by dragging and at the playhead.
+        """Edit the edges of an interval by dragging and at the playhead.
 
         Also insert and delete an interval by hand.
         """
@@ -211,7 +210,7 @@ class Sitting:
         self.act("save_session")
 
     def switch(self) -> None:
-        """Open clips before the previous one is loaded, and give many commands in between."""
+        """Open clips before the previous one is loaded, with many commands in between."""
         window = self.window
         names = ["accept", "reject", "undo", "redo", "next_interval", "next_faint", "why_not",
                  "start_here", "insert_interval", "turn_end", "focus_chain", "reset", "use_paper",
@@ -303,7 +302,7 @@ class Sitting:
 def grown(noted: list[tuple[float, Alive]]) -> list[str]:
     """Return the counts that grew after the first minutes.
 
-    For memory, this compares the medians over a tenth of the time each.
+    Memory is compared by its medians over a tenth of the time each.
     """
     settled = min(SETTLED, noted[-1][0] / 5.0)
     rest = [a for minute, a in noted if minute >= settled]
@@ -324,7 +323,7 @@ def grown(noted: list[tuple[float, Alive]]) -> list[str]:
 def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tuple[
     list[tuple[float, Alive]], Sitting, Said
 ]:  # fmt: skip
-    """Review for some minutes. Return the counts per minute, the actions and the problems."""
+    """Review for some minutes. Return the counts by minute, the actions and the problems."""
     noted: list[tuple[float, Alive]] = []
     with heard() as said:
         window = MainWindow(Settings(theme="light", turn_ms=0), None)

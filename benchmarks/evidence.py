@@ -1,11 +1,11 @@
-"""Fit the weights of the evidence to finds judged by people and to injected errors.
+"""Fit the weights of the evidence to judged detections and to injected errors.
 
     python -m benchmarks.evidence VERDICTS.csv FOLDER [--inject PROTOCOL ...] [--seed N]
 
 VERDICTS.csv has the columns of docs/atlas-verdicts.csv. FOLDER contains a folder of clips for every
-set that it names. The output shows how many automatic corrections are errors, alarms and doubtful
-finds, both with the program's weights and with weights fitted without the set of the find. It also
-shows the calibration of the probabilities (ECE), and the weights fitted to all sets.
+set in it. The output shows how many automatic corrections are errors, alarms and doubtful, both
+with the program's weights and with weights fitted to all other sets. It also shows the calibration
+of the probabilities (ECE), and the weights fitted to all sets.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Judged:
     """A counter-twist in a clip of a set: the terms of its score, and its verdict.
 
     - verdict: 'error', 'alarm', 'doubtful', or '' if there is none
-    - straight: True if the evidence is how its angle changes over time
+    - straight: True if the evidence is the course of its angle over time
     """
 
     set_name: str
@@ -113,7 +113,7 @@ def _alike(find: Find, start: int, stop: int) -> bool:
 
 
 def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np.ndarray]:
-    """Yield the score terms of finds that match errors injected into a motion."""
+    """Yield the score terms of detections that match errors injected into a motion."""
     rules = parse_protocol(protocol)
     chains = find_chains(motion)
     motion = prepare(motion, chains, rules)
@@ -161,12 +161,12 @@ def _counts(judged: Sequence[Judged], sure: Sequence[bool]) -> str:
 
 
 def calibration_error(probabilities: np.ndarray, right: np.ndarray) -> float:
-    """Return the expected calibration error, over bins with equal numbers of finds."""
+    """Return the expected calibration error, over bins with equal numbers of detections."""
     return expected_error(equal_bins(probabilities, right))
 
 
 def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -> list[Bin]:
-    """Return bins with equal numbers of finds, ordered by probability.
+    """Return bins with equal numbers of detections, ordered by probability.
 
     Each bin has the 95 % interval of its share of errors.
     """
@@ -180,7 +180,7 @@ def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -
 
 
 def main() -> None:
-    """Collect the finds, fit the weights, and print the results."""
+    """Collect the detections, fit the weights, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("verdicts", type=Path)
     parser.add_argument("folder", type=Path)

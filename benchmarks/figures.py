@@ -3,10 +3,10 @@
     python -m benchmarks.figures CLIPS --benchmark RESULT.json -o DIR
 
 mae_by_segment.png shows the MAE by segment before and after correction, for both detectors [Choi26
-Fig. 6]. flips.png shows the genuine flips that the audit finds in CLIPS, with the joint's total
-rotation per frame as evidence that does not depend on the detector; they are also printed as a
-table. With --alarms FOLDER…, alarms.png shows the finds in clips without injected errors, with the
-increments Δθp and Δθc around them.
+Fig. 6]. flips.png shows the genuine flips that the audit finds in CLIPS, with the joint's rotation
+per frame as evidence independent of the detector; they are also printed as a table. With --alarms
+FOLDER…, alarms.png shows the detections in clips without injected errors, with Δθp and Δθc around
+them.
 """
 
 from __future__ import annotations

@@ -1,11 +1,10 @@
 """Measure the folder queue: python -m benchmarks.folder_queue FOLDER [--clips N].
 
 Copies of the folder's clips get random errors in some of their chains, and are opened as a folder
-in the real window. The clips are analysed in the background while the first one is open. The output
-shows the seconds until the first clip can be reviewed, the longest time and the 99th percentile of
-the times for which the GUI thread is blocked, the clips analysed per second, and how well the order
-by severity agrees with the true one. With --scrub, the playhead moves all the time, so that drawing
-is included.
+in the real window. The output shows the seconds until the first clip can be reviewed, the longest
+time and the 99th percentile for which the GUI thread is blocked, the clips analysed per second, and
+how well the order by severity agrees with the true one. With --scrub, the playhead moves all the
+time, so that drawing is included.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ _TICK_MS = 4
 
 
 def with_errors(source: Path, target: Path, chains_hit: int) -> float:
-    """Write a clip with errors in `chains_hit` chains. Return its true severity."""
+    """Write a clip with errors in `chains_hit` of its chains. Return its true severity."""
     clip = read_bvh(source)
     chains = find_chains(clip.motion)
     rng = generator(1, source.name)

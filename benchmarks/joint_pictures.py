@@ -1,9 +1,9 @@
-"""Draw finds of any kind around one joint: the body, the joint's bones, and curves over time.
+"""Draw detections of any kind at a joint: the body, the joint's bones, and curves over time.
 
 A judge sees the same panels for every kind of error, so that the picture does not reveal the kind.
-The joint is marked, and the frames of the find are shaded. If there is a correction, dotted lines
-show the motion after it. This is used for kinds that concern one joint or the whole body. For the
-two joints of a chain, :mod:`benchmarks.atlas_pictures` shows more.
+The joint is marked, and the frames of the detection are shaded. Dotted lines show the corrected
+motion, if any. These pictures suit kinds that concern one joint or the whole body;
+:mod:`benchmarks.atlas_pictures` shows more about the two joints of a chain.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Scene:
     """A find in its clip.
 
     - after: the motion without the error, None without a correction
-    - own: the chain of an error of two joints, None for an error of one joint
+    - own: the chain if the error is of two joints, None if of one joint
     """
 
     motion: Motion
@@ -82,7 +82,7 @@ class Scene:
 
     @cached_property
     def poses(self) -> Frames:
-        """The frames in which the body is drawn: before, inside and after the find."""
+        """The frames in which the body is drawn: before, during and after the detection."""
         start, last = self.start, self.stop - 1
         inside = (
             {start, last, (start + last) // 2} if last - start > 2 else set(range(start, self.stop))
@@ -95,7 +95,7 @@ class Scene:
 
     @cached_property
     def path(self) -> list[int]:
-        """The joint, the end of its bone, and the end of the next bone, as far as they exist.
+        """The joint, the end of its bone, and the end of the next bone, if they exist.
 
         A joint at the same position as its parent is left out.
         """
@@ -115,7 +115,7 @@ class Scene:
 
     @cached_property
     def hinge(self) -> Chain | None:
-        """The chain of the find, or else the chain whose C or P is the joint."""
+        """The chain of the detection, or else the chain whose C or P is the joint."""
         if self.own is not None:
             return self.own
         own = [c for c in self.chains if not isinstance(c, Limb) and c.axis.ndim == c.arm.ndim == 1]
@@ -124,7 +124,7 @@ class Scene:
 
 
 def joint_picture(clip: Path, find: Any, output: Path, title: str = "") -> None:
-    """Draw a find of :mod:`benchmarks.atlas` into a picture file."""
+    """Draw a detection of :mod:`benchmarks.atlas` into a picture file."""
     offset = np.radians(np.array(find.offset))
     found = Interval(
         find.chain,
@@ -242,7 +242,7 @@ def _number(panel: Any, scene: Scene, frame: int, at: tuple[float, float]) -> No
 
 
 def _close_up(panel: Any, scene: Scene, count: int) -> None:
-    """Draw the joint's bone and the next two in the frame of the parent, from two sides."""
+    """Draw the joint's bone and the next two in the parent's frame, from two sides."""
     at = scene.poses
     turned, ends = _limb(scene.motion.at(at), scene)
     sight, up = _view(ends[0])
@@ -445,7 +445,7 @@ def _near(known: dict[str, Array], name: str, values: Array) -> Array:
 
 
 def _flexion(motion: Motion, chain: Chain) -> tuple[Array, Array]:
-    """Return two bends in degrees: in the usual direction of the joint, and across it."""
+    """Return two bends of the joint in degrees: in its usual direction, and across it."""
     signals = Witnesses.of(motion, chain)
     bend, azimuth = np.radians(signals.bend), np.radians(signals.azimuth)
     usual = np.arctan2(
@@ -492,7 +492,7 @@ def _places(panel: Any, scene: Scene, frames: Frames) -> None:
 
 
 def _all_joints(panel: Any, scene: Scene, frames: Frames) -> None:
-    """Show how far each joint turns from frame to frame."""
+    """Plot how far each joint turns from frame to frame."""
     motion = scene.motion
     low = max(int(frames[0]) - 1, 0)
     part = motion.sliced(low, int(frames[-1]) + 1)

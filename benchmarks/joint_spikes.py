@@ -1,13 +1,12 @@
-"""Measure how many injected spikes of single joints are found, and what is found without them.
+"""Measure recall for injected spikes of joints, and count detections in the original clips.
 
     python -m benchmarks.joint_spikes FOLDER… [--rate HZ] [--seed N] [--first N]
 
-For every clip below each folder, the output shows how many spikes, joint jumps, position jumps and
-body steps per minute are found in the original. Then spikes are injected into random joints, one
-every 30 to 60 frames, and searched for. An injected spike counts as found if its joint has a spike
-or a jump in its frames, or if the whole body steps there. A second number also counts spikes for
-which a flip or counter-twist of that joint is found in the same frames, because a spike may happen
-to turn the joint about the line of a limb.
+For every clip below each folder, the output shows the spikes, joint jumps, place jumps and body
+steps per minute found in the original. Then a spike is injected into a random joint every 30 to 60
+frames. It counts as found if a spike or jump of this joint, or a body step, is detected in its
+frames. A second number also counts spikes in whose frames a flip or counter-twist of that joint is
+found, because a spike may happen to turn the joint about the line of a limb.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ _FINDS = {*OF_JOINTS, Kind.LONE_JUMP}
 def at_rate(motion: Motion, fps: float) -> Motion:
     """Return every n-th frame of a motion.
 
-    n is chosen for this frame rate or the nearest higher one.
+    n gives this frame rate or the nearest higher one.
     """
     step = max(1, int(motion.fps / fps + 1e-6))
     kept = motion.at(np.arange(0, motion.frames, step))
@@ -50,13 +49,13 @@ def at_rate(motion: Motion, fps: float) -> Motion:
 
 
 def is_other(spike: InjectedSpike, found: list[Interval], turned: dict[str, set[int]]) -> bool:
-    """True if a repairable error that turns the joint is found in the frames of the spike."""
+    """True if a repairable error of the joint is found in the frames of the spike."""
     frames = spike.start, spike.stop
     return any((i.start, i.stop) == frames and spike.joint in turned[i.chain] for i in found)
 
 
 def is_found(spike: InjectedSpike, found: list[Interval], names: tuple[str, ...]) -> bool:
-    """True if a find is in the frames of the spike and concerns its joint or the whole body."""
+    """True if a detection in the frames of the spike concerns its joint or the whole body."""
     return any(
         i.start <= spike.stop
         and spike.start <= i.stop

@@ -3,17 +3,16 @@
 Needs Linux and a screen (such as `xvfb-run`). The program is killed with kill -9. There are
 three kinds of trials:
 
-- Decisions: the program carries out random commands in its real window and is killed between them.
-  The disk must contain the last reported state or the next one, to the byte, and the next run must
-  continue from there.
+- Decisions: the program is killed between random commands in its real window. The disk must contain
+  the last reported state or the next one, to the byte, and the next run must continue from there.
 - Exports: the program is killed while it exports. Each file must be complete or missing, existing
   files must equal the output of `twistcore apply` for the session, and the next export must not
   leave any partial file.
 - Folders: the program is killed while it surveys a folder. None of its processes may remain.
 
---equal makes exports without a kill, 15 in a row, each of which must equal the output of `apply`
-for its session. --minutes limits the time: later trials are skipped and reported. The output shows
-the number of trials and failures. The exit code is 1 if any trial failed.
+--equal makes 15 exports in a row without a kill; each must equal the output of `apply` for its
+session. --minutes limits the time: later trials are skipped and reported. The output shows the
+number of trials and failures. The exit code is 1 if any trial failed.
 """
 
 from __future__ import annotations

@@ -5,12 +5,12 @@
 Two clips are opened in the real window. The first is the sample with eight errors, repeated to
 200,000 frames. The second is a generated skeleton of many short limbs (300 joints, 3,000 frames)
 with one error in each of ten limbs. The output shows the cost of opening, the memory at the end,
-the size of the file, and the cost of each user action until its last pixel is drawn, as median and
-95th percentile. The actions are moving the playhead, dragging a border, dragging τ, deciding an
-interval and undoing this, and zooming the plots.
+the file size, and the median and 95th percentile of the cost of each user action until its last
+pixel is drawn. The actions are moving the playhead, dragging an edge of an interval, dragging τ,
+deciding on an interval and undoing this, and zooming the plots.
 
-The times are CPU times of the whole process with all its threads, so that other work on the machine
-does not count. On a machine with a graphics card, the 3D view costs less.
+The times are CPU times of the whole process with all threads, so other programs do not count. With
+a graphics card, the 3D view costs less.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def long_clip(path: Path, frames: int) -> None:
 
 
 def many_joints(path: Path, joints: int, frames: int) -> None:
-    """Write a body with many joints: limbs of five joints around a root, which swing and twist.
+    """Write a body with many joints: a root, and limbs of five joints that swing and twist.
 
     In ten of these limbs, a parent is twisted by 40° for half a second, and its child is twisted
     back.

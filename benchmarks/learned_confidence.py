@@ -1,16 +1,15 @@
 """Test the learned confidence: python -m benchmarks.learned_confidence FOLDER… [--seeds N].
 
 The folders contain clips named SUBJECT_TRIAL.bvh. A simulated reviewer
-(benchmarks.simulated_reviewer) decides 200 intervals in clips of some subjects, a tenth of which
-are wrong. The map learned from them is tested on clips of *other* subjects, with the same share of
+(benchmarks.simulated_reviewer) decides on 200 intervals, a tenth of them wrong, in clips of some
+subjects. The map learned from them is tested on clips of *other* subjects, with the same share of
 wrong intervals, by the expected calibration error (ECE, ten bins). Wrong intervals are false alarms
 of the detector, decoys that this reviewer considers natural, or both in equal parts; in another
-test, the reviewer makes mistakes in 5 % of all decisions. Subject 05, on which the built-in map was
-fitted, is never used for testing. The number after ± is half of the 90 % range if verdicts and test
-clips are drawn again at random. The ECE of a perfect map, which is not 0 by chance, is shown for
-comparison.
+test, 5 % of all decisions are mistakes. Subject 05, on which the built-in map was fitted, is never
+used for testing. The number after ± is half of the 90 % range over random draws of verdicts and
+test clips. For comparison, the ECE of a perfect map is shown; by chance, it is not 0.
 
-The form and the prior of the map were chosen on passes 0 to 3; the reported passes begin at 4.
+The form and prior of the map were chosen on passes 0 to 3; the reported passes begin at 4.
 """
 
 from __future__ import annotations

@@ -4,11 +4,11 @@ The folder contains clips named SUBJECT_TRIAL.bvh. τ is learned from the clips 
 two ways: from errors injected into them, and from the verdicts of a simulated reviewer on 200
 listed intervals, a tenth of which are wrong (false alarms of the detector, or decoys, which this
 reviewer considers natural). Both values are tested on clips of other subjects. The test is the
-benchmark of the study at a given τ, which injects errors into one chain at a time, for P0 and small
-errors (H6), with other seeds. Clips are not corrected first. Every find in an original clip
-therefore counts as a false alarm, however certain it is. Each number is followed by the number of
-clips without a fault, and by the 90 % interval (Wilson) of the share of such clips, because a fault
-that occurs in no clip here may still occur in a few others.
+study's benchmark at a given τ: errors are injected into one chain at a time, for P0 and small
+errors (H6), with other seeds. Clips are not corrected first, so every detection in an original clip
+counts as a false alarm, however certain it is. Each number is followed by the number of clips
+without a fault and Wilson's 90 % interval of their share, because a fault that occurs in no clip
+here may occur in others.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def captured(path: Path, harder: str) -> Motion:
 
 
 def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
-    """Return the curves from which τ is chosen for a clip, keyed by chain."""
+    """Return the curves from which a clip's τ is chosen, keyed by chain."""
     tuning = clip_tuning(captured(path, harder), path.name)
     return {name: tuning.curve(name) for name in tuning.names}
 
@@ -59,7 +59,7 @@ def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
 def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float]) -> Array:
     """Return the results of a τ for a clip.
 
-    These are the repaired error frames and all error frames by protocol, and the false alarms.
+    These are, by protocol, the repaired and all error frames, and the false alarms.
     """
     row = []
     for protocol in PROTOCOLS:

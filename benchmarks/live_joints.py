@@ -1,16 +1,14 @@
-"""Measure how much worse detection is if both joints of a chain move.
+"""Measure how much worse detection gets if both joints of a chain twist.
 
     python -m benchmarks.live_joints FOLDER [--protocol …]…
 
-Before errors are injected, the twist of one joint of every chain about its bone is reduced to a
-share of the captured twist. At a share of 0, that joint does not twist at all, like one joint in
-every chain of the CMU rig. The twist of the other joint, the speed, the frame rate and the errors
-stay the same. The table shows the FSR in per cent by clip, protocol and share, and the median of σ
-of d, with which a jump is compared.
+Before errors are injected, one joint of every chain keeps only a share of its captured twist. At a
+share of 0, it does not twist at all, like one joint in every chain of the CMU rig. The other
+joint's twist, the speed, the frame rate and the errors stay the same. The table shows the FSR in
+per cent by clip, protocol and share, and the median of σ of d, with which a jump is compared.
 
---edges-known gives the frames of all edges to the first pass of the detector, so that it does not
-treat them as motion. If more errors are found in this way, the detector had taken the missed ones
-for motion.
+--edges-known passes the frames of all edges to the detector's first pass, so that it does not treat
+them as motion. If this finds more errors, the detector had mistaken the missed ones for motion.
 """
 
 from __future__ import annotations
@@ -50,8 +48,8 @@ SETTINGS = (("parent", 1.0), ("parent", 0.5), ("parent", 0.25), ("parent", 0.0),
 def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float) -> Motion:
     """Return the motion with the twist of all parents, or of all children, reduced to a share.
 
-    Δθp of a chain depends only on its parent and Δθc only on its child, and both are sums of the
-    twists about the bone. Reducing one therefore does not change Δθp or Δθc of other chains.
+    Δθp depends only on a chain's parent, Δθc only on its child, and both are sums of twists about
+    the bone. Reducing one therefore leaves Δθp and Δθc of other chains unchanged.
     """
     rotations = motion.rotations.copy()
     for chain in chains:

@@ -1,4 +1,4 @@
-"""Open clips one after the other in one view and check memory and VTK's objects.
+"""Open clips one after the other in one view, and check memory and VTK objects.
 
     python benchmarks/many_clips.py [--clips N] [--json]
 
@@ -63,7 +63,7 @@ def look(document: Document, view: Viewport, clip: Path) -> None:
 
 
 def measure(count: int) -> dict[str, float | int]:
-    """Return the memory and the number of objects, each after the warm-up and at the end."""
+    """Return the memory and the number of objects, both after the warm-up and at the end."""
     document = Document()
     view = Viewport(document, Colours(DARK))
     view.resize(640, 400)

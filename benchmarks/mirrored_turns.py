@@ -1,11 +1,11 @@
-"""Find limbs whose upper and lower parts turn against each other, from their motion in the world.
+"""Find limbs whose upper and lower parts turn against each other, in world coordinates.
 
 The judge :mod:`benchmarks.real_flips` uses this module. It does not use the detectors' signals. A
 mirrored transition is a window of 0.13 s in which P (upper arm or thigh) and C turn about P's bone
 by at least 10° each, in opposite directions, and the angles differ by at most 35 % of the larger
 one. Overlapping windows count once. A limb counts as bent if the angle between the bones of C and P
-is more than 30°, and as straight if it is less than 18°. A frame counts as changed if P turned
-about its bone by more than 2°.
+is more than 30°, and as straight if it is less than 18°. A frame counts as changed if the
+correction turned P about its bone by more than 2°.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ CHANGED = 2.0  # degrees
 class Straightness:
     """The numbers of frames with a bent limb and with a straight one.
 
-    For each, it also has the number of frames that changed.
+    `bent_changed` and `straight_changed` count those that the correction changed.
     """
 
     bent: int = 0
@@ -88,7 +88,7 @@ def bends(p: Array, c: Array, e: Array) -> Array:
 
 
 def straightness(bend: Array, before: Array, after: Array, bone: Array) -> Straightness:
-    """Count the changed frames.
+    """Count the frames with a bent and with a straight limb, and how many of them changed.
 
     `before` and `after` are global orientations of P, (frames, 3, 3).
     """

@@ -1,12 +1,12 @@
-"""Test whether the tests detect changes to the program.
+"""Measure whether the tests detect changes to the program.
 
     python -m benchmarks.mutation MODULE… [--sample N]
 
 Each MODULE is a Python file or a folder of files, relative to the root of the checkout. Its mutants
 (made with mutmut's operators: a sign changed, a number increased by one, an argument left out, …)
-are tried one by one: a mutant is killed if a test fails, and survives if none does. A mutant with
-which a test takes 3 s and four times its usual time also counts as detected ("timeout"). Survivors
-are listed with their lines; the option --again tries listed mutants again with more tests.
+are tried one by one: a mutant is killed if a test fails, and survives if none does. A mutant that
+slows a test to 3 s and four times its usual time also counts as detected ("timeout"). Survivors are
+listed with their lines; the option --again tries listed mutants again with more tests.
 
 Tests are chosen by coverage from the test files that TESTS, or --tests, names for the module. This
 needs mutmut (the extra "dev") and a system that supports fork.
@@ -132,7 +132,7 @@ CHANGES = ("killed", "timeout", "survived")
 def tests_of(path: Path) -> list[str]:
     """Return the test files for a module.
 
-    These come from TESTS, or are tests/twistcore/test_<module or folder>.py.
+    They come from TESTS, or else are tests/twistcore/test_<module or folder>.py.
     """
     fitting = [name for name in TESTS if path.as_posix().startswith(name)]
     if fitting:

@@ -3,11 +3,10 @@
     python -m benchmarks.noise_bursts FOLDER [--seed N]
 
 Every clip, at 20, 30 and 120 frames per second, gets Gaussian noise of 0.05-0.1 on the components
-of the quaternions of 2-5 joints for 1-2 s, as in BrokenAMASS. The output shows the share of the
-frames found that belong to the burst (precision), the share of the burst's frames that are found
-(recall), the bursts found in the original clips, and two numbers for the automatic corrections of
-`refine`: corrections that touch the burst, and frames that are changed outside it. Changes that
-also occur without the burst are not counted.
+of the quaternions of 2-5 joints for 1-2 s, as in BrokenAMASS. The output shows precision and recall
+by frame, the bursts found in the original clips, and two numbers for the automatic corrections of
+`refine`: corrections that touch the burst, and frames changed outside it. Changes that also occur
+without the burst are not counted.
 """
 
 from __future__ import annotations

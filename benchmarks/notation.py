@@ -1,16 +1,15 @@
-"""Measure detection in clean clips that were written with coarse numbers or few keys.
+"""Measure detection in clean clips written with coarse numbers or few keys.
 
     python -m benchmarks.notation FOLDER… [--clips N] [--seeds N]
 
 Every BVH in the folders is corrected until nothing is found (unless --as-it-is is given), and then
-written in ways that other programs use: with angles in whole degrees or in tenths, with each frame
-held at 120 frames per second, or with linear keys every 5, 10 or 15 frames. The table shows the
-automatic corrections per minute, compared with those in the clip itself (for held frames and keys
-also with the kept frames only, at their own rate), and how many errors of 15-150° are repaired.
-These errors are injected before writing and, for held frames and linear keys, also after it, frame
-by frame. An error counts as repaired if four fifths of its frames, or of its keys, are corrected by
-at least four fifths. The exit status is 1 if any of these ways has over 0.2 corrections per minute
-more than the clip itself.
+written as other programs do: with angles in whole degrees or in tenths, with frames held at 120
+frames per second, or with linear keys every 5, 10 or 15 frames. The table shows the automatic
+corrections per minute, compared with the clip itself (for held frames and keys also with the kept
+frames at their own rate), and how many errors of 15-150° are repaired. These errors are injected
+before writing and, for held frames and keys, also after it, frame by frame. An error counts as
+repaired if four fifths of its frames, or of its keys, are corrected by at least four fifths. The
+exit status is 1 if any notation has over 0.2 corrections per minute more than the clip itself.
 """
 
 from __future__ import annotations
@@ -97,7 +96,7 @@ NOTATIONS = (
 
 
 def with_values(clip: BvhClip, values: Array, frame_time: float) -> BvhClip:
-    """Return the clip with other rows of numbers, as if read from the text of a file."""
+    """Return the clip with other rows of numbers, as if read from a file."""
     (f0, f1), (t0, _) = timing_fields(clip.data)
     rows = "\n".join(" ".join(f"{v:.6f}" for v in row) for row in values.tolist())
     data = clip.data
@@ -115,7 +114,7 @@ def kept(clip: BvhClip, notation: Notation) -> BvhClip:
 
 
 def sound(clip: BvhClip) -> BvhClip:
-    """Return the clip after its automatic corrections, which serves as a clip without errors."""
+    """Return the clip after its automatic corrections, for use as a clip without errors."""
     for _ in range(ROUNDS):
         found = analyse(clip).detect()
         if not (applied := automatic_corrections(found)):

@@ -1,9 +1,9 @@
-"""List how every file in a folder is read: python -m benchmarks.odd_files FOLDER [--write PAGE].
+"""List how each file in a folder is read: python -m benchmarks.odd_files FOLDER [--write PAGE].
 
-The table has one row per file: the reader's error or warnings, whether the file is written back
-byte for byte without corrections, the number of chains, and the reason for this result. With
---write, the rows replace the ones between the marks in PAGE, such as benchmarks/odd_files.md. The
-exit status is 1 if a readable file is not reproduced byte for byte.
+The table has one row per file: the reader's error or warnings, whether the file is reproduced byte
+for byte without corrections, the number of chains, and the reason for this result. With --write,
+the rows replace those between the marks in PAGE, such as benchmarks/odd_files.md. The exit status
+is 1 if a readable file is not reproduced byte for byte.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ PLAIN = "nothing in the file is unusual"
 
 @dataclass(frozen=True)
 class Row:
-    """One file: its name, the result, the reason, and whether its bytes were reproduced."""
+    """A file's name, its result with the reason, and whether its bytes were reproduced."""
 
     name: str
     done: str

@@ -1,8 +1,8 @@
 """Measure panning the timeline with many intervals: python -m benchmarks.pan.
 
-One chain of 100,000 frames has 1,000 or 10,000 intervals. The plots are panned sixty times by a
-twentieth of the view in the real window, with half and with a hundredth of the clip in view. The
-output shows the median and 95th percentile of the time for a pan and the window's repaint.
+One chain of 100,000 frames has 1,000 or 10,000 intervals. In the real window, the plots are panned
+sixty times by a twentieth of the view, with half and with a hundredth of the clip in view. The
+output shows the median and 95th percentile of the time for panning and repainting.
 """
 
 from __future__ import annotations

@@ -1,12 +1,11 @@
 """Simulate power cuts at every byte of a journal and a session: python -m benchmarks.power_cuts.
 
-A review of random steps is stored in a journal. The journal is cut at every byte (or every --step
-bytes). After every eighth cut (--tails), three variants are also tried, in which the cut is
-followed by a block of zeros, by rubbish, or by rubbish with line ends. The restored state must
-equal the state after the last complete line, to the byte of its session, and the journal must
-continue from there. The session file is cut in the same way: the damage must be reported, and the
-file must never be read as a different session. The output shows the number of trials and failures;
-the exit code is 1 if any trial failed.
+A journal of random steps is cut at every byte (or every --step bytes). At every eighth cut
+(--tails), it is also tried with a block of zeros, rubbish, or rubbish with line ends after the cut.
+The restored state must equal the state after the last complete line, to the byte of its session,
+and the journal must continue from there. The session file is cut in the same way: the damage must
+be reported, and the file must never be read as a different session. The output shows the number of
+trials and failures; the exit code is 1 if any trial failed.
 """
 
 from __future__ import annotations
@@ -113,7 +112,7 @@ def _check(journal: MadeJournal, place: int, tail: bytes, path: Path) -> None:
 def cut_session(folder: Path, step: int = 1, tails: int = 1) -> int:
     """Cut the session every `step` bytes, and return the number of trials.
 
-    Tails are added to every `tails`-th cut.
+    At every `tails`-th cut, variants with a tail are also tried.
     """
     path, tried = folder / "cut.twist.json", 0
     data = session_bytes(CLIP, fresh().state)

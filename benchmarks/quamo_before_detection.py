@@ -1,14 +1,14 @@
-"""Measure which errors are hidden if a clip is tracked before detection.
+"""Measure which errors tracking hides if it runs before detection.
 
     python -m benchmarks.quamo_before_detection CLIPS
 
 Twist errors of a protocol are injected into every clip of a folder. Detection runs on the raw clip
 and on the same clip after tracking with QuaMo's hand-tuned gains. An error counts as found if an
-interval in its chain overlaps it by at least half of their union, and as touched if they share a
-frame. An interval counts as elsewhere if it shares no frame with any error in its chain. The FSR
-[Choi26 §4.2.1] is measured after the refinement. The raw clip is compared with the clean clip, and
-the tracked clip with the clean clip after tracking, so that the lag of the tracker itself does not
-count. --both-ways tracks in both directions of time instead of causally.
+interval in its chain has an IoU of at least 0.5 with it, and as touched if they share a frame. An
+interval without an error of its chain in its frames counts as elsewhere. The FSR [Choi26 §4.2.1] is
+measured after the refinement. The raw clip is compared with the clean clip, and the tracked clip
+with the tracked clean clip, so that the tracker's lag does not count. --both-ways tracks in both
+directions of time instead of causally.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # degrees
 class Count:
     """Counts that are summed over clips.
 
-    These are the found errors and all errors by size, the repaired frames, and the intervals.
+    These are the found and all errors by size, the repaired frames, and the intervals.
     """
 
     found: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
@@ -88,7 +88,7 @@ class Count:
 
 
 def covers(interval: Interval, error: InjectedError) -> bool:
-    """True if the overlap of interval and error is at least half of their union."""
+    """True if the IoU of interval and error is at least 0.5."""
     both = min(interval.stop, error.stop) - max(interval.start, error.start)
     union = max(interval.stop, error.stop) - min(interval.start, error.start)
     return both >= 0.5 * union

@@ -2,12 +2,12 @@
 
     python -m benchmarks.quamo_both_ways FOLDER
 
-Uses clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate`, drawn with seeds
-that were used neither for any table in the docs nor for choosing gains. The table shows ratios
-output / input against the truth, and the lag without noise in ms. --native N also measures every
-N-th clip at its own rate, with noise drawn at that rate. Its jitter is the third difference at that
-rate in mm per frame³, followed by the jitter of the clean clip. --by-clip prints one row per clip
-instead, for the tracker in both directions and for the spline.
+Uses clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate`, with seeds used
+neither for the tables in the docs nor for choosing gains. The table shows ratios output / input
+against the truth, and the lag without noise in ms. --native N also measures every N-th clip at its
+own rate, with noise drawn at that rate. Jitter is the third difference in mm per frame³, followed
+by the clean clip's jitter. --by-clip prints one row per clip instead, for the tracker in both
+directions and for the spline.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ Started = Callable[[Sequence24, Array, Array], tuple[Controller, str]]
 
 
 def by_hand(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
-    """Return a controller with the default hand-tuned gains, and its integration."""
+    """Return a controller with the default hand-tuned gains, and its integration scheme."""
     del q_hat, r_hat
     return HandGains(), "exact"
 
 
 def learned(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
-    """Return the network trained without the clip's subject, and its integration."""
+    """Return the network trained without the clip's subject, and its integration scheme."""
     network = _network(clip.subject)
     return network.started(q_hat, r_hat), network.integration
 
@@ -62,7 +62,7 @@ def _network(subject: str) -> Network:
 
 
 def method(way: str, started: Started) -> Method:
-    """Return a tracker as a method for noisy versions of a clip, for one row of the table."""
+    """Return a tracker as a method that treats noisy versions of a clip, for a row of the table."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         controller, integration = started(clip, q_hat, r_hat)

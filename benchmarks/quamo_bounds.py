@@ -1,9 +1,9 @@
 """Compute bounds for the tables of QuaMo: python -m benchmarks.quamo_bounds FOLDER [--seeds N].
 
 Every number is a ratio output / input on held-out CMU subjects at 25 Hz, with the noise of `quamo
-evaluate`. Filters and regressions are fitted as well as possible to the clips of all *other*
-subjects with new noise. Rows marked 'oracle' use information that no tracker has: they show what
-would be needed to reach a target.
+evaluate`. Filters and regressions are optimal fits to the clips of all *other* subjects with new
+noise. Rows marked 'oracle' use information that no tracker has: they show what would be needed to
+reach a target.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ AIMS = ((0, (1.0, 3.0, 10.0, 30.0)), (1, (3.0,)), (2, (3.0,)))
 
 
 def still(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Repeat the first frame, which has no acceleration."""
+    """Repeat the first frame, so that there is no acceleration."""
     return np.broadcast_to(q_hat[:1], q_hat.shape), np.broadcast_to(r_hat[:1], r_hat.shape)
 
 
@@ -80,7 +80,7 @@ def root_by_hand(kp: float, kd: float) -> Method:
 def smoothness_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
     """Return rows for smoothness.
 
-    These are hand-tuned gains along their trade-off, and splines over the whole file.
+    The rows are hand-tuned gains along their trade-off, and splines over the whole file.
     """
     del clips, noise
     by_hand = {f"κP {kp:g}, κD {kd:g}": hand_method(Gains(kp=kp, kd=kd)) for kp, kd in GAINS}
@@ -101,7 +101,7 @@ def root_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
 
 
 def pose_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Return rows for methods that know poses: of others, of the subject, or the true pose."""
+    """Return rows for methods that know poses: other subjects', the subject's, or the true pose."""
     drawn = shrunk(clips, noise, 4.0)
     rows: dict[str, Method] = {
         "drawn towards the others' mean poses": drawn,

@@ -134,8 +134,8 @@ def history(x: Array) -> Array:
 def root_filter(clips: Sequence[Sequence24], noise: Noise, steps: Steps | None = None) -> Method:
     """Return a filter of r̂ for each axis.
 
-    `steps` is a function that returns the path given by the feet. With it, the filter also uses r̂
-    minus this path.
+    `steps` is a function that returns the root's path according to the feet. With it, the filter
+    also uses r̂ minus this path.
     """
     fit = LeaveOneOut(1e-4)
 
@@ -187,9 +187,9 @@ def foot_steps(true_pose: bool, true_contact: bool) -> Steps:
 def known_way(noise: Noise) -> Method:
     """Return an oracle that knows all steps of the root and the noise's covariance.
 
-    It does not know where the path begins. The position is then the generalised mean of r̂ − path
-    up to the current frame. With K = LLᵀ, the leading parts of L⁻¹ belong to those of K, so one
-    factorisation serves all frames.
+    Only the start of the path is unknown. It is estimated as the generalised mean of r̂ − path up
+    to the current frame. With K = LLᵀ, the leading blocks of L⁻¹ are the inverse factors of the
+    leading blocks of K, so one factorisation serves all frames.
     """
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
@@ -209,7 +209,7 @@ def known_way(noise: Noise) -> Method:
 
 
 def without_offset(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Subtract each joint's mean error over the clip. This is an oracle."""
+    """Subtract each joint's mean error over the clip (an oracle)."""
     error = logarithm(multiply(clip.q[:, None], conjugate(q_hat)))
     return multiply(exponential(error.mean(axis=0)), q_hat), r_hat
 
@@ -235,7 +235,7 @@ def pose_regression(
 ) -> Method:
     """Predict each joint's error by a linear regression on the whole noisy pose.
 
-    If `own` is True, the regression is fitted to the clips of the subject itself.
+    If `own` is True, the regression is fitted to the subject's own clips.
     """
     fit = LeaveOneOut(ridge)
 

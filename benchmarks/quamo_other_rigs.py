@@ -2,11 +2,11 @@
 
     python -m benchmarks.quamo_other_rigs FOLDER
 
-Works with any BVH that has rotations and a position. All joints get the noise of `quamo noise` at
-the frame rate of the clip. They are tracked causally, tracked in both directions, or smoothed by
-the spline, with default settings. The table shows the ratios output / input at 25 Hz over all
-joints of the rig, as means over clips and seeds, and the largest ratio of any clip. Every figure is
-assumed to be 1.75 m tall.
+Any BVH with rotations and a position can be used. All joints get the noise of `quamo noise` at the
+clip's frame rate. They are tracked causally, tracked in both directions, or smoothed by the spline,
+with default settings. The table shows the ratios output / input at 25 Hz over all joints of the
+rig, as means over clips and seeds, and the largest ratio of any clip. Every figure is assumed to be
+1.75 m tall.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def places_mm(motion: Motion, scale: float) -> Array:
 def errors(found: Array, truth: Array, placed: int) -> Array:
     """Return the errors of SHOWN in mm and mm/frame².
 
-    The first two are relative to the joint `placed`.
+    The first two errors are relative to the joint `placed`.
     """
     out = []
     for a, b in (

@@ -2,9 +2,9 @@
 
     python -m benchmarks.quamo_rates FOLDER
 
-Every fourth clip, at its native 120 Hz and at 60 Hz, gets synthetic noise drawn at that rate. It is
-tracked with the gains for 25 Hz and with gains that depend on the rate, or smoothed. The metrics
-are ratios output / input against the truth at 25 Hz. Jitter is the mean third difference of
+Every fourth clip, at its native 120 Hz and at 60 Hz, gets synthetic noise drawn at that rate. The
+clip is tracked with the gains for 25 Hz and with gains that depend on the rate, or smoothed. The
+metrics are ratios output / input against the truth at 25 Hz. Jitter is the mean third difference of
 positions at the clip's own rate.
 """
 
@@ -70,7 +70,7 @@ ROWS: dict[str, Run] = {
 def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Array, Array, float]]:
     """Yield the name, rotations, root positions, offsets and frame time of clips.
 
-    They have 24 joints, and lengths are in metres.
+    The clips have 24 joints. Lengths are in metres.
     """
     for path in clips_in(folder, suffixes=BVH)[::every]:
         motion = read_bvh(path).motion

@@ -1,11 +1,10 @@
 """Measure QuaMo's time per frame on one core: python -m benchmarks.quamo_speed [--frames N].
 
 Measures 24 joints with the streaming call `tc.Tracker.step` alone, and then, with forward
-kinematics, with hand-tuned gains and with the networks in numpy. If
-PyTorch is installed, the step of the networks in PyTorch on one thread is also compared with numpy
-in the same run. The times are CPU times of this process, as medians over blocks of frames. Set
-OMP_NUM_THREADS=1. Target: < 2 ms.
-The time of ten million additions in plain Python describes the machine.
+kinematics, with hand-tuned gains and with the networks in numpy. If PyTorch is installed, the
+networks' step in PyTorch on one thread is compared with numpy in the same run. The times are CPU
+times of this process, as medians over blocks of frames. Set OMP_NUM_THREADS=1. Target: < 2 ms. The
+time of ten million additions in plain Python describes the machine.
 """
 
 from __future__ import annotations

@@ -1,14 +1,13 @@
 """Tune the settings of QuaMo's rivals: python -m benchmarks.quamo_tune_rivals FOLDER [--seeds N].
 
 Settings are chosen on subjects that are not used for any table (02, 08, 12), with new noise of both
-levels. The same rule is applied to a grid of settings, first for rotations and then for the
-position of the root. Candidates are the settings whose MPJPE (for the root: GRE) is no larger than
-ours at each level. Among these, the one with the smallest Accel (for the root: G-Accel) is chosen.
-All metrics are ratios output / input, and Accel is the mean over both levels. Causal rivals are
-compared with our hand-tuned gains, and rivals that use the whole file with our tracking in both
-directions. Settings for rotations whose Accel is within 1 % of the smallest count as equal, and the
-one with the smallest MPJPE is chosen among them. If no setting satisfies the bound, the one that
-exceeds it least is chosen.
+levels. The same rule is applied to a grid of settings, first for rotations and then for the root's
+position: of all settings with an MPJPE (for the root: GRE) no larger than ours at each level, the
+one with the smallest Accel (for the root: G-Accel) is chosen. All metrics are ratios output /
+input, and Accel is the mean over both levels. Causal rivals are compared with our hand-tuned gains,
+and rivals that use the whole file with our tracking in both directions. Among settings for
+rotations with an Accel within 1 % of the smallest, the one with the smallest MPJPE is chosen. If no
+setting satisfies the bound, the one that exceeds it least is chosen.
 """
 
 from __future__ import annotations

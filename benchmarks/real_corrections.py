@@ -5,9 +5,9 @@
 FOLDER contains a folder of clips for every set. The protected measures
 (:mod:`twistcore.analysis.correction.protected_measures`) are computed for every automatic
 correction. Each has a column with the number of corrections that make it worse, out of those for
-which it could be measured (goal: none). For the automatic corrections of counter-twists, the table
-also shows how many of them make the twists of P and C, the azimuth and the rotation of both
-smoother (goal: 98 %), and how many finds are left for a person to decide.
+which it could be measured (goal: none). For counter-twists, the table also shows how many automatic
+corrections make the twists of P and C, the azimuth and the rotation of both smoother (goal: 98 %),
+and how many intervals are left for review.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ def clips_of(folder: Path) -> Iterator[Path]:
 def roughness(
     before: Motion, after: Motion, chain: Chain, interval: Interval
 ) -> tuple[float, float]:
-    """Return the roughness of all witnesses at the edges, before and after a correction.
+    """Return the roughness of all witness angles at the edges, before and after a correction.
 
-    Roughness is the cost of second differences. Each witness is scaled by its size in the original
+    Roughness is the cost of second differences. Each angle is scaled by its size in the original
     clip.
     """
     old, new = Witnesses.of(before, chain), Witnesses.of(after, chain)

@@ -4,25 +4,24 @@
 
     python3 dev.py bench real_flips FOLDER [--json FILE] [--clips GLOB]
 
-Every clip gets the automatic corrections of `twistcore refine`, is written, read back and judged by
-a separate geometry, which uses only the positions and orientations of joints in the world. These
-are judged:
+Every clip gets the automatic corrections of `twistcore refine`, is written, read back, and judged
+only by the world positions and orientations of its joints. These are judged:
 
-- impossible swivel: from one frame to the next, the knee or elbow C turns about the line from hip P
-  to ankle E (shoulder to wrist) faster than any body can, while E hardly moves relative to P;
+- impossible swivel: between two frames, the knee or elbow C turns about the line from hip P to
+  ankle E (shoulder to wrist) faster than any body can, while E hardly moves relative to P;
 - backward knee: a frame in which C of a leg is more than 110° away from its usual side in the clip
   before correction, in the frame of P's parent;
-- impossible turn: from one frame to the next, a segment at P or below turns too fast about its own
-  bone; a turn is new if it was absent before correction;
+- impossible turn: between two frames, a segment at P or below turns too fast about its own bone; a
+  turn is new if it was absent before correction;
 - mirrored transition: P of a limb and C turn against each other; with this, the number of frames
   with a bent and with a straight limb in which P was turned (:mod:`benchmarks.mirrored_turns`);
 - displacement of E, and of C in clips without an impossible swivel, as a share of the skeleton's
   height, if it exceeds the rounding of the written numbers.
 
 Jumps in frames 0 and 1 are not examined, because a T-pose often comes first. A clip that cannot be
-read or corrected is listed. The exit status is 1 if the correction made something wrong: E moved, a
-clip without a flip changed, there is a new impossible turn, or a bent limb changed in a clip
-without a mirrored transition.
+read or corrected is listed. The exit status is 1 if the correction did harm: E moved, a clip
+without a flip changed, there is a new impossible turn, or a bent limb changed in a clip without a
+mirrored transition.
 """
 
 from __future__ import annotations
@@ -71,7 +70,7 @@ class Verdict:
     - e_moved, c_moved: the largest displacement as a share of the skeleton's height, 0 within
       rounding; c_moved counts only in clips without a flip
     - mirrored_…: mirrored transitions, keyed by P
-    - limbs_changed: the frames with bent and with straight limbs, and how many of each changed
+    - limbs_changed: the numbers of frames with bent and straight limbs, and of changed ones
     """
 
     clip: str
@@ -102,7 +101,7 @@ class Verdict:
 
     @property
     def harmed(self) -> bool:
-        """True if the correction made something wrong that was right before."""
+        """True if the correction did harm."""
         return bool(self.turns_new) or self.e_moved > 0.0 or self.changed_clean or self.changed_bent
 
     @property
@@ -268,8 +267,8 @@ def _runs(frames: Sequence[int]) -> list[str]:
 def table(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
     """Return the lines of the output.
 
-    These are one line per clip with its results, the totals, the remaining problems, and the
-    unreadable files.
+    The lines have the results by clip, the totals, the remaining problems, and the unreadable
+    files.
     """
     total = [sum(column) for column in zip(*(v.row for v in verdicts), strict=True)] or [0] * 12
     lines = [f"{'' if k else 'clip':<{WIDTH}} {head}" for k, head in enumerate(HEAD)]
@@ -300,7 +299,7 @@ def to_json(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
 
 
 def main() -> int:
-    """Judge every clip and print the table. Return 1 if the correction made something wrong."""
+    """Judge every clip and print the table. Return 1 if the correction did harm."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", default="*.bvh", metavar="GLOB")

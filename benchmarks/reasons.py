@@ -2,10 +2,10 @@
 
     python3 dev.py bench reasons FOLDER… [--json FILE] [--clips GLOB] [--show WORD]
 
-For every clip and three detectors (for consistency, from the paper, and for limb flips) at their
-automatic τ, all peaks of the strength above τ outside intervals and their edges are counted by the
-reason that `twistcore detect --explain` gives. A peak without a reason, or with a reason that
-contradicts the curve, is listed; the exit status is then 1.
+For every clip and three detectors (consistency, paper and limb flips) at their automatic τ, all
+peaks above τ outside intervals and edges are counted by the reason that `twistcore detect
+--explain` gives. A peak without a reason, or with one that contradicts the curve, is listed; the
+exit status is then 1.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ KINDS = {
 
 
 def peaks(found: Detection, name: str) -> list[int]:
-    """Return the peaks of the strength above τ outside intervals, searched frame by frame.
+    """Return the peaks of the strength above τ outside intervals, found frame by frame.
 
     This does not use the code that finds the reasons.
     """

@@ -4,9 +4,9 @@
 
 The whole window is measured, with the default skin side by side. The key N goes to the next
 interval, and a step moves the playhead by a frame. Both end when everything is painted. The third
-figure is a step of the 3D view alone. Processor time is less affected by other programs than
-elapsed time. With `--against`, another checkout is measured in turns with this one, and the last
-column is the ratio.
+figure is a step of the 3D view alone. Processor time depends less on other programs than elapsed
+time. With `--against`, another checkout is measured alternately with this one, and the last column
+is the ratio.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class Worker:
 
 
 def main() -> None:
-    """Measure in turns, and print the table."""
+    """Measure both checkouts alternately, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--clip", type=Path, default=CLIP)
     parser.add_argument("--rounds", type=int, default=6)

@@ -8,14 +8,14 @@ are applied.
 
 A frame counts as repaired if at most a fifth of its error is left, in P and in each of its
 children. The column "made wrong" counts joints that are changed by more than 1° in frames without
-an error, and `sound` counts the same in clips without errors. The column "chains" shows how many of
-the ten pairs of P and C are examined. A rig in pieces has one line for each share of a bone's roll
-in its first piece: none, half, all. The other pieces have the rest, and also some roll of the joint
-below, as in pronation of the forearm. The results "between pieces" are for errors of a piece
-relative to the next piece of its bone, in a separate run.
+an error, and `sound` does so in clips without errors. The column "chains" shows how many of the ten
+pairs of P and C are examined. A rig in pieces has one line for each share of a bone's roll in its
+first piece: none, half, all. The other pieces share the rest and, as in pronation of the forearm,
+some roll of the next joint. The results "between pieces" are for errors of a piece relative to the
+next piece of its bone, in a separate run.
 
-Clips in which corrections are made before any error is injected are left out. --missed lists every
-error that is not repaired, with the reason.
+Clips that are corrected even without injected errors are left out. --missed lists every error that
+is not repaired, with the reason.
 
 Five rigs come from public sources, and nothing is tuned on them:
 
@@ -78,7 +78,7 @@ class Pair(NamedTuple):
 class Place(NamedTuple):
     """The place of an injected error.
 
-    This is the number of its pair, the frames [start, stop), and the angle in radians.
+    The fields are the number of its pair, the frames [start, stop), and the angle in radians.
     """
 
     pair: int
@@ -266,7 +266,7 @@ def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
 
 
 def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
-    """Return CMU clips without automatic corrections, keyed by name, at even distances."""
+    """Return evenly spaced CMU clips that need no automatic correction, keyed by name."""
     found: dict[str, Motion] = {}
     for path in clips_in(folder, suffixes=BVH):
         motion = read_bvh(path).motion

@@ -1,4 +1,4 @@
-"""Measure setting and painting a frame in the 3D view, compared with a window of plain tubes.
+"""Measure the time to show a frame in the 3D view, compared with a window of plain tubes.
 
     python benchmarks/scrub.py [--clip CLIP] [--frames N] [--json]
 

@@ -2,11 +2,10 @@
 
     python -m benchmarks.severity_order FOLDER... [--first N]
 
-For every clip in or below the folders, the severity is compared with the number of times per second
-that a joint's rotation or position jumps: by more than 45° or 4 % of the figure's height in a
-frame, and by more than four times the median of the two frames before and after. The output shows
-Spearman's rank correlation over all clips and over clips in which either value is above 0, and the
-first N clips in each order.
+For every clip in or below the folders, the severity is compared with the jumps per second of
+joints: by more than 45° or 4 % of the figure's height in a frame, and by more than four times the
+median of the two frames before and after. The output shows Spearman's rank correlation over all
+clips and over clips in which either value is above 0, and the first N clips in each order.
 """
 
 from __future__ import annotations

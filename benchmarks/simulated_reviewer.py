@@ -41,7 +41,7 @@ ACCEPTED, NATURAL, DECOY = "accepted", "natural", "decoy"
 
 @dataclass(frozen=True, eq=False)
 class Reviewed:
-    """A clip judged by this reviewer. Each verdict has the kind of interval that it is about."""
+    """A clip judged by this reviewer. Each verdict names the kind of its interval."""
 
     clip: JudgedClip
     about: tuple[str, ...]
@@ -53,11 +53,11 @@ class Reviewed:
 
 
 def reviewed(path: Path, seed: int, harder: str = "") -> Reviewed:
-    """Review a clip once, after a protocol has made its motion harder.
+    """Review a clip once, after the protocol `harder` has made its motion harder.
 
-    `harder` is this protocol. By default, a random one is used.
+    By default, a random protocol is used.
 
-    Decoys are injected into a quarter as many chains as errors.
+    There are a quarter as many chains with decoys as with errors.
     """
     motion = read_bvh(path).motion
     chains = analyse(motion).chains

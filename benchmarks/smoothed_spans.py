@@ -4,10 +4,9 @@
 
 In every clip, at 20, 30 and 120 frames per second, the components of the quaternions of 2-5 joints,
 or of all joints, are smoothed for 1-2 s by a Gaussian with a σ from 0.05 to 0.4 s (BrokenAMASS
-smooths all joints with 0.2 s). Only joints that move are smoothed. The output shows the share of
-the frames found that were smoothed (precision), the share of smoothed frames and of spans that are
-found (recall), and the spans found in the original clips. --as-they-are: use only the original
-clips at their own frame rate.
+smooths all joints with 0.2 s). Only joints that move are smoothed. The output shows precision by
+frame, recall by frame and by span, and the spans found in the original clips. --as-they-are: use
+only the original clips at their own frame rate.
 """
 
 from __future__ import annotations

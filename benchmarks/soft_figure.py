@@ -2,8 +2,8 @@
 
 Errors of 10-40°, low-pass filtered at 10 Hz (as in F10), are injected into a clip in which both
 joints of every chain twist independently. The figure shows the twist of P and C; the part of P's
-twist that follows the sum of both, which no error changes; the departures from a bridge, which is
-the interpolation across the interval; and δ as found and as injected.
+twist that follows the sum of both, which no error changes; the departures from a bridge (an
+interpolation across the interval); and δ as found and as injected.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Measure the start of the program up to its first picture.
+"""Measure the time from the start of the program to its first picture.
 
     python -m benchmarks.start_up [--runs N]
 
 Starts a new interpreter N times and opens the sample in the real window. Prints the median seconds
-until the window is painted, and until the clip's figure, tables and curves are painted, too. The
-first run, which reads files from the disk, is shown separately.
+until the window is painted, and until the clip's figure, tables and curves are painted. The first
+run, which reads files from the disk, is shown separately.
 """
 
 from __future__ import annotations

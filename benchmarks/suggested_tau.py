@@ -2,8 +2,8 @@
 
 τ is suggested for every chain from each single clip, and from all clips of the folder together (a
 profile), with the seeds of `twistcore tune`. Then errors with other seeds are injected. The table
-compares the FSR at the suggested τ with the FSR at the best fixed τ, which is determined afterwards
-from all clips and chains, and shows the false alarms in all original clips.
+compares the FSR at the suggested τ with the FSR at the best fixed τ, chosen in hindsight from all
+clips and chains, and shows the false alarms in all original clips.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Switch clips in quick succession: python -m benchmarks.switched_clips [--times 400] [--seed 1].
 
 Another clip is repeatedly opened before the previous one is analysed. Meanwhile, random input is
-given: borders, intervals and empty areas of the plots are dragged, rows are clicked, numbers and
-notes are typed, menus and palettes are answered, and actions of the table are triggered. The output
-shows the memory at the end, and every exception and every warning of Qt. There should be none.
+simulated: edges, intervals and empty areas of the plots are dragged, rows are clicked, numbers and
+notes are typed, menus and palettes are answered, and actions are triggered. The output shows the
+memory at the end, and all exceptions and Qt warnings, of which there should be none.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class Hand:
         QTest.mouseClick(view, _LEFT, self.rng.choice(_KEYS), self._place(view))
 
     def popup(self) -> None:
-        """Press a key in a popup or dialog if one is open."""
+        """If a popup or dialog is open, press a key in it."""
         box = QApplication.activePopupWidget() or QApplication.activeModalWidget()
         if box is not None:
             QTest.keyClick(box, self.rng.choice(_PRESSED))

@@ -1,13 +1,13 @@
 """Measure how fast the window follows a τ that is dragged: python -m benchmarks.tau_drag.
 
 Repeats the sample to 3,000, 10,000 and 100,000 frames (or --frames N…). Each repetition has three
-different errors, from 1° to 150°, so every move of τ changes the intervals found. Drags the τ of
-that chain over 60 values in the real window, and prints the median and the 95th percentile of the
-time (a) until the core has found the new intervals, (b) until plots, table and strip are also
-painted and on the screen, and (c) until the 3D view is drawn, too, where it changes. A frame on a
-60 Hz screen takes 16.7 ms. The second line is measured with the tuning tab in front, so that its
-two plots are painted as well. The last line shows how long the curve of that tab takes to appear
-for the first length, and how long the event loop is blocked while it is computed.
+different errors, from 1° to 150°, so every move of τ changes the intervals found. Drags τ over 60
+values in the real window, and prints the median and 95th percentile of the time (a) until the core
+has found the new intervals, (b) until plots, table and strip are also on the screen, and (c) until
+the 3D view is drawn where it changes. A frame on a 60 Hz screen takes 16.7 ms. The second line is
+measured with the tuning tab in front, so that its two plots are painted as well. The last line
+shows how long the tab's curve takes to appear for the first length, and how long the event loop is
+blocked meanwhile.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ TAUS = np.geomspace(0.5, 120.0, 60)
 def tiled(clip: Clip, frames: int, folder: Path) -> Clip:
     """Repeat the clip with different errors in each repetition.
 
-    Only the motion is repeated, and the bytes remain those of a single repetition. The clip's path
-    is in `folder`, where the journal of the drag is written.
+    Only the motion is repeated, not the bytes. The clip's path is in `folder`, where the journal of
+    the drag is written.
     """
     motion = clip.motion
     chains = find_chains(motion)
@@ -94,7 +94,7 @@ def measure(
 ) -> tuple[np.ndarray, int]:
     """Return the milliseconds of every step, (3, steps), and the largest number of intervals.
 
-    The first axis is: the core; plots, table and strip on the screen; the 3D view, too. If `tuning`
+    The rows are: the core; plots, table and strip on the screen; the 3D view as well. If `tuning`
     is True, the tuning tab is in front of the interval table, and its two plots are painted
     instead.
     """
@@ -149,9 +149,9 @@ def measure(
 def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, float, float, float]:
     """Measure how the curve of the tuning tab appears for a newly opened clip.
 
-    Return the seconds until the curve of the selected chain is drawn and until all curves are
-    known. Also return the longest time in milliseconds for which the event loop is blocked, both
-    meanwhile and in an equally long time before.
+    Return the seconds until the selected chain's curve is drawn and until all curves are known, and
+    the longest time in milliseconds for which the event loop is blocked, meanwhile and in an
+    equally long time before.
     """
     head, _, rows = SAMPLE.read_text().rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()

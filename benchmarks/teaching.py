@@ -4,7 +4,7 @@
 
 The 3D view includes the gizmo. The times are CPU times of the process, so that other programs have
 little effect (threads of a software renderer are included). The 3D view is 1280×411 as in scrub.py,
-and the tab is 545×640. The same frames are drawn with the lesson on and off, in turn.
+and the tab is 545×640. The same frames are drawn alternately with the lesson on and off.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Compare the numbers of the tuning page with ``twistcore detect --tau`` and the verdicts.
 
 A seeded random generator judges some of each clip's intervals. At several τ, the command lists the
-intervals, and this script counts the listed, the automatic and the rejected ones independently of
-the program. Then it compares these numbers with those on the page. `--inject` injects errors into
-the clips first.
+intervals, and this script counts listed, automatic and rejected ones independently of the program.
+Then it compares these numbers with the page. `--inject` injects errors into the clips first.
 
     python -m benchmarks.tuning_counts CLIP… [--inject]
 """
@@ -48,7 +47,7 @@ def recounted(
 ) -> Counts:
     """Return the numbers of listed, automatic and rejected intervals of a chain.
 
-    `judged` are spans, each with True for an accepted interval.
+    `judged` has spans of frames, each with True for an accepted interval.
     """
     own = [row for row in rows if row["chain"] == chain]
     rejected = 0

@@ -4,11 +4,10 @@
 
 A large turn is any turn of a joint by at least D degrees (default 45) from one frame to the next
 that is more than four times the median of the two turns before and the two after. Fast movement at
-a low frame rate is therefore not a large turn. A turn counts as listed if an interval begins, ends
-or lies at its frame, with a tolerance of two frames, and the interval concerns the joint, a chain
-or limb with the joint, or the whole body. The table shows the turns of each folder, the listed
-ones, the ones in frames where only another joint is listed, and the ones in frames where nothing is
-listed.
+a low frame rate is therefore not a large turn. A turn counts as listed if an interval at its frame,
+with a tolerance of two frames, concerns the joint, a chain or limb with the joint, or the whole
+body. For each folder, the table shows all turns, the listed ones, and those in frames where only
+another joint or nothing is listed.
 """
 
 from __future__ import annotations

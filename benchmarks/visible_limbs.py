@@ -1,10 +1,10 @@
-"""Measure how much of a limb the camera sees, compared with the best of many views.
+"""Measure how much of a limb is visible, compared with the best of many views.
 
     python -m benchmarks.visible_limbs FOLDER… [--clips N] [--intervals N] [--views N]
 
 Draws random errors in each clip and requests the view of the limb, as **N** does in the window. The
-share of the limb that is not hidden by another bone, the head or the chest is compared with the
-largest such share from evenly distributed directions. The target is 80 % of the best view.
+share of the limb that no other bone, head or chest hides is compared with the largest such share
+over evenly distributed directions. The target is 80 % of the best view.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""The implementation of `dev.py`, which sets up, starts and tests the program in a checkout.
+"""The implementation of `dev.py`: set up, start and test the program in a checkout.
 
-These modules use only the standard library, because nothing else is installed when they start. They
-are not part of the wheel.
+These modules use only the standard library, because nothing else may be installed yet. They are not
+part of the wheel.
 """

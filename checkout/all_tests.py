@@ -1,4 +1,4 @@
-"""Run the tests in several processes at a time, with one process per module of window tests."""
+"""Run the tests in several processes, with a separate process for each module of window tests."""
 
 from __future__ import annotations
 
@@ -126,14 +126,14 @@ def run_all(*, everything: bool = False) -> int:
             for child in tuple(RUNNING):
                 child.terminate()
             raise
-    for line in (*notes, *failures_told(whole.failures)):
+    for line in (*notes, *failure_lines(whole.failures)):
         say(line)
     counts = whole.counts
     say(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
     return int(counts["failed"] > 0)
 
 
-def failures_told(failures: Iterable[str]) -> list[str]:
+def failure_lines(failures: Iterable[str]) -> list[str]:
     """Return lines that list every failed test once, with the first line of the reason."""
     lines = [f"  {line}" for line in dict.fromkeys(failures)]
     return ["", "Failed:", *lines] if lines else []
@@ -178,14 +178,14 @@ def number_of_lanes() -> int:
 
 
 def has_quick(module: str) -> bool:
-    """Return False if all tests of the module are thorough, so that it need not be started."""
+    """Return True unless all tests of the module are thorough."""
     text = (places.ROOT / module).read_text("utf-8")
     return not re.search(r"^pytestmark = (\[\s*)?pytest\.mark\.thorough", text, re.MULTILINE)
 
 
 @contextlib.contextmanager
 def parent_of_tests() -> Iterator[Parent | None]:
-    """Start a process from which window tests are forked, with all their imports already loaded.
+    """Start a process that has imported everything, to fork window tests from it.
 
     On systems other than Linux, yield None.
     """
@@ -244,7 +244,7 @@ def run_part(
 
 
 def failure_of(case: ElementTree.Element) -> list[str]:
-    """Return the name of a failed test in pytest's report with the first line of each reason."""
+    """Return lines with a failed test's name and the first line of each reason."""
     module, name = case.get("classname", ""), case.get("name", "")
     if not module:  # a module that could not be collected
         module, name = name, ""
@@ -267,8 +267,7 @@ def run_forked(
 ) -> int | None:
     """Run Python in a forked process and return its exit status.
 
-    `words` are Python's arguments. The result is None if the parent process has ended, so that the
-    status is unknown.
+    `words` are Python's arguments. If the parent process has ended, the status is unknown: None.
     """
     try:
         with contextlib.closing(parent.start(words, env, output, places.ROOT)) as child:

@@ -30,7 +30,7 @@ AXE, AXE_FOLDER = "axe-playwright-python==0.1.8", places.VENV / "axe"
 AXE_HASH = "fdd263c998388f1a8e67cad02677e612d946248bd44d163be5e8650ea31f95f8"
 UNLOCKED = "--unlocked"
 UNLOCKED_COMMAND = f"python3 dev.py setup {UNLOCKED}"
-# Measured with every extra and tool: on the disk, and with what pip unpacks beside it on the way.
+# Measured with every extra and tool: installed, and including the temporary files of pip.
 VENV_GB, SETUP_GB = 2.0, 3.0
 # Messages of pip if a file has the wrong hash, and if the lock file has no suitable version.
 HASH_DIFFERS = re.compile(r"DO NOT MATCH THE HASHES")
@@ -65,27 +65,27 @@ def make_venv(uv: str | None) -> None:
 
     Raise SetupError if it cannot be created. `uv` is the path of uv, or None.
     """
-    say("Making .venv")
+    say("Creating .venv")
     command = [uv, "venv", "--clear", "--python", sys.executable, str(places.VENV)] if uv else None
     if command and not quietly(command):
         return
     problem = quietly([sys.executable, "-m", "venv", "--clear", str(places.VENV)])
     if problem:
-        raise SetupError(f".venv could not be made. Python said:\n{problem}")
+        raise SetupError(f".venv could not be created. Python's message:\n{problem}")
 
 
 def install_project(uv: str | None, *, unlocked: bool = False) -> None:
-    """Install what the lock file says, then the project, editable; nothing whose hash differs.
+    """Install the locked packages, checking their hashes, then the project in editable mode.
 
     With `unlocked`, install the newest versions that pyproject.toml allows instead.
     """
-    say(f"Installing the Python packages ({VENV_GB:g} GB on the disk the first time)")
+    say(f"Installing the Python packages ({VENV_GB:g} GB the first time)")
     with showing_progress():
         if unlocked:
             problem = install(["--editable", f"{places.ROOT}[dev]"], uv)
         else:
             problem = install(["--require-hashes", "--requirement", str(places.LOCK)], uv)
-            if not problem:  # what builds it is locked, too, and there now
+            if not problem:  # the build tools are also locked, and installed now
                 words = ["--no-deps", "--no-build-isolation", "--editable", str(places.ROOT)]
                 problem = install(words, uv)
     if problem:
@@ -94,7 +94,7 @@ def install_project(uv: str | None, *, unlocked: bool = False) -> None:
 
 @contextlib.contextmanager
 def showing_progress(every_s: float = 10.0) -> Iterator[None]:
-    """Say now and then how long it has taken, and how much of the disk."""
+    """Print the elapsed time and the disk space used at regular intervals."""
     begun, free = time.monotonic(), free_bytes(places.ROOT)
     done = threading.Event()
 
@@ -113,12 +113,12 @@ def showing_progress(every_s: float = 10.0) -> Iterator[None]:
 
 
 def free_bytes(folder: Path) -> int:
-    """Return how much of the disk of a folder is free."""
+    """Return the free bytes on a folder's disk."""
     return shutil.disk_usage(folder).free
 
 
 def install(words: Sequence[str], uv: str | None) -> str:
-    """Install into .venv with uv if possible, or else with pip.
+    """Install into .venv with uv or, if that fails, with pip.
 
     `words` are the arguments of `pip install`. Return '' on success, or the last lines of pip.
     """
@@ -144,7 +144,7 @@ def fetch_uv() -> str:
 
 
 def locked(name: str) -> str:
-    """Return the entry of a package in the lock file: its version, and its hashes."""
+    """Return a package's entry in the lock file: its version and hashes."""
     entries = re.split(r"\n(?=\S)", places.LOCK.read_text("utf-8"))
     return "\n".join(entry for entry in entries if entry.startswith(f"{name}=="))
 
@@ -162,26 +162,25 @@ def install_hashed(requirement: str, *options: str) -> str:
 
 
 def why_not_installed(problem: str) -> str:
-    """Return an explanation of the last lines of pip."""
+    """Explain pip's last lines in a sentence."""
     if HASH_DIFFERS.search(problem):
         return (
-            "The Python packages could not be installed: what the package index gave is not what "
-            f"{places.LOCK.name} expects. Somebody may have changed it on the way; it was not "
-            "installed."
+            "The Python packages could not be installed: a download does not match its hash in "
+            f"{places.LOCK.name}, so it may have been tampered with. It was not installed."
         )
     if CERTIFICATE.search(problem):
         return (
             "The Python packages could not be installed: pip does not trust the certificate of "
-            "the package index. Behind a proxy, name its certificate: PIP_CERT=FILE."
+            "the package index. Behind a proxy, set PIP_CERT to the file of its certificate."
         )
     if "No space left" in problem:
         disk = places.ROOT.anchor
-        return f"The Python packages could not be installed: no space is left on {disk}."
+        return f"The Python packages could not be installed: there is no space left on {disk}."
     if NOT_LOCKED.search(problem) and not CONNECTION.search(problem):
         return (
             f"The Python packages could not be installed: the package index lacks a version that "
-            f"{places.LOCK.name} names for this system. Use an index that has it or, to install "
-            "the newest versions that pyproject.toml allows, which nobody has tested: "
+            f"{places.LOCK.name} requires on this system. Use an index that has it, or install the "
+            "newest versions that pyproject.toml allows, which are untested: "
             f"{UNLOCKED_COMMAND}."
         )
     if CONNECTION.search(problem):
@@ -190,14 +189,14 @@ def why_not_installed(problem: str) -> str:
 
 
 def ensure_room() -> None:
-    """Refuse where the installation would fill a disk half-way.
+    """Raise SetupError if a disk has too little space for the installation.
 
-    What an interrupted installation left counts as installed. pip and uv unpack into a folder for
-    temporary files and a cache, which may be on other disks.
+    Files of an interrupted installation count as installed. pip and uv unpack into a temporary
+    folder and a cache, which may be on other disks.
     """
     spare = SETUP_GB - VENV_GB
     missing = VENV_GB - sum(one.lstat().st_size for one in places.VENV.rglob("*")) / 1e9
-    if missing < spare:  # most of it is there: other versions, or the project has moved
+    if missing < spare:  # most of it is installed: other versions, or the project has moved
         return
     needed = {places.ROOT: missing}
     for folder in unpacking_folders():
@@ -207,19 +206,18 @@ def ensure_room() -> None:
         free = free_bytes(folder) / 1e9
         if free < gigabytes:
             raise SetupError(
-                f"The Python packages take {VENV_GB:g} GB, and {SETUP_GB:g} GB while they are "
-                f"installed: {gigabytes:.1f} GB are needed for {folder}, but {free:.1f} GB are "
-                "free there."
+                f"The Python packages need {VENV_GB:g} GB ({SETUP_GB:g} GB during installation). "
+                f"{folder} needs {gigabytes:.1f} GB, but only {free:.1f} GB are free there."
             )
 
 
 def disk_of(folder: Path) -> int:
-    """Return the number of a folder's disk."""
+    """Return the device number of a folder's disk."""
     return folder.stat().st_dev
 
 
 def unpacking_folders() -> list[Path]:
-    """Return where pip and uv keep files on the way: the next folder above that exists."""
+    """Return the folders in which pip and uv unpack, or their nearest existing parents."""
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     cache = Path(os.environ.get("UV_CACHE_DIR") or os.environ.get("PIP_CACHE_DIR") or home)
     return [
@@ -229,7 +227,7 @@ def unpacking_folders() -> list[Path]:
 
 
 def ensure_venv(*, unlocked: bool = False) -> None:
-    """Make .venv and install into it, unless the stamp says that this is done."""
+    """Create .venv and install into it, unless the stamp shows that this is done."""
     if places.STAMP.exists() and places.STAMP.read_text("utf-8") == fingerprint():
         return
     uv = shutil.which("uv")
@@ -237,8 +235,8 @@ def ensure_venv(*, unlocked: bool = False) -> None:
     if not venv_version():
         make_venv(uv)
     install_project(uv, unlocked=unlocked)
-    # Compiled now, as pip does with what it installs: else the first start takes twice as long,
-    # and every start where Python is told to keep nothing.
+    # Compile the modules now, as pip does for packages. Without this, the first start would take
+    # twice as long, and so would every start if Python may not store compiled modules.
     folders = [str(places.ROOT / package) for package in PACKAGES]
     quietly([str(places.PYTHON), "-m", "compileall", "-q", *folders])
     places.STAMP.write_text(fingerprint(), "utf-8")  # last, so an interrupted set-up is repeated
@@ -250,11 +248,11 @@ def ensure_axe() -> None:
         return
     options = ["--target", str(AXE_FOLDER), "--retries", "1"]
     if problem := install_hashed(f"{AXE} --hash=sha256:{AXE_HASH}", *options):
-        say(f"{AXE} could not be fetched; tests that need it are left out.\n{problem}")
+        say(f"{AXE} could not be downloaded. Tests that need it are skipped.\n{problem}")
 
 
 def write_locks(options: Sequence[str]) -> int:
-    """Update the lock files, and keep versions that still fit. `options` are options of uv."""
+    """Update the lock files, keeping versions that still fit. `options` are passed to uv."""
     oldest = ".".join(map(str, OLDEST_PYTHON))
     words = ["pip", "compile", "--universal", "--python-version", oldest, "--generate-hashes"]
     words += ["--no-emit-index-url", "--no-annotate", "--no-config", "--quiet", *options]

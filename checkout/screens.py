@@ -62,7 +62,7 @@ def virtual_screen(*options: str) -> Iterator[dict[str, str]]:
 
 
 def read_line(descriptor: int, seconds: float) -> str:
-    """Return the line that Xvfb writes when it is ready, which is its display number.
+    """Return the line that Xvfb writes when it is ready: its display number.
 
     Raise SetupError if there is none after `seconds`.
     """
@@ -72,7 +72,7 @@ def read_line(descriptor: int, seconds: float) -> str:
         chunk = os.read(descriptor, 16) if ready else b""
         if not chunk:
             raise SetupError(
-                "The virtual screen (Xvfb) did not start; run Xvfb by hand to see why."
+                "The virtual screen (Xvfb) did not start. Run Xvfb yourself to see the error."
             )
         line += chunk
     return line.decode().strip()

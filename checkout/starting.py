@@ -29,11 +29,11 @@ DRIVER_NOISE = re.compile(rb"libGL |libEGL |MESA|glx: |.*(ZINK|zink|failed to lo
 
 
 class SetupError(Exception):
-    """The set-up failed, and the user must do something. The text of the error says what."""
+    """The set-up failed. The error's text tells the user how to continue."""
 
 
 def say(text: str) -> None:
-    """Print a text and flush the output, so that it also appears immediately in a pipe."""
+    """Print a text and flush the output, so that it appears at once, even in a pipe."""
     print(text, flush=True)
 
 
@@ -54,8 +54,8 @@ def quietly(command: Sequence[str], env: dict[str, str] | None = None) -> str:
     reasons = [line for line in lines if line.lstrip().startswith(("ERROR:", "E:"))]  # pip, apt
     # The reason for a failed download precedes the lines with ERROR:, once per attempt.
     causes = [line for line in lines if CERTIFICATE.search(line) or CONNECTION.search(line)]
-    told = [*(line for line in causes[-1:] if line not in reasons), *(reasons or lines)[-6:]]
-    return "\n".join(f"  {line.strip()}" for line in told) or f"  exit status {done.returncode}"
+    shown = [*(line for line in causes[-1:] if line not in reasons), *(reasons or lines)[-6:]]
+    return "\n".join(f"  {line.strip()}" for line in shown) or f"  exit status {done.returncode}"
 
 
 RUNNING: set[subprocess.Popen[bytes] | Forked] = set()
@@ -78,7 +78,7 @@ def start(
 
 
 def finish(child: subprocess.Popen[bytes] | Forked) -> int:
-    """Wait for a process that was started, and return its exit status."""
+    """Wait for a started process and return its exit status."""
     RUNNING.add(child)
     interrupted = False
     try:

@@ -34,8 +34,8 @@ BROWSER = {"chromium": ["chromium"]}
 def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
     """Return the missing libraries and programs, each with the Debian package that contains it.
 
-    Unless `windows` are to be opened, this checks only what is needed to create .venv. With
-    `tests`, it also checks the programs that window tests need.
+    Without `windows`, only the requirements for creating .venv are checked. With `tests`, the
+    programs that window tests need are checked, too.
     """
     if not sys.platform.startswith("linux"):
         return {}
@@ -58,17 +58,17 @@ def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
 def install_packages(packages: Sequence[str]) -> None:
     """Install Debian packages.
 
-    If the user may not do this, raise SetupError with the command to run.
+    Raise SetupError with the command to run if the user lacks the permission.
     """
     install = install_command(packages)
     if not shutil.which("apt-get"):
         raise SetupError(
-            f"This system lacks what these Debian packages bring: {' '.join(packages)}.\n"
-            "Install their counterparts with your package manager, then try again."
+            f"This system lacks the contents of these Debian packages: {' '.join(packages)}.\n"
+            "Install the equivalent packages with your package manager, then try again."
         )
     if os.geteuid() != 0:
         raise SetupError(
-            "Some system packages are missing. This one command installs them; then try again:\n"
+            "Some system packages are missing. Install them with this command, then try again:\n"
             f"  sudo apt-get update && sudo {' '.join(install)}"
         )
     say(f"Installing system packages: {' '.join(packages)}")
@@ -77,7 +77,9 @@ def install_packages(packages: Sequence[str]) -> None:
     quietly(["apt-get", "update"], env)
     problem = quietly(install, env)
     if problem:
-        raise SetupError(f"The system packages could not be installed. apt-get said:\n{problem}")
+        raise SetupError(
+            f"The system packages could not be installed. Messages of apt-get:\n{problem}"
+        )
 
 
 def ensure_system(*, windows: bool, tests: bool = False) -> None:
@@ -88,4 +90,4 @@ def ensure_system(*, windows: bool, tests: bool = False) -> None:
     importlib.invalidate_caches()  # the installation may have added modules of Python
     still = missing_system(windows=windows, tests=tests) if missing else {}
     if still:
-        raise SetupError(f"Still not found after the installation: {', '.join(still)}.")
+        raise SetupError(f"Still missing after the installation: {', '.join(still)}.")

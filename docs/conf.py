@@ -104,5 +104,5 @@ def setup(app: Sphinx) -> None:
 
 
 def _offer_files_outside(app: Sphinx, page: str, source: list[str]) -> None:
-    """Let links to pages outside docs/ open their files."""
+    """Turn links to files outside docs/ into links that open these files."""
     source[0] = re.sub(r"(?<=\]\()(?=(?:\.\./)+[^)]*\.md\))", "path:", source[0])

@@ -1,8 +1,9 @@
-"""Draw the house from its imports: `python docs/draw_architecture.py` writes images/house.svg.
+"""Draw the architecture from the imports: `python docs/draw_architecture.py`.
 
-Floors are the layers that pyproject.toml's import contracts hold, rooms are the folders and modules
-on them, and an arrow says that a room imports another. Arrows that follow from others are left out:
-where A knows B and B knows C, A may know C.
+The result is images/house.svg, drawn as two houses. Floors are the layers of the import contracts
+in pyproject.toml, and rooms are the folders and modules in a layer. An arrow leads from a room to
+one that it imports. Arrows that follow from others are left out: if A imports B and B imports C,
+there is no arrow from A to C.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ COLOURS = {"inspector": ("#fff4e6", "#c05a00"), "twistcore": ("#e8f1fb", "#1f5fa
 
 @dataclass(frozen=True)
 class Box:
-    """A room on the page: its lines of text, left and top edge and size in pixels."""
+    """A room on the page: its lines of text, position and size in pixels."""
 
     room: str
     lines: tuple[str, ...]
@@ -36,7 +37,7 @@ class Box:
 
 
 def floors() -> dict[str, list[list[str]]]:
-    """Rooms by house and floor, from the roof down, as the import contracts have them."""
+    """Return the rooms by house and floor, from the top down, from the import contracts."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     found = {}
     for contract in project["tool"]["importlinter"]["contracts"]:
@@ -50,12 +51,12 @@ def floors() -> dict[str, list[list[str]]]:
 
 
 def room_of(module: str) -> str:
-    """The room that a module lies in: its first two names."""
+    """Return the room of a module: the first two parts of its name."""
     return ".".join(module.split(".")[:2])
 
 
 def arrows(graph: grimp.ImportGraph) -> set[tuple[str, str]]:
-    """Which room imports which, without what follows from other arrows."""
+    """Return the arrows as pairs (room, imported room), without implied ones."""
     below: dict[str, set[str]] = {}
     for module in graph.modules:
         room = below.setdefault(room_of(module), set())
@@ -72,7 +73,7 @@ def arrows(graph: grimp.ImportGraph) -> set[tuple[str, str]]:
 
 
 def reached(below: Mapping[str, set[str]], rooms: Iterable[str]) -> set[str]:
-    """The rooms and all that can be reached from them."""
+    """Return the given rooms and all rooms that can be reached from them."""
     seen: set[str] = set()
     waiting = list(rooms)
     while waiting:
@@ -84,7 +85,7 @@ def reached(below: Mapping[str, set[str]], rooms: Iterable[str]) -> set[str]:
 
 
 def contents(graph: grimp.ImportGraph, room: str) -> list[str]:
-    """What lies in a room: its modules by name, folders in it as `folder: module module`."""
+    """Return the names of a room's modules; modules of a folder follow `folder/`."""
     words = []
     for child in sorted(graph.find_children(room)):
         name, inner = child.rsplit(".", 1)[1], sorted(graph.find_children(child))
@@ -93,7 +94,7 @@ def contents(graph: grimp.ImportGraph, room: str) -> list[str]:
 
 
 def wrapped(words: Iterable[str], width: float) -> tuple[str, ...]:
-    """Words in lines no wider than `width` pixels; an empty word ends a line."""
+    """Break words into lines of at most `width` pixels. An empty word ends a line."""
     lines = [""]
     for word in words:
         longer = f"{lines[-1]}  {word}".strip()
@@ -105,7 +106,7 @@ def wrapped(words: Iterable[str], width: float) -> tuple[str, ...]:
 
 
 def placed(graph: grimp.ImportGraph) -> tuple[list[Box], float]:
-    """All rooms on the page, and how high it becomes."""
+    """Return the boxes of all rooms on the page, and the height of the page."""
     boxes, y = [], float(MARGIN)
     for layers in floors().values():
         y += 26
@@ -126,7 +127,7 @@ def placed(graph: grimp.ImportGraph) -> tuple[list[Box], float]:
 
 
 def picture(graph: grimp.ImportGraph) -> str:
-    """The house as SVG."""
+    """Return the drawing as SVG."""
     boxes, height = placed(graph)
     at = {box.room: box for box in boxes}
     out = [
@@ -170,7 +171,7 @@ def picture(graph: grimp.ImportGraph) -> str:
 
 
 def house_graph() -> grimp.ImportGraph:
-    """All imports of both packages, those for type checkers too."""
+    """Return the import graph of both packages, including imports for type checkers."""
     return grimp.build_graph(*HOUSES, cache_dir=None)
 
 

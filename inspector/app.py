@@ -97,7 +97,7 @@ def _begin(window: MainWindow, path: Path | None) -> None:
 
 
 def _show_complaint(window: MainWindow, complaint: str) -> None:
-    """Show a message now, and again after a clip has been opened, whose messages replace it."""
+    """Show a message, and again once a clip is open, because opening a clip clears messages."""
     print(legible(complaint), file=sys.stderr)
     window.bar.show_message(complaint, True)
     again = partial(window.bar.add_error, complaint)

@@ -81,7 +81,7 @@ class FeatureParts:
         """Create the parts that need the docks, and connect them with other features."""
 
     def take(self, path: Path) -> bool:
-        """Open a file that was dropped on the window. Returns False for other kinds of files."""
+        """Open a dropped file. Returns False if the feature cannot open this kind of file."""
         return False
 
     def close(self) -> None:
@@ -100,8 +100,7 @@ class Tool:
         Its position from the left. A separator divides positions with different tens digits (19 and
         20, for example).
     spared
-        When the word is hidden as the window becomes narrower: first (1), second (2), or last (0),
-        together with the remaining words.
+        The order in which words are hidden in a narrow window: 1 first, then 2, then 0.
     """
 
     word: str
@@ -126,8 +125,8 @@ class ActionRow(Generic[T]):
     tool
         The button in the toolbar, or None.
     verdict
-        True if the row decides on an interval. Holding its key then acts only once, and only on an
-        interval that has been drawn.
+        True if the row decides on an interval. Its key does not repeat, and has no effect until the
+        interval is drawn.
     """
 
     id: str
@@ -143,7 +142,7 @@ class ActionRow(Generic[T]):
     checkable: ClassVar[bool] = False
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the row's action with its effect on `on`."""
+        """Connect the row's action, so that it acts on `on`."""
 
 
 @dataclass(frozen=True)
@@ -153,7 +152,7 @@ class ActionSpec(ActionRow[T]):
     do: Callable[[T], object] = field(kw_only=True)
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the row's action with its command for `on`."""
+        """Connect the row's action, so that it runs the command on `on`."""
         if self.group:
             action.toggled.connect(lambda checked: self.do(on) if checked else None)
         else:
@@ -162,13 +161,13 @@ class ActionSpec(ActionRow[T]):
 
 @dataclass(frozen=True)
 class Switch(ActionRow[T]):
-    """A row that turns something on or off."""
+    """A row that switches a setting on or off."""
 
     turn: Callable[[T, bool], object] = field(kw_only=True)
     checkable: ClassVar[bool] = True
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the row's action with the setting of `on` that it switches."""
+        """Connect the row's action, so that it switches the setting of `on`."""
         action.toggled.connect(lambda checked: self.turn(on, checked))
 
 

@@ -277,7 +277,7 @@ def act(window: MainWindow, *names: str) -> None:
 
 
 def wait(milliseconds: int) -> None:
-    """Run the event loop for some milliseconds. Unlike QTest.qWait, let Python threads run."""
+    """Run the event loop for some milliseconds. Unlike QTest.qWait, this lets threads run."""
     loop = QEventLoop()
     QTimer.singleShot(milliseconds, loop.quit)
     loop.exec()

@@ -52,7 +52,7 @@ def is_loadable(soname: str) -> bool:
 
 
 def missing_libraries(platform: str = "xcb") -> dict[str, str]:
-    """Return each missing library with its Debian package.
+    """Return the missing libraries, each with its Debian package.
 
     `platform` is the name of Qt's platform.
     """
@@ -63,7 +63,7 @@ def missing_libraries(platform: str = "xcb") -> dict[str, str]:
 
 
 def install_command(packages: Sequence[str]) -> list[str]:
-    """Return the command that installs Debian packages, which must be run as root."""
+    """Return the command that installs Debian packages. It must be run as root."""
     return ["apt-get", "install", "-y", "--no-install-recommends", *packages]
 
 

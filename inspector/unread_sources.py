@@ -1,8 +1,8 @@
-"""Stop PySide from reading the source of each imported module, which slows down the start.
+"""Start faster: stop PySide from reading the source of each imported module.
 
-PySide reads them to support `from __feature__ import`, which this program does not use. That takes
-a sixth of the processor time of the program's start. PySide 6.10 has no setting to prevent it. With
-other versions, this module may have no effect.
+PySide reads the sources to support `from __feature__ import`, which this program does not use.
+Reading takes a sixth of the processor time of the start. PySide 6.10 has no setting to prevent it.
+With other versions, this module may have no effect.
 """
 
 from __future__ import annotations

@@ -340,12 +340,12 @@ def test_a_failure_is_listed_with_the_first_line_of_its_reason(bare_project, mon
     (bare_project / "test_a.py").write_text(textwrap.dedent(text))
     done = all_tests.run_part(["test_a.py"])
     assert done.counts == {"passed": 1, "failed": 2, "skipped": 1}
-    assert all_tests.failures_told(done.failures)[1:] == [
+    assert all_tests.failure_lines(done.failures)[1:] == [
         "Failed:",
         "  test_a.py::TestAll::test_one[2.5]: AssertionError: no",
         '  test_a.py::test_two: failed on setup with "OSError: a.b is gone"',
     ]
-    assert all_tests.failures_told([]) == []
+    assert all_tests.failure_lines([]) == []
     assert all_tests.run_part(["test_a.py", "-k", "nothing"]).counts == {}
 
 

@@ -1,4 +1,4 @@
-"""Generate the reference of all commands from their parsers, on pages with the mark."""
+"""Generate the reference of all commands from their parsers, on pages that contain a mark."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _usage(parser: argparse.ArgumentParser) -> str:
 
 
 def _words(parser: argparse.ArgumentParser) -> Iterator[str]:
-    """Yield one list of arguments and options, without --help."""
+    """Yield the arguments and options as one Markdown list, without --help."""
     entries = []
     for action in parser._actions:
         if isinstance(action, argparse._HelpAction | argparse._SubParsersAction):
@@ -87,7 +87,7 @@ def _fill_in(app: Sphinx, page: str, source: list[str]) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Fill in pages with a mark, and read them in every build, since parsers may have changed."""
+    """Fill in the pages with a mark. Read them in every build, since parsers may have changed."""
     app.connect("source-read", _fill_in)
     app.connect(
         "env-get-outdated",

@@ -1,4 +1,4 @@
-"""Add attributes that screen readers and keyboard users need and the theme leaves out."""
+"""Add attributes for screen readers and keyboard users that the theme leaves out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FIXES = (
 
 
 def with_aids(text: str) -> str:
-    """Return a page with the missing attributes; a complete page stays unchanged."""
+    """Return a page with missing attributes added."""
     for pattern, instead in _FIXES:
         text = pattern.sub(_lines if instead == "LINES" else instead, text)
     return text
@@ -40,6 +40,6 @@ def _fix_pages(app: Sphinx, error: Exception | None) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Fix the pages once all are written."""
+    """Fix all pages at the end of a build."""
     app.connect("build-finished", _fix_pages)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,4 +1,4 @@
-"""Show each table of docs/tables as a page of the site; links to the CSV file lead there."""
+"""Show each table of docs/tables as a page of the site, and link to it instead of the CSV file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TABLES = Path(__file__).resolve().parents[1] / "tables"
 
 
 def cell_html(text: str) -> str:
-    """Return the HTML of a cell, in which code is in backticks and names of menus in asterisks."""
+    """Return the HTML of a cell, converting `code` in backticks and *menu names* in asterisks."""
     text = re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text))
     return re.sub(r"(?<!\w)\*([^*]+)\*(?!\w)", r"<em>\1</em>", text)
 
@@ -45,7 +45,7 @@ def _pages(app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:
 
 
 def _lead_to_pages(app: Sphinx, doctree: nodes.document, page: str) -> None:
-    """Replace downloads of tables by links to their pages."""
+    """Replace download links of tables by links to their pages."""
     if app.builder.format != "html":
         return
     for node in list(doctree.findall(addnodes.download_reference)):
@@ -57,7 +57,7 @@ def _lead_to_pages(app: Sphinx, doctree: nodes.document, page: str) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Add the pages, and lead the links to them."""
+    """Add the pages and the links to them."""
     app.connect("html-collect-pages", _pages)
     app.connect("doctree-resolved", _lead_to_pages)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,7 +1,7 @@
 """Show types and docstrings as they are in the code.
 
-If evaluated, `Array` would become four lines of numpy types. docutils would read |x| as a
-substitution and '@x' as an e-mail address.
+By default, Sphinx would expand `Array` to four lines of numpy types, and docutils would read |x| as
+a substitution and '@x' as an e-mail address.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from sphinx.util.nodes import make_refnode
 def _as_written(
     app: Sphinx, what: str, name: str, obj: Any, options: Any, arguments: str, returns: str
 ) -> tuple[str, str] | None:
-    """Return the signature's arguments and result, or None for Sphinx's own."""
+    """Return the signature's arguments and result as written, or None to use Sphinx's."""
     if not arguments or what not in ("function", "method", "class", "exception"):
         return None
     try:
@@ -52,7 +52,7 @@ def _plain_letters(
 def _by_last_name(
     app: Sphinx, env: BuildEnvironment, node: pending_xref, text: nodes.Node
 ) -> nodes.Node | None:
-    """Resolve an annotation by the last part of its name to the page that shows the class."""
+    """Resolve an annotation to the page of its class by the last part of the name."""
     if node.get("refdomain") != "py":
         return None
     name = node["reftarget"].rpartition(".")[2]
@@ -65,7 +65,7 @@ def _by_last_name(
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Connect to the three events of autodoc."""
+    """Connect the functions to events of autodoc and Sphinx."""
     app.connect("autodoc-process-signature", _as_written)
     app.connect("autodoc-process-docstring", _plain_letters)
     app.connect("missing-reference", _by_last_name)

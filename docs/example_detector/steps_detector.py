@@ -17,11 +17,11 @@ class StepsAnalysis:
         return np.radians(10.0)
 
     def strength(self, chain):
-        """Return the curve that τ is compared with, radians, (frames,)."""
+        """Return the curve that is compared with τ, in radians, (frames,)."""
         return np.abs(self.signals[chain].dtheta_p)
 
     def intervals(self, chain, tau):
-        """Return the intervals from each jump to the next one in the other direction."""
+        """Return the intervals between a jump and the next jump in the other direction."""
         step, found = self.signals[chain].dtheta_p, []
         for frame in np.flatnonzero(np.abs(step) >= tau).tolist():
             if found and found[-1][1] is None and step[frame] * step[found[-1][0]] < 0.0:
@@ -33,7 +33,7 @@ class StepsAnalysis:
 
 
 class StepsDetector:
-    """The detector; `info` describes it to the program."""
+    """The detector. The program reads its description from `info`."""
 
     info = DetectorInfo(
         name="steps",
@@ -45,5 +45,5 @@ class StepsDetector:
     )
 
     def analyse(self, motion, chains, tell=None):
-        """Analyse a motion; tell: called with the progress, 0…1."""
+        """Analyse a motion. `tell` is called with the progress, 0…1."""
         return StepsAnalysis(motion, chains)

@@ -1,11 +1,11 @@
-"""Track a stream of poses from a socket of this machine, and show it in the 3D view.
+"""Track a stream of poses from a local socket, and show it in the 3D view.
 
     python live_figure.py CLIP.bvh [--fps 60] [--port 9763]
 
 The clip gives the skeleton and, unless --fps is given, the rate. A sender connects to 127.0.0.1 and
-writes a line of JSON for each pose, {"rotations": [[w, x, y, z], …], "position": [x, y, z]}: for
-each joint, in the clip's order, a quaternion relative to the parent, and the root's position.
-`send_clip.py` is such a sender.
+writes a line of JSON for each pose, {"rotations": [[w, x, y, z], …], "position": [x, y, z]}: each
+joint's quaternion relative to its parent, in the clip's order, and the root's position. See
+`send_clip.py` for an example.
 """
 
 import argparse
@@ -29,10 +29,10 @@ from twistcore.skeleton.motion import forward_kinematics
 
 
 class LiveFigure(QObject):
-    """The stream's figure in a 3D view: tracked and solid, with the input as its outline."""
+    """The stream's figure in a 3D view: tracked as solid, and the input as an outline."""
 
     def __init__(self, viewport, fps, port):
-        """Listen on the port, or on any free one for 0."""
+        """Listen on the port; 0 means any free port."""
         super().__init__(viewport)
         self.viewport, self.fps, self.frames = viewport, fps, 0
         self.motion = viewport.document.data.motion.sliced(0, 1)
@@ -43,13 +43,13 @@ class LiveFigure(QObject):
         viewport.invite(self)
 
     def welcome(self):
-        """Read a new sender, with a tracker of its own."""
+        """Connect a new sender with its own tracker."""
         tracker, sender = tc.Tracker(self.fps), self.server.nextPendingConnection()
         sender.readyRead.connect(lambda: self.read(sender, tracker))
         self.read(sender, tracker)
 
     def read(self, sender, tracker):
-        """Track all poses that have arrived, and show the last one."""
+        """Track all received poses, and show the last one."""
         while sender.canReadLine():
             pose = json.loads(sender.readLine().data())
             given = pose["rotations"], pose["position"]
@@ -80,7 +80,7 @@ class LiveFigure(QObject):
         return "solid: tracked · outline: input"
 
     def draw(self, scene, pose, camera):
-        """Draw nothing else."""
+        """Draw nothing in addition to the pose."""
 
     def aim(self, scene):
         """Leave the camera alone."""

@@ -1,4 +1,4 @@
-"""Send a clip as a stream of poses to a port of this machine: python send_clip.py CLIP.bvh"""
+"""Send a clip as a stream of poses to a local port: python send_clip.py CLIP.bvh"""
 
 import argparse
 import json
@@ -9,7 +9,7 @@ import twistcore as tc
 
 
 def send(motion, port, *, seconds):
-    """Send every frame of a motion, with this pause after each."""
+    """Send every frame of a motion, with a pause of `seconds` after each."""
     with socket.create_connection(("127.0.0.1", port)) as stream:
         for rotations, position in zip(motion.rotations, motion.positions[:, 0], strict=True):
             pose = {"rotations": rotations.tolist(), "position": position.tolist()}
@@ -18,7 +18,7 @@ def send(motion, port, *, seconds):
 
 
 def main():
-    """Send the clip at its own rate."""
+    """Send the clip at its own frame rate."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("clip")
     parser.add_argument("--port", type=int, default=9763)

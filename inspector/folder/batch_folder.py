@@ -54,8 +54,8 @@ class BatchFolder(QObject):
     def clips(self) -> list[QueuedClip]:
         """Return the manifest's clips.
 
-        Clips that have changed since the batch processed them are marked for a new analysis, and so
-        are clips that it analysed with options that the window cannot use. Raises TwistError.
+        A clip is marked for a new analysis if it has changed since the batch, or if the batch used
+        options that the window does not support. Raises TwistError.
         """
         with Manifest.open(self.folder) as manifest:
             glances, self._parameters = manifest.glances(), manifest.parameters()

@@ -95,7 +95,7 @@ class _ClipModel(RowModel[QueuedClip]):
 
 
 def _sorted_by(clip: QueuedClip) -> tuple[Any, ...]:
-    """Return a clip's values for sorting, one per column. Reviews are sorted by remaining work."""
+    """Return a clip's sort keys, one per column. Reviews are sorted by their remaining work."""
     decided, of = clip.counts
     left = clip.state == ClipState.READY, of - decided, of
     return clip.title.casefold(), clip.severity, left, clip.exported
@@ -212,7 +212,7 @@ class ClipsPanel(QWidget):
         self.text.setAccessibleName(tr("Filter by name"))
         self.wanted = QComboBox()
         self.wanted.addItems([words for words, _ in STATES])
-        self.wanted.setAccessibleName(tr("Which clips are listed"))
+        self.wanted.setAccessibleName(tr("Listed clips"))
         self.text.textChanged.connect(self._refresh)
         self.wanted.currentTextChanged.connect(self._refresh)
         self.bar = QProgressBar(textVisible=False)
@@ -267,7 +267,7 @@ class ClipsPanel(QWidget):
         header.sectionClicked.connect(self._sort_by)
 
     def _count_open(self) -> None:
-        """Update the row of the open clip from its review."""
+        """Update the open clip's count of decided intervals."""
         data = self._document.data
         if data is not None and (intervals := self._document.intervals):
             decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
@@ -276,7 +276,7 @@ class ClipsPanel(QWidget):
     def _sort_by(self, column: int) -> None:
         """Sort by a column after a click on its heading.
 
-        A second click sorts in reverse, and a third one restores the order worst first.
+        A second click sorts in reverse, and a third one restores the initial order, worst first.
         """
         downwards = column == _SEVERITY
         first, second = (column, downwards), (column, not downwards)

@@ -1,4 +1,4 @@
-"""The queue of a folder's clips, which analyses them in the background."""
+"""The queue of a folder's clips. Worker processes analyse them in the background."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class FolderQueue(QObject):
         self._workers: list[_Worker] = []
         self._started = 0.0
         self._poll = QTimer(self, interval=_POLL_MS)
-        self._poll.timeout.connect(self._look)
+        self._poll.timeout.connect(self._poll_workers)
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settle.timeout.connect(self.rescan)
         self._again = QTimer(self, singleShot=True, interval=_BATCH_MS)
@@ -151,7 +151,7 @@ class FolderQueue(QObject):
 
     @property
     def totals(self) -> tuple[int, int, int, int]:
-        """Return the numbers of decided clips, clips with intervals, decided and all intervals."""
+        """Return four counts: decided clips, clips with intervals, decided intervals, intervals."""
         clips = [c for c in self.clips.values() if c.state != ClipState.FAILED]
         due = [c for c in clips if c.done or c.to_do]
         counts = [c.counts for c in clips]
@@ -264,11 +264,11 @@ class FolderQueue(QObject):
         """Start to survey the waiting clips."""
         if any(c.state == ClipState.WAITING for c in self.clips.values()):
             self._poll.start()
-            self._look()
+            self._poll_workers()
         self.changed.emit()
 
     def _put(self, path: Path, **known: Any) -> None:
-        """Change fields of a clip's entry, if the clip is still in the folder."""
+        """Change fields of a clip's entry if the folder still lists the clip."""
         if path in self.clips:
             self.clips[path] = replace(self.clips[path], **known)
 
@@ -318,8 +318,8 @@ class FolderQueue(QObject):
 
     # -- the processes ------------------------------------------------------------------------
 
-    def _look(self) -> None:
-        """Collect results, remove dead workers, and distribute work. Called by a timer."""
+    def _poll_workers(self) -> None:
+        """Collect results, remove dead workers and assign clips to idle ones. Called by a timer."""
         changed = bool([w for w in tuple(self._workers) if self._check(w)])
         waiting = [p for p, c in self.clips.items() if c.state == ClipState.WAITING]
         while waiting and len(self._workers) < self._count:
@@ -347,7 +347,7 @@ class FolderQueue(QObject):
             self._end(worker, NOT_BEGUN)
 
     def _check(self, worker: _Worker) -> bool:
-        """Return True if a worker has answered, died or been stopped, and handle the result."""
+        """Handle a worker's answer, timeout or death. Returns False if there is none of these."""
         if worker.path is None:
             return False
         try:

@@ -13,7 +13,7 @@ GONE = "no longer in the folder"
 FAR_AWAY = "not on a disk of this machine; open a copy of it"
 TOO_LARGE = "needs more memory than is usual for its size"
 NOT_BEGUN = "the analysis stopped before it began"
-TOO_SLOW = "the analysis took too long and was stopped"
+TOO_SLOW = "the analysis was stopped because it took too long"
 KILLED = "the system stopped the analysis, perhaps because memory ran out"
 # Why a clip has no results: the text in tables and files, and the text that people see.
 _REASONS = {
@@ -21,7 +21,7 @@ _REASONS = {
     FAR_AWAY: tr("the clip is not on this computer; copy it to a disk and open the copy"),
     TOO_LARGE: tr("the clip needs more memory than is usual for its size"),
     NOT_BEGUN: tr("the analysis was stopped before it began"),
-    TOO_SLOW: tr("the analysis took too long and was stopped"),
+    TOO_SLOW: tr("the analysis was stopped because it took too long"),
     KILLED: tr("the system stopped the analysis, perhaps because memory ran out"),
 }
 
@@ -41,11 +41,11 @@ class QueuedClip:
 
     - severity: in degrees, −1 while unknown
     - reason: why the analysis failed or, if `unchecked`, why nothing could be checked
-    - decided: number of decided intervals and of all intervals, taken from the open review or from
-      the session, None if there is neither
+    - decided: numbers of decided intervals and of all intervals in the open review or the session,
+      None without either
     - exported: name of the latest export, or ''
     - label: the clip's name in a batch, or ''
-    - waits: True if there are unsaved decisions that can be restored
+    - waits: True if the clip has unsaved decisions that can be restored
     - missing: number of frames that the header declares but the file does not contain
     - unexamined: number of arms and legs without a chain
     - automatic: the automatic corrections, empty if the results come from a batch

@@ -1,4 +1,4 @@
-"""Records of recent folders: the clip that was last open in each, and the τ for all its clips."""
+"""Records of recent folders: the last open clip of each, and the τ for all its clips."""
 
 from __future__ import annotations
 

@@ -106,9 +106,9 @@ def tr_as(meaning: str, text: str, /, **values: object) -> str:
     return found.format(**_legible_values(values)) if values else found
 
 
-def announced(text: str, meaning: str = "") -> str:
+def announced(text: str) -> str:
     """Translate a text that is declared in the file of a kind of error or of a detector."""
-    return _texts.get((meaning, text), text)
+    return _texts.get(("", text), text)
 
 
 def plural(one: str, many: str, number: float, /, **values: object) -> str:

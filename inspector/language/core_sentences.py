@@ -57,9 +57,9 @@ def of_core(said: object) -> str:
 
 @lru_cache(8192)
 def _translated(language: str, sentence: str) -> tuple[str, int]:
-    """Return the best translation of a sentence, and the number of letters that templates match.
+    """Return the best translation of a sentence and the number of letters that templates match.
 
-    The best translation has the most matched letters.
+    The best translation is the one with the most matched letters.
     """
     best = sentence, 0
     if not any(letter.isalpha() for letter in sentence):
@@ -83,7 +83,7 @@ def _translated(language: str, sentence: str) -> tuple[str, int]:
 
 
 def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
-    """Split a sentence at the separator `joint` into two parts and the second's closing bracket."""
+    """Split a sentence at `joint` into the first part, the rest, and the rest's closing bracket."""
     first, _, rest = sentence.partition(joint)
     bracket = joint == " (" and rest.endswith(")")
     return first + "." * joint.startswith("."), (rest[:-1], ")") if bracket else (rest, "")

@@ -55,7 +55,7 @@ _INFOS = {
         **dict.fromkeys(
             ("name", "here", "named", "legend", "tip", "why", "happens", "offer"), CORE
         ),
-        **{"short": "kind of error", "label": ""},
+        "label": "",
     },
 }
 # Texts that are written to files, matched or compared, or that only programmers see.

@@ -1,4 +1,4 @@
-"""Find the texts in a web page's scripts and template, which are marked by `tr("…")`."""
+"""Find the texts marked by `tr("…")` in a web page's scripts and template."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _CALL = re.compile(rf"\b(?:tr\(|tr_as\(\s*({_PIECE}),)\s*{_TEXT}")
 
 
 def texts_of_script(script: str) -> Iterator[tuple[str, str]]:
-    """Yield (text, meaning) of each text, with '' for no meaning. Texts joined by + are one."""
+    """Yield (meaning, text) of each text; the meaning may be ''. Texts joined by + are one text."""
     for call in _CALL.finditer(script):
         text = "".join(json.loads(piece) for piece in re.findall(_PIECE, call[2]))
         yield json.loads(call[1] or '""'), text

@@ -45,8 +45,8 @@ def score_text(result: ExerciseScore, first_frame: int) -> str:
             plural("{n} interval has no verdict.", "{n} intervals have no verdict.", result.left)
         )
     then = tr(
-        "Next: click the places above and look at the stripes there. Then press *Next exercise*, "
-        "which hides other errors."
+        "Next: click the places above and look at the stripes there. Then press *Next exercise* "
+        "for new errors."
     )
     return "\n".join([*lines, "", then])
 

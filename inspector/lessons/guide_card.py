@@ -52,7 +52,7 @@ class GuideCard(QWidget):
         self._show_task(self._mark)
 
     def set_scale(self, scale: float) -> None:
-        """Scale the type; 1 is the normal size. Larger type is readable from the last row."""
+        """Scale the type; 1 is the normal size. A larger size suits a lecture hall."""
         normal = QFontInfo(QApplication.font()).pixelSize()
         self._size = max(round(normal * scale), _READABLE) if scale > 1.0 else normal
         title = round(_TITLE * self._size)
@@ -72,7 +72,7 @@ class GuideCard(QWidget):
         self.set_done(False)
 
     def show_text(self, markdown: str) -> None:
-        """Replace the text below the title."""
+        """Show this Markdown as the text of the page."""
         self.body.show_markdown(markdown)
 
     def set_task(self, text: str) -> None:
@@ -86,7 +86,7 @@ class GuideCard(QWidget):
         self._show_task("✓" if done else "▸")
 
     def set_result(self, text: str, share: float) -> None:
-        """Show a result instead of the task. `share` of right answers, 0…1, sets its colour."""
+        """Show a result instead of the task, coloured by the share of right answers, 0…1."""
         self._task, self.done = text, True
         self._role = next(role for least, role in _ROLES if share >= least)
         self._show_task("✓" if share == 1.0 else "✗")

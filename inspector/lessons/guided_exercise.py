@@ -1,4 +1,4 @@
-"""The exercise: errors are hidden in a sample clip, which is then reviewed and scored."""
+"""The exercise: review a sample clip with hidden errors, and get a score."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class Exercise(QObject):
         self.score_button.setEnabled(False)
 
     def _offer(self, last: QPushButton) -> None:
-        """Show the controls, the start button, and the button `last` after it."""
+        """Show the controls, the start button and, after it, the button `last`."""
         controls = [self.kind, self.seed_label, self.seed, self.for_class]
         self._program.guide.set_buttons([self.start, last], controls, self.leave)
 
@@ -146,11 +146,11 @@ class Exercise(QObject):
         self.score_button.setEnabled(True)
         self._program.guide.show_page(*exercise_page())
         self._program.aside.show(data, _NOTHING_KEPT)
-        self._look_at_skin()
+        self._show_skin()
         self._judged()
 
-    def _look_at_skin(self) -> None:
-        """Show the intervals and the striped skin, on which errors are visible, until the end."""
+    def _show_skin(self) -> None:
+        """Until the end of the exercise, show the intervals and the striped skin."""
         if self._view_before is None:
             self._view_before = ViewBefore(self._program)
         self._program.actions["skin"].setChecked(True)
@@ -234,7 +234,7 @@ class Exercise(QObject):
         self._program.guide.show_page(*exercise_page())
         self._program.aside.show(data, _HAND_IN, signed=True)
         self._kept = self._verdicts()
-        self._look_at_skin()
+        self._show_skin()
         self._judged()
 
     def _verdicts(self) -> list[tuple[Interval, Decision]]:
@@ -242,7 +242,7 @@ class Exercise(QObject):
 
     @property
     def not_handed_in(self) -> str:
-        """Return a sentence if a class exercise has verdicts that are not handed in, or ''."""
+        """Return a warning if a class exercise has verdicts that are not handed in, or ''."""
         borrowed = self._program.document.borrowed
         if self._class is None or not (borrowed is not None and borrowed.signed):
             return ""
@@ -251,9 +251,9 @@ class Exercise(QObject):
         return tr("{clip} has verdicts that you have not handed in.", clip=self._class.clip)
 
     def before_leaving(self, then: Callable[[], object]) -> None:
-        """Call `then` when a class exercise may be closed.
+        """Call `then` when the class exercise may be closed.
 
-        This is when the verdicts are handed in, or when the person has chosen not to hand them in.
+        It may be closed once the verdicts are handed in or the person has declined to do so.
         """
         asked = self._class
 

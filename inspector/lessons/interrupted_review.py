@@ -15,12 +15,13 @@ from inspector.session.open_clip import Borrowed
 from inspector.session.opening import Analysed
 
 _OVER = tr(
-    "The lesson or exercise with this sample is over. Nothing was saved. Open a clip to review it."
+    "The lesson or exercise with this sample is over. Nothing was saved. Open a clip to start a "
+    "review."
 )
 
 
 class Aside:
-    """The user's clip that was open before, and a folder for the borrowed clip.
+    """The user's own clip while it is put aside, and a folder for the borrowed clip.
 
     A borrowed clip is a clip that a lesson or an exercise has opened. Meanwhile, the user's review
     stays in memory; its unsaved changes are also in its journal on disk.
@@ -53,8 +54,8 @@ class Aside:
     def show(self, data: Analysed, why: str, *, signed: bool = False) -> None:
         """Open a borrowed clip. The user's own clip is put aside first.
 
-        `why` is a sentence that says why the clip's review is not saved. `signed` is True if
-        decisions have the reviewer's name nevertheless.
+        `why` is the reason why the clip's review is not saved, as a sentence. `signed` is True if
+        decisions still carry the reviewer's name.
         """
         document = self._document
         document.leaving.emit()

@@ -34,7 +34,7 @@ _GUIDE_WIDTH = 330  # pixels
 class LessonActions:
     """The actions that start lessons, the exercise and the five trackers.
 
-    `dock` is the dock with the guide card, which is shown during a lesson below the dock `above`.
+    `dock` has the guide card. During a lesson, it is shown below the dock `above`.
     """
 
     program: GuidedProgram

@@ -189,7 +189,7 @@ def _apply(visit: Visit, _: Condition) -> None:
 
 
 def _find_judged(visit: Visit, condition: Condition, decision: Decision) -> Judged | None:
-    """Return an interval of the required kind with this decision, or None.
+    """Return an interval of the required kind with the given decision, or None.
 
     This is the selected interval if it matches, or the first matching one.
     """
@@ -223,7 +223,7 @@ def _accept(visit: Visit, condition: Condition) -> None:
 def _insert(visit: Visit, condition: Condition) -> None:
     """Insert an interval of the required kind at the page's frame.
 
-    It is inserted in the page's chain if that can have such an interval, or else in another one.
+    It is inserted in the page's chain if possible, or else in another chain.
     """
     document = visit.program.document
     assert document.data is not None

@@ -1,4 +1,4 @@
-"""Conditions in a lesson file, which decide whether the task of a page is done."""
+"""The conditions in a lesson file that decide whether the task of a page is done."""
 
 from __future__ import annotations
 

@@ -196,7 +196,7 @@ def _pairs(
 
 
 def _clip(path: Path, line: int, name: str) -> Path:
-    """Return the path of a clip, which must be in the lesson's folder or part of the program."""
+    """Return the path of a clip in the lesson's folder or of a bundled clip."""
     if Path(name).name != name or "\\" in name:
         raise _error(path, line, tr("the name of a BVH file without a folder"), name)
     for folder in (path.parent, ASSETS):

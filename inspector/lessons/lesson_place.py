@@ -26,7 +26,7 @@ LOOKS = ("before", "after", "both")
 class Camera:
     """The direction from which the limb is seen, in radians; azimuth 0 is in front of the figure.
 
-    `zoom` is the size of the limb, 1 for the size at which the program shows it by default.
+    `zoom` is the size of the limb relative to its default size.
     """
 
     azimuth: float

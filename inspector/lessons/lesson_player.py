@@ -85,7 +85,7 @@ class LessonPlayer(QObject):
     def begin(self, lesson: LessonFile, failed: Callable[[Exception], object]) -> None:
         """Read copies of the clips in the background, then show the first page.
 
-        `failed` is called with the error if that fails.
+        `failed` is called with the error if a clip cannot be read.
         """
         folder = self._program.aside.folder()
         self.pages = lesson.pages

@@ -78,7 +78,7 @@ class LessonText(QTextBrowser):
         self._lower_images()
 
     def loadResource(self, kind: int, name: QUrl | str) -> object:
-        """Return the image of a formula, which Qt requests after every change of the text.
+        """Return the image of a formula. Qt calls this after every change of the text.
 
         For all other addresses in a lesson, return an empty image, because Qt would try to open a
         file and would block if this is a pipe.

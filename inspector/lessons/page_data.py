@@ -1,4 +1,4 @@
-"""Collect the data of clips for a lesson's web page, only for frames near those of its pages."""
+"""Collect clip data for a lesson's web page: only frames near those that its pages show."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class PageData:
         return Window(max(page.place.frame - reach, 0), last)
 
     def _joined(self) -> list[tuple[Path, Window]]:
-        """Return (clip, span of frames), where overlapping windows of a clip are joined.
+        """Return (clip, span of frames), with overlapping windows of a clip joined.
 
         Each span also includes the frame before its first window.
         """
@@ -189,7 +189,7 @@ class PageData:
     def _after(self, data: Analysed, span: int) -> dict[str, Any] | None:
         """Return the joints that the correction changes, with their corrected rotations, or None.
 
-        The correction applies all intervals that are not rejected.
+        All intervals except rejected ones are applied.
         """
         window = self._spans[span][1]
         start, stop = window.first, window.last + 1

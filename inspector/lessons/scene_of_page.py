@@ -21,7 +21,7 @@ _NOTHING_KEPT = tr("A lesson saves nothing. When it ends, your own clip comes ba
 
 
 class ViewBefore:
-    """The view of the figure before a lesson, which is restored afterwards."""
+    """The view of the figure before a lesson, to be restored afterwards."""
 
     def __init__(self, program: GuidedProgram) -> None:
         self._program = program
@@ -36,7 +36,7 @@ class ViewBefore:
 
 
 def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> None:
-    """Show a place in the clip `data`."""
+    """Show a page's place in its clip `data`: the frame, chain, view, τ and symbols."""
     document, taught = program.document, program.taught
     if document.data is not data:
         program.aside.show(data, _NOTHING_KEPT)
@@ -102,7 +102,7 @@ def present_place(program: GuidedProgram) -> LessonPlace | None:
 def _interval_at(program: GuidedProgram, place: LessonPlace) -> int | None:
     """Return the id of the interval at the page's frame, or None.
 
-    The result is also None if the page shows the teaching tab.
+    Also returns None if the page shows the teaching tab.
     """
     if place.tab == TABS[0]:
         return None
@@ -121,7 +121,7 @@ def _facing(program: GuidedProgram) -> Array | None:
 
 
 def _from_side(best: OrbitCamera, camera: Camera, facing: Array) -> OrbitCamera:
-    """Return the limb's default camera `best` changed to the page's direction and zoom.
+    """Return the limb's default camera `best` with the page's direction and zoom.
 
     `facing` is the direction in which the figure faces.
     """

@@ -1,4 +1,4 @@
-"""Write class exercises and score the answers, for the teacher."""
+"""Write class exercises and score the students' answers."""
 
 from __future__ import annotations
 

@@ -13,7 +13,6 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QStackedWidget, QWidget
 
 from inspector.language import of_core, tr, tr_as
-from inspector.panels.interval_filter import short_word
 from inspector.panels.limb_words import end_in_words
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
@@ -21,16 +20,15 @@ from inspector.session.examined import in_a_line, reason_unexamined, unexamined_
 from inspector.widgets.building import action_button, hbox, hint, vbox
 from inspector.widgets.labels import as_tip
 from inspector.widgets.tables import (
-    BesideDelegate,
     Index,
     RowDelegate,
     RowModel,
     RowTable,
+    SecondaryTextDelegate,
     TableRow,
 )
 from inspector.widgets.theme import Colours
 from twistcore.analysis.correction import children_off_axis
-from twistcore.detection import Kind
 from twistcore.detection.limb_flips import BENT
 from twistcore.files.encoding import legible
 from twistcore.review import Decision
@@ -127,7 +125,7 @@ class _ChainModel(RowModel[_Shown]):
             colours=inks,
             tips=tuple("\n".join((tip, *thing.notes)) for tip in thing.tips),
             tick=thing.ticked,
-            beside=thing.joints,
+            secondary=thing.joints,
         )
 
     def flags(self, index: Index) -> Qt.ItemFlag:
@@ -156,7 +154,7 @@ class ChainsPanel(QWidget):
         self.table = RowTable(self._model)
         self.table.setAccessibleName(tr("Chains and limbs"))
         self.table.setItemDelegate(RowDelegate(self._model, self.table))
-        self.table.setItemDelegateForColumn(0, BesideDelegate(self._model, self.table))
+        self.table.setItemDelegateForColumn(0, SecondaryTextDelegate(self._model, self.table))
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
@@ -183,7 +181,7 @@ class ChainsPanel(QWidget):
         )
         self._notice.hide()
         self.people = QComboBox()
-        self.people.setToolTip(tr("Whose chains and intervals are listed"))
+        self.people.setToolTip(tr("Person whose chains and intervals are listed"))
         self.people.setAccessibleName(tr("Person"))
         self.people.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.people.activated.connect(
@@ -246,7 +244,7 @@ class ChainsPanel(QWidget):
         self._select_row()
 
     def _list_people(self) -> None:
-        """Fill the list of people, which is visible only if the clip has several people."""
+        """Fill the list of people. It is visible only if the clip has several people."""
         data = self._document.data
         people = data.analysis.people if data else ()
         self.people.clear()
@@ -288,7 +286,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     partly = uncorrectable_joints(data.motion, chain)
     stuck = uncorrectable_joints(data.motion, chain, carried=True)
     flips, skeleton = data.limb(chain.name), data.motion.skeleton
-    beside = {} if flips else children_off_axis(data.motion, chain)
+    off_axis = {} if flips else children_off_axis(data.motion, chain)
     notes = [of_core(warning) for warning in chain.warnings]
     if stuck:
         note = tr(
@@ -305,10 +303,10 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
             joints=_listed(partly),
         )
         notes.append(note)
-    if beside:
+    if off_axis:
         note = tr(
             "A correction also moves {joints}, because these joints are not on the bone's axis.",
-            joints=_listed(beside),
+            joints=_listed(off_axis),
         )
         notes.append(note)
     if flips is None:
@@ -318,7 +316,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         tips, reliability, least = _LIMB_TIPS, float(np.median(flips.swivel.height)), BENT
     label, joints = of_core(chain.list_label), own_joints(chain, skeleton)
     if isinstance(chain, Helper):
-        label, joints = of_core(chain.label), short_word(Kind.HELPER_ROLL)
+        label, joints = of_core(chain.label), tr("twist bone")
     return _Shown(
         chain=chain.name,
         label=tr("{chain} (locked)", chain=label) if stuck else label,

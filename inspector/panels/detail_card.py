@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
 
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.panels.end_choice import EndChoice
-from inspector.panels.interval_filter import short_word
 from inspector.panels.limb_words import middle_of, next_part, part_of_body
 from inspector.panels.protected_words import table_of, worse_line
 from inspector.panels.reject_reasons import REASONS, shown_reason, stored_reason
@@ -67,7 +66,7 @@ _OTHER_SIDE = tr("the frames around the interval may be the wrong ones")
 
 
 class DetailCard(QWidget):
-    """A sentence about the interval, fields for start, stop and δ, a note, and the decision."""
+    """An explanation of the interval, fields for start, stop and δ, a note, and the decision."""
 
     judged = Signal(object)  # Decision
     quality_asked = Signal(object)  # Interval: a capture fault to show in Quality
@@ -159,7 +158,7 @@ class DetailCard(QWidget):
     def set_low(self, low: bool) -> None:
         """Switch to the layout for low windows, or back if `low` is False.
 
-        This has smaller gaps and a single line of explanation, with the full text in its tool tip.
+        The low layout has smaller gaps and a one-line explanation with the full text as tool tip.
         """
         layout = self.layout()
         assert layout is not None
@@ -173,7 +172,7 @@ class DetailCard(QWidget):
         self.to_quality.setMaximumHeight(line)
 
     def show_number(self, number: int) -> None:
-        """Show to how many intervals a decision applies, if there are several."""
+        """Show how many intervals a decision applies to, if there are several."""
         for decision, button in self.buttons.items():
             many = f" ({number})" if number > 1 else ""
             button.setText(f"{self._words[decision]}{many}")
@@ -219,7 +218,7 @@ class DetailCard(QWidget):
             return
         interval = judged.interval
         chain = self._document.find_chain(interval.chain)
-        what = "" if kind == Kind.COUNTER_TWIST else f" · {short_word(interval.kind)}"
+        what = "" if kind == Kind.COUNTER_TWIST else f" · {of_core(interval.kind)}"
         what += f" · {_EDITED}" if judged.edited else ""
         label = of_core(chain.label)
         varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", varying δ")
@@ -258,7 +257,7 @@ class DetailCard(QWidget):
         if kind == Kind.NOISE_BURST:
             self.to_quality.setText(_SMOOTH)
             self.to_quality.setToolTip(
-                tr("Smooth the noisy joints in these frames only; undo takes it back")
+                tr("Smooth the noisy joints in these frames only; undo restores them")
             )
         elif fault:
             self.to_quality.setText(tr("Show the joint in Quality"))
@@ -281,7 +280,7 @@ class DetailCard(QWidget):
         )
 
     def _measures(self, judged: Judged) -> tuple[ProtectedMeasure, ...]:
-        """Return how the correction affects the limb if all others are applied, too."""
+        """Return the effects of the correction on the limb, with all other corrections applied."""
         document = self._document
         assert document.data is not None
         if document.data.blind:
@@ -315,7 +314,7 @@ class DetailCard(QWidget):
         """Return True if the card is visible and shows this text."""
         return self.why.says(text) and not self.visibleRegion().isEmpty()
 
-    def write(self, what: str) -> bool:
+    def focus_field(self, what: str) -> bool:
         """Move the keyboard focus to the field 'start', 'stop', 'delta' or 'note'.
 
         Returns False if the field is disabled.
@@ -375,8 +374,8 @@ def explanation(
     evidence = interval.evidence or {}
     if not interval.kind.known:
         return tr(
-            "A newer version of the program made this finding. This version can show the finding "
-            "but cannot correct it."
+            "A newer version of the program detected this. This version can show it but not "
+            "correct it."
         )
     if (judged.by_hand or judged.edited) and not interval.kind.info.repairer:
         made = tr("Made by hand.") if judged.by_hand else tr("Edited by hand.")
@@ -461,8 +460,8 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
     }
     if interval.kind == Kind.CARRIED_ROLL:
         return tr(
-            "{part} is rolled {angle}° too far for {frames}, and the {next} rolls along with it. "
-            "The limb keeps its shape.",
+            "{part} rolls {angle}° too far for {frames}, and the {next} rolls along. The limb "
+            "keeps its shape.",
             **values,
         )
     if judged.by_hand or judged.edited or _one_turns(judged, chain, evidence):
@@ -482,13 +481,13 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
 
 
 def _one_turns(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> bool:
-    """Return True if P turns and C does not turn back, so the interval has no clear end."""
+    """Return True for an open interval in which P turns without C turning back."""
     edges = evidence.get("edges", ())
     return judged.interval.open and len(edges) > 1 and not isinstance(chain, Limb | Helper)
 
 
 def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """Yield sentences on the jumps of both joints at a counter-twist's edges, or on its course."""
+    """Yield sentences on the edges of a counter-twist: how both joints jump or turn there."""
     interval = judged.interval
     edges = evidence.get("edges", ())
     begins = interval.start > 0 or len(edges) > 1
@@ -544,8 +543,8 @@ def _lone_jump(
     if stretch is not None:
         sentences.append(
             tr(
-                "A stretch (frames {first}–{last}) begins or ends here. Accept the stretch "
-                "to correct this jump as well.",
+                "A stretch (frames {first}–{last}) begins or ends here. Accept it to correct "
+                "this jump as well.",
                 first=stretch.start + first_frame,
                 last=stretch.stop + first_frame,
             )
@@ -607,14 +606,13 @@ def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator
 
 
 def _rare_side(side: float) -> str:
-    """Return a clause that says how rarely the limb is on this side, or an empty string."""
+    """Return how rarely the limb is on this side, as a clause, or ''."""
     if side > _RARER:
         return tr(
-            "In these frames, the joint is on a side where it hardly ever is in the rest "
-            "of this clip."
+            "In these frames, the joint is on a side that it rarely takes in the rest of this clip."
         )
     if side > _RARE:
-        return tr("In these frames, the joint is on the side where it is less often in this clip.")
+        return tr("In these frames, the joint is on the less frequent side in this clip.")
     return ""
 
 

@@ -1,4 +1,4 @@
-"""The choice whether the foot or hand of a flip, or the next joint, was kept or carried along."""
+"""Buttons to choose whether the foot, hand or next joint was kept or carried along."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class EndChoice(QWidget):
         hbox(self.name, 4, *self.choices.values(), owner=self, margins=(0, 0, 0, 0), spacing=0)
 
     def show_end(self, word: str, carried: bool) -> None:
-        """Show whether a 'foot', a 'hand' or the 'next joint' carried along."""
+        """Show whether the part `word` ('foot', 'hand' or 'next joint') was carried along."""
         self._carried = carried
         self.name.setText(end_as_heading(word))
         for each, button in self.choices.items():

@@ -55,7 +55,7 @@ COLUMNS = (
         "confidence",
         tr_as("short for confidence", "Conf."),
         tr("Confidence"),
-        tr("Confidence, from 0 to 1: how likely it is that this is an error"),
+        tr("Confidence, from 0 to 1: the probability that the correction is right"),
         figures=True,
     ),
     Column(
@@ -81,15 +81,15 @@ _NOTE = 60
 
 
 def shown_by_room(
-    widths: Mapping[str, int], said: Iterable[str], room: int, least: int
+    widths: Mapping[str, int], filled: Iterable[str], room: int, least: int
 ) -> list[str]:
     """Return the ids of the columns that fit into `room` pixels, in their order.
 
-    `widths` has the width of each column, keyed by id. `said` has the ids of the columns that have
-    a text in any row. The column 'stop' is shown only if the first column has a width of at least
+    `widths` has the width of each column, keyed by id. `filled` has the ids of the columns with a
+    text in any row. The column 'stop' is shown only if the first column has a width of at least
     `least`.
     """
-    shown = [c.id for c in COLUMNS if c.id in said and c.id != "joints"]
+    shown = [c.id for c in COLUMNS if c.id in filled and c.id != "joints"]
 
     def rest() -> int:
         return room - sum(widths[name] for name in shown if name != _ALWAYS)
@@ -129,13 +129,13 @@ class IntervalColumns(QObject):
         header.setContextMenuPolicy(Qt.ContextMenuPolicy.CustomContextMenu)
         header.customContextMenuRequested.connect(self._ask)
 
-    def take(self, samples: Mapping[str, str], said: Iterable[str]) -> None:
-        """Set the sample texts for the column widths, and the columns that are not empty.
+    def take(self, samples: Mapping[str, str], filled: Iterable[str]) -> None:
+        """Set the widest text of each column, and the columns that are not empty.
 
-        `samples` has the widest text of each column, or '' for its heading. `said` has the ids of
-        the columns with a text.
+        `samples` has the texts, or '' for a heading. `filled` has the ids of the columns with a
+        text.
         """
-        self._samples, self._with_text = dict(samples), frozenset(said)
+        self._samples, self._with_text = dict(samples), frozenset(filled)
         self.fit()
 
     def fit(self) -> None:

@@ -37,11 +37,6 @@ _COMPARED: dict[str, Callable[[float, float], bool]] = {
 _BOUND = re.compile(r"([<>]=?|[≤≥])\s*(\d*[.,]?\d+)")
 
 
-def short_word(kind: Kind) -> str:
-    """Return the table's word for a kind. For an unknown kind, this is the word in the file."""
-    return announced(kind.info.short, "kind of error")
-
-
 @dataclass(frozen=True)
 class IntervalFilter:
     """A filter: one of FILTERS, limits of the confidence, and words that must all be found."""
@@ -96,7 +91,7 @@ class FilterLine(QWidget):
             self.choice.addItem(words, name)
         self.confidence.addItems(_CONFIDENCES)
         for box, tip in (
-            (self.choice, tr("Which intervals are listed")),
+            (self.choice, tr("Listed intervals")),
             (self.confidence, tr("Confidence of the listed intervals")),
         ):
             box.setToolTip(tip)

@@ -10,7 +10,6 @@ from PySide6.QtCore import QSortFilterProxyModel, Qt
 
 from inspector.language import of_core, tr, tr_as
 from inspector.panels.interval_columns import COLUMNS, PLACE
-from inspector.panels.interval_filter import short_word
 from inspector.panels.reject_reasons import shown_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
@@ -46,7 +45,7 @@ class GroupRow:
 
     @property
     def id(self) -> int:
-        """Return the key of the row, which differs from the ids of all intervals."""
+        """Return the key of the row. It differs from the ids of all intervals."""
         return -self.members[0].id
 
     @property
@@ -106,7 +105,7 @@ class IntervalModel(RowModel[ListRow]):
         return thing.id
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
-        """Return a column's heading, or an interval's number, which sorting does not change."""
+        """Return a column's heading, or an interval's number, independent of the sort order."""
         if orientation == Qt.Orientation.Vertical and role == Qt.ItemDataRole.DisplayRole:
             thing = self.things[section]
             return "" if isinstance(thing, GroupRow) else str(thing.id)
@@ -141,7 +140,7 @@ class IntervalModel(RowModel[ListRow]):
             "delta": (angle_of(interval.kind, interval.shown), abs(delta)),
             "confidence": ("–" if interval.confidence is None else f"{sure:.2f}", sure),
             "end": (end, end),
-            "kind": (short_word(interval.kind), interval.kind.value),
+            "kind": (of_core(interval.kind), interval.kind.value),
             "joints": (joints, joints),
             "note": (note, note),
         }
@@ -180,7 +179,7 @@ class IntervalModel(RowModel[ListRow]):
         lines = [
             f"{j.interval.start + first}–{j.interval.stop + first}  "
             f"{of_core(document.find_chain(j.interval.chain).list_label)}  "
-            f"{short_word(j.interval.kind)}"
+            f"{of_core(j.interval.kind)}"
             for j in group.members[:_LISTED]
         ]
         return TableRow(
@@ -234,7 +233,7 @@ def mark_of(judged: Judged) -> str:
 
 
 def end_of(judged: Judged) -> str:
-    """Return text that says whether an error turned the foot, hand or next joint, or ''."""
+    """Return 'kept' or 'carried along' for the foot, hand or next joint, or '' without a choice."""
     if not judged.interval.kind.info.below:
         return ""
     return ENDS[judged.interval.carried]
@@ -253,9 +252,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
         left = signed(np.degrees(interval.residual), 2)
         parts.append(tr("{angle}° remain after the end", angle=left))
     if own != interval.confidence and own is not None and not judged.edited:
-        line = tr(
-            "confidence as learned from your decisions (the detector's own is {own:.2f})", own=own
-        )
+        line = tr("confidence learned from your decisions (the detector's is {own:.2f})", own=own)
         parts.append(line)
     if shared:
         parts.append(tr("overlaps another interval of its chain; their offsets are added"))
@@ -268,7 +265,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     if not judged.supported:
         parts.append(tr("no longer found at this τ"))
     if judged.verdict == APPLIED:
-        parts.append(tr("corrected automatically; not yet reviewed by anyone"))
+        parts.append(tr("corrected automatically, not yet reviewed"))
     if judged.reviewer or judged.decided_at:
         by, at = judged.reviewer, judged.decided_at
         parts.append(tr("decided {at} {reviewer}", at=at, reviewer=by).strip())

@@ -1,4 +1,4 @@
-"""The table of intervals, which can be sorted and filtered."""
+"""The table of intervals, with a filter and a choice of columns and order."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from inspector.language import of_core, plural, tr
 from inspector.panels.interval_columns import COLUMNS, PLACE, IntervalColumns
-from inspector.panels.interval_filter import OF_CHAIN, FilterLine, IntervalFilter, short_word
+from inspector.panels.interval_filter import OF_CHAIN, FilterLine, IntervalFilter
 from inspector.panels.interval_groups import IntervalGroups
 from inspector.panels.interval_rows import (
     EDITED,
@@ -225,7 +225,7 @@ class IntervalsPanel(QWidget):
                 "delta": "−180.0°",
                 "confidence": "0.00",
                 "end": max(ENDS, key=advance),
-                "kind": max(map(short_word, kinds), key=advance),
+                "kind": max(map(of_core, kinds), key=advance),
                 "joints": max(joints, key=advance),
             },
             self._with_text,
@@ -253,7 +253,7 @@ class IntervalsPanel(QWidget):
         """Return the text of an interval for the search, in the chosen language and in English."""
         name = judged.interval.chain
         label, joints = self._name(name)
-        kind = short_word(judged.interval.kind)
+        kind = of_core(judged.interval.kind)
         verdict, reason = judged.verdict, judged.reason
         parts = label, name, joints, kind, verdict, of_core(verdict), judged.decision.value
         words = of_core(judged.decision), end_of(judged), reason, shown_reason(reason), judged.note
@@ -292,11 +292,11 @@ class IntervalsPanel(QWidget):
         )
 
     @contextmanager
-    def going_about(self) -> Iterator[tuple[int, ...]]:
-        """Yield the ids to visit from top to bottom: one for each group or interval.
+    def visit_order(self) -> Iterator[tuple[int, ...]]:
+        """Yield the ids of the intervals to visit from top to bottom, one for each row.
 
-        During the iteration, selecting an interval in a group selects the whole group. If a single
-        interval of a group is selected, the intervals of that group are visited one by one.
+        Within the context, selecting an interval of a group selects the whole group. If a single
+        interval of a group is selected, that group's intervals are visited one by one.
         """
         entered, now = self._groups.entered, self._document.interval_id
         stops = []
@@ -338,7 +338,7 @@ class IntervalsPanel(QWidget):
             text = blind
         elif not intervals:
             text = tr(
-                "Nothing found at this threshold τ.\nLower the τ line to find smaller errors."
+                "Nothing was found at this threshold τ.\nLower the τ line to find smaller errors."
             )
             text = "\n".join((text, *unexamined_sentences(self._document.data)))
         else:
@@ -382,10 +382,9 @@ class IntervalsPanel(QWidget):
         return self.filters.current != _EVERYTHING or bool(self._document.hidden)
 
     def _interval_changed(self) -> None:
-        """Select the row of the document's selected interval.
+        """Select the row of the interval that is selected in the document.
 
-        If there is a filter or if a group must be expanded, first update the list, which always
-        contains the selected interval.
+        If the interval may be filtered out or its group is collapsed, update the list first.
         """
         groups, now = self._groups, self._document.interval_id
         if not self._clicked:

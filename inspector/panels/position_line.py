@@ -1,4 +1,4 @@
-"""The status bar, with frame and interval, and the chain's angle, strength and offset."""
+"""The labels of the status bar: frame, interval, and the chain's angle, strength and offset."""
 
 from __future__ import annotations
 

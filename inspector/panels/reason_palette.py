@@ -65,7 +65,7 @@ class ReasonPalette(QDialog):
         self.chosen.emit(reason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle digits, which select a reason while the line is empty, and Up and Down.
+        """Handle digits, Up and Down. While the line is empty, a digit selects a reason.
 
         Up and Down move in the list.
         """

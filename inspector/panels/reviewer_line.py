@@ -13,8 +13,8 @@ from inspector.widgets.building import hbox, tool_button
 class ReviewerLine(QFrame):
     """A line for the reviewer's name. Enter saves it, also for earlier decisions without a name.
 
-    The line does not get the focus when it appears, so keys continue to decide on intervals until
-    the user clicks on the field.
+    The line does not take the focus when it appears, so keys still decide on intervals until the
+    user clicks on the field.
     """
 
     def __init__(self, document: Document, settings: Settings) -> None:
@@ -36,15 +36,15 @@ class ReviewerLine(QFrame):
         self.keep.clicked.connect(self._keep)
         self.never.clicked.connect(self._done)
         document.unsigned.connect(self._ask)
-        document.intervals_changed.connect(self._look)
+        document.intervals_changed.connect(self._hide_if_named)
         self.hide()
 
     def _ask(self) -> None:
         if not self._settings.reviewer_asked and self.isHidden():
             self.show()  # do not set the focus, since the next key is usually another decision
 
-    def _look(self) -> None:
-        """Hide the line if the name has been entered in another place."""
+    def _hide_if_named(self) -> None:
+        """Hide the line if the name has been entered elsewhere."""
         if self._document.reviewer and not self.isHidden():
             self._done()
 

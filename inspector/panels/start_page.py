@@ -35,7 +35,7 @@ _OWN = {"open_dialog": tr("Open…"), "open_folder": tr("Open folder…")}
 
 
 class StartPage(QScrollArea):
-    """The start page, which covers the 3D view while nothing is open."""
+    """The start page. It covers the 3D view while nothing is open."""
 
     def __init__(
         self,
@@ -47,8 +47,8 @@ class StartPage(QScrollArea):
     ) -> None:
         """Build the page.
 
-        `view` is the widget that the page covers. `complaint` is a text that says why there is no
-        3D view, or an empty string.
+        `view` is the widget that the page covers. `complaint` is the reason why there is no 3D
+        view, or ''.
         """
         super().__init__(view)
         self.setObjectName("start")

@@ -82,7 +82,7 @@ class Transport(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Adapt the controls to a narrow window.
 
-        First hide the time, which the curves show as well, then move the slider to a separate row.
+        First hide the time, then move the slider to its own row. The curves show the time as well.
         """
         super().resizeEvent(event)
         room = self.width() - self._least_width()
@@ -112,7 +112,7 @@ class Transport(QWidget):
         self._row.setStretch(gap, int(not in_row))
 
     def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
-        """Return the widgets that show the frame, each with the number it shows for frame 0."""
+        """Return the widgets that show the frame, each with its number for frame 0."""
         return (self.slider, 0), (self.frame, self._document.first_frame)
 
     def _opened(self) -> None:

@@ -74,7 +74,7 @@ _ROWS: tuple[ActionRow[Quality] | None, ...] = (
     ActionSpec("cancel_tracking", tr("Cancel tracking"), (), tr("Cancel the running tracking"),
                do=lambda p: p.quality.tracked.cancel()),
     ActionSpec("stop_tracking", tr("Stop tracking"), (),
-               tr("Remove the tracking from all joints; undo brings it back"),
+               tr("Remove the tracking from all joints; undo restores it"),
                do=lambda p: p.quality.tracked.stop()),
 )
 # fmt: on

@@ -1,4 +1,4 @@
-"""A line about a clip that trembles, shown when the clip is opened."""
+"""A note about jitter, shown when a clip is opened."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from twistcore.analysis.quality.trembling import TIMES, trembling
 
 
 class JitterNote(QObject):
-    """Measures the jitter of each clip in the background; `trembles` has a line about it."""
+    """Measures each clip's jitter in the background. The signal `trembles` carries the note."""
 
     trembles = Signal(str)
 
@@ -43,4 +43,4 @@ class JitterNote(QObject):
             self.trembles.emit(text)
 
     def _ignore(self, error: Exception) -> None:
-        """Show nothing about a clip that cannot be measured."""
+        """Show no note if the jitter cannot be measured."""

@@ -105,7 +105,7 @@ class JointsModel(RowModel[_Joint]):
     def mark_tracked(
         self, joints: frozenset[str], *, place: bool, after: JointQuality | None
     ) -> None:
-        """Mark the tracked joints and, if tracked, the figure's position.
+        """Mark the tracked joints and, if it is tracked, the figure's position.
 
         `after` are the measures after tracking, or None if they are not known.
         """

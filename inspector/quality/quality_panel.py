@@ -51,7 +51,7 @@ class QualityPanel(QWidget):
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
         self._rest.timeout.connect(self._describe)
         self._build(colours)
-        self.evidence.changed.connect(self._renewed)
+        self.evidence.changed.connect(self._values_changed)
         self.tracked.changed.connect(self._stale.mark)
         for signal in (document.intervals_changed, document.numbering_changed):
             signal.connect(self._stale.mark)
@@ -188,7 +188,7 @@ class QualityPanel(QWidget):
 
     # -- following ----------------------------------------------------------------------------
 
-    def _renewed(self) -> None:
+    def _values_changed(self) -> None:
         """Show a new clip or new values, with the worst joint selected."""
         self.model.reset()
         if not self._select_pending() and self.model.rowCount():

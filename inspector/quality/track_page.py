@@ -271,7 +271,7 @@ class TrackPage(QWidget):
         self._show_plots()
 
     def _show_plots(self) -> None:
-        """Show the plots that have something to show."""
+        """Show the plots that contain curves, and hide the others."""
         for part in (self.change_words, self.change):
             part.setVisible(self._tracked.result is not None)
         shown = not self.spline.isChecked() or self._traces() is not None
@@ -414,7 +414,7 @@ class TrackPage(QWidget):
 
 @lru_cache
 def _causal_words(dt: float) -> str:
-    """Describe how a causal pass changes a joint; computed once per frame rate."""
+    """Return how a causal pass changes a joint, as text; cached for each frame rate."""
     usual = Gains.by_hand(dt)
     return response_words(tr("a joint"), steady_lags(usual, dt)[0], overshoots(usual, dt)[0])
 
@@ -430,7 +430,7 @@ def _written(value: float) -> str:
 
 
 def _done_words(tracking: Tracking, done: Sequence[str], rest: Sequence[str], place: str) -> str:
-    """Say what was tracked in which way, and what was not."""
+    """Return what was tracked, how it was tracked, and what was left out."""
     names, others = _listed(done, place), _listed(rest, place) or tr("nothing")
     if tracking.spline:
         return tr("Smoothed with the spline: {done}; unchanged: {rest}", done=names, rest=others)

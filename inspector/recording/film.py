@@ -43,7 +43,7 @@ class FilmWriter:
         """Start writing.
 
         `path` ends with one of SUFFIXES. `size` is the size of a frame in pixels, two even numbers.
-        Raises OSError if the path is a FIFO or a device, which cannot contain a film.
+        Raises OSError if the path is a FIFO or a device.
         """
         if is_stream(path):
             raise OSError(

@@ -47,7 +47,7 @@ def boxes(
 
 
 def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
-    """Return the height that figure and equations need side by side or, if narrow, stacked."""
+    """Return the height that figure and equations need, side by side or stacked if narrow."""
     wide = width >= WIDE
     view = _VIEW_SHAPE[wide] * width if contents.view else 0.0
     if not contents.equations:

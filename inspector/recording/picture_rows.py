@@ -49,7 +49,7 @@ _OWN = tr("Another size")
 
 
 class PictureRows(QObject):
-    """The rows, which are added to a form. `size` and `paper` return the user's choices."""
+    """Adds the rows to a form. `size` and `paper` return the user's choices."""
 
     changed = Signal()
 
@@ -104,7 +104,7 @@ class PictureRows(QObject):
 
     @property
     def size(self) -> tuple[int, int]:
-        """Return width and height in pixels. A height of 0 means what the contents need."""
+        """Return width and height in pixels. A height of 0 fits the contents."""
         sides = self.width.value(), self.height.value()
         if self._unit == "pixels":
             return sides

@@ -117,7 +117,7 @@ class RecordDialog(WriteDialog):
     def _ranges(
         self, seen: tuple[float, float], *, taught: bool
     ) -> list[tuple[str, tuple[int, int] | None]]:
-        """Return the ranges of frames to choose from for a film. None is for a moving slider."""
+        """Return the ranges of frames offered for a film. None stands for a moving slider."""
         document = self._document
         assert document.data is not None
         frames = document.frames

@@ -38,7 +38,7 @@ _Box = QRect | QRectF
 
 @dataclass(frozen=True, eq=False)
 class SheetShape:
-    """An outline in the units of the sheet, with `ink` and `pen` for its area and its line."""
+    """An outline in the sheet's units. `ink` fills its area, and `pen` draws its line."""
 
     path: QPainterPath
     ink: QColor | None
@@ -96,7 +96,7 @@ class Sheet(QPaintDevice):
         return self._engine
 
     def metric(self, which: QPaintDevice.PaintDeviceMetric) -> int:
-        """Return the size or resolution of the sheet that Qt requests."""
+        """Return the size or the resolution that Qt asks for."""
         metric = QPaintDevice.PaintDeviceMetric
         inches = {
             metric.PdmWidthMM: self.box.width() / self.density,
@@ -172,7 +172,7 @@ class _Keeper(QPaintEngine):
         return True
 
     def end(self) -> bool:
-        """Do nothing at the end of painting, and report success."""
+        """Report success at the end of painting."""
         return True
 
     def type(self) -> QPaintEngine.Type:
@@ -283,7 +283,7 @@ class _Keeper(QPaintEngine):
     def _forget_below(self, rect: QRectF) -> None:
         """Remove the last shapes if a rectangle covers them, because their edges would be visible.
 
-        An example is the background of a plot, which Qt and the plot fill in different colours.
+        For example, Qt and a plot fill the plot's background in different colours.
         """
         solid = self._brush.style() == Qt.BrushStyle.SolidPattern
         if not solid or self._faded(self._brush.color()).alpha() < 255:
@@ -354,7 +354,7 @@ def _complete_font(font: QFont) -> QFont:
 
 
 def _stripes(path: QPainterPath, ink: QColor) -> tuple[QPainterPath, QPen]:
-    """Return diagonal lines across a shape, which are drawn instead of Qt's fill patterns."""
+    """Return diagonal lines across a shape, to be drawn instead of Qt's fill patterns."""
     box, lines = path.boundingRect(), QPainterPath()
     count = math.ceil((box.width() + box.height()) / _HATCH)
     first = math.floor((box.left() + box.top()) / _HATCH) * _HATCH

@@ -71,7 +71,7 @@ def _element(item: Item, clips: dict[str, str]) -> str:
 
 
 def _text(text: str) -> str:
-    """Return a text escaped for XML, without control characters, which XML does not allow."""
+    """Return a text escaped for XML, without the control characters that XML forbids."""
     return escape(_NOT_IN_XML.sub("", text), quote=True)
 
 

@@ -12,7 +12,7 @@ from inspector.widgets.signed_numbers import SignedBox
 
 
 class SweepRows(QObject):
-    """The rows, which are added to a form. `sweep` returns the user's choice."""
+    """Adds the rows to a form. `sweep` returns the user's choice."""
 
     changed = Signal()
 

@@ -1,4 +1,4 @@
-"""Open a clip or a session in the background. The previous clip stays open until it is read."""
+"""Open clips and sessions in the background; the old clip stays open until the new one is read."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _WONDER_S = 1.0  # seconds until progress is shown
 
 
 class ClipOpener(QObject):
-    """Reads and analyses one clip at a time. Opening a clip cancels the opening of another one."""
+    """Reads and analyses one clip at a time. A new request cancels the previous one."""
 
     began = Signal(str)  # a description of the work
     share = Signal(float)  # progress, 0…1, of slow work

@@ -45,7 +45,7 @@ BLIND = tr("In an exercise the detector is off and τ is fixed: you are the dete
 
 
 class Document(OpenClip):
-    """The state of the program. Each change is made by a method, which emits a signal."""
+    """The state of the program. Every method that changes it emits a signal."""
 
     opened = Signal()  # the clip was opened or closed, so everything must be updated
     leaving = Signal()  # the clip is about to be replaced, so store text that is being typed
@@ -96,7 +96,7 @@ class Document(OpenClip):
         self.hidden, self.person = frozenset(), ""
         self._unsigned.clear()
         if aside is not None:
-            self.keeper.go_on(aside)
+            self.keeper.resume(aside)
         else:
             self.keeper.begin(data)
         chains = [j.interval.chain for j in self.intervals] or [c.name for c in data.chains]
@@ -136,7 +136,7 @@ class Document(OpenClip):
         self._corrected.take(self._previewed())
 
     def snapshot(self, parent: QObject | None = None) -> Document:
-        """Return a copy with the same clip, review and selection, which never writes files."""
+        """Return a copy that has the same clip, review and selection, and never writes files."""
         other = Document(parent)
         if self.data is not None:
             other._hold(self.data, Review(self.review.state))
@@ -264,8 +264,8 @@ class Document(OpenClip):
     ) -> tuple[int, ...]:
         """Return the ids of undecided intervals with a displayed confidence of at least `at_least`.
 
-        Without `at_least`, return the undecided intervals of which the detector is confident enough
-        to correct them automatically. Edited intervals have no confidence and are left out.
+        Without `at_least`, return the undecided intervals that are certain enough for an automatic
+        correction. Edited intervals have no confidence and are left out.
         """
         edited = {judged.id for judged in self.intervals if judged.edited}
         if at_least is None:
@@ -460,9 +460,9 @@ class Document(OpenClip):
         return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
-        """Return True if the detector in use is the review's. If not, load the review's detector.
+        """Return True if the review's detector is in use, or load that detector and return False.
 
-        The detectors differ if an undo has restored a review with another detector.
+        The detectors differ after an undo that restored a review with another detector.
         """
         if self.data is not None:
             method = self.data.analysis.usable(self.review.state.method)

@@ -112,10 +112,10 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
 
 
 def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
-    """Return the existing files that an export would replace, each with True or False.
+    """Return the existing files that an export would replace, with True for this program's own.
 
-    True means that this program wrote the file. `ours` has the SHA-256 of files that
-    this program wrote in this run. Files of earlier runs are recognised by the report.
+    `ours` has the SHA-256 of files that this program wrote in this run. Files of earlier runs are
+    recognised by the report.
     """
     known = _written_marks(choice, ours)
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]

@@ -15,7 +15,7 @@ from twistcore.work.progress import Tell
 
 
 class Exporter(QObject):
-    """Writes exports and shows their progress and result. The review can continue meanwhile."""
+    """Writes exports and shows their progress and result, while the review can continue."""
 
     ended = Signal()
     written = Signal(object, str)  # a finished Export, and the sentence to show about it

@@ -95,20 +95,20 @@ class Keeper(QObject):
         return self._kept.session_file if self._kept is not None else None
 
     def put_aside(self) -> PutAside | None:
-        """Return the data needed to continue this review later."""
+        """Return the review so that it can be continued later, or None without a clip."""
         if self._kept is None:
             return None
         self.journal.flush()
         return PutAside(self._kept, self.journal.path, self.journal.steps, tuple(self.leftovers))
 
-    def go_on(self, aside: PutAside) -> None:
+    def resume(self, aside: PutAside) -> None:
         """Continue a review that was put aside, in its previous journal."""
         self._watch(aside.kept)
         if self.read_only:
             return
         self.leftovers = [left for left in aside.leftovers if is_there(left.path)]
         if not aside.kept.review.saved:
-            self.journal.go_on(aside.journal, aside.steps)
+            self.journal.resume(aside.journal, aside.steps)
 
     def _watch(self, kept: KeptReview) -> None:
         self.end()
@@ -158,7 +158,7 @@ class Keeper(QObject):
             self.forget(leftover)
 
     def forget(self, leftover: Leftover) -> None:
-        """Delete a journal that the user has answered about or that contains nothing new.
+        """Delete a journal after the user's answer, or because it has no new decisions.
 
         A journal with unreadable lines is renamed instead.
         """

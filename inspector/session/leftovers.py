@@ -85,7 +85,7 @@ def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
 
 
 def decisions_in(journal: Path) -> int:
-    """Return for how many intervals the decisions or edits in a journal differ from the session.
+    """Return the number of intervals that a journal decides or edits unlike the session.
 
     Returns 0 if the journal cannot be read or has no steps.
     """
@@ -93,16 +93,16 @@ def decisions_in(journal: Path) -> int:
         recovered = recover(journal)
     except TwistError:
         return 0
-    began = {_work(judged) for judged in recovered.session.state.intervals}
-    new = sum(_work(judged) not in began for judged in recovered.review.state.intervals)
+    began = {_user_changes(judged) for judged in recovered.session.state.intervals}
+    new = sum(_user_changes(judged) not in began for judged in recovered.review.state.intervals)
     return new or min(recovered.steps, 1)
 
 
 def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:
     """Return the Leftover of a journal, or None if it cannot be used, and a sentence to show.
 
-    The sentence is '' if there is no problem. A damaged journal is renamed. To a journal written
-    before the program detected limb flips, the flips of the clip are added as undecided.
+    The sentence is '' if there is no problem. A damaged journal is renamed. If the journal is older
+    than the detection of limb flips, the clip's flips are added as undecided.
     """
     try:
         recovered = recover(path, clip)
@@ -158,21 +158,21 @@ def same_review(clip: Clip, one: ReviewState, other: ReviewState) -> bool:
 
 
 def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
-    """Return how many decisions of a journal are missing in a review, and the journal's total.
+    """Return how many of a journal's decisions a review lacks, and the journal's total.
 
     A difference in settings counts as one decision.
     """
     left = leftover.recovered.review.state
     kept = [judged for judged in left.intervals if judged.kept]
-    has = {_work(judged) for judged in state.intervals}
-    lost = sum(_work(judged) not in has for judged in kept)
+    has = {_user_changes(judged) for judged in state.intervals}
+    lost = sum(_user_changes(judged) not in has for judged in kept)
     began = leftover.recovered.session.state
     others = [(s.method, dict(s.tau), s.tracking, s.rig) for s in (left, state, began)]
-    set_too = [others[0] not in others[1:], _left_out_otherwise(began, left, state)]
+    set_too = [others[0] not in others[1:], _lacks_left_out(began, left, state)]
     return lost + sum(set_too), len(kept) + sum(set_too)
 
 
-def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
+def _lacks_left_out(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
     """Return True if `state` lacks the journal's changes to the frames left out of tuning.
 
     `began` and `left` are the states of the review at the beginning and the end of the journal.
@@ -183,7 +183,7 @@ def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewStat
     return bool(missing_from(missing_from(wanted, was), here)) or not_again
 
 
-def _work(judged: Judged) -> tuple[object, ...]:
+def _user_changes(judged: Judged) -> tuple[object, ...]:
     """Return the decision about an interval, and its frames if a person set them."""
     interval = judged.interval
     same = interval.offset.strides == (0,) or not np.ptp(interval.offset)

@@ -41,9 +41,9 @@ class Borrowed:
     write_to
         The folder for files made from the clip.
     why
-        A sentence that says why its review is not saved.
+        The reason why its review is not saved, as a sentence.
     signed
-        True if decisions have the reviewer's name nevertheless, as in a class exercise.
+        True if decisions still carry the reviewer's name, as in a class exercise.
     over
         True if the lesson has ended, so that the clip is open only for viewing.
     """
@@ -177,7 +177,7 @@ class OpenClip(QObject):
 
     @property
     def corrected(self) -> Corrected:
-        """Return the clip with every interval corrected that is not rejected.
+        """Return the clip with all intervals corrected, except rejected ones.
 
         Undecided intervals are included, to show the effect of accepting them.
         """
@@ -185,7 +185,7 @@ class OpenClip(QObject):
         return self._corrected
 
     def _previewed(self) -> tuple[Interval, ...]:
-        """Return the intervals whose corrections are previewed: all that are not rejected.
+        """Return the intervals whose corrections are previewed: all except rejected ones.
 
         Of alternative corrections of the same frames, only the accepted, selected or most confident
         one is returned.
@@ -204,8 +204,7 @@ class OpenClip(QObject):
     def suggested_chains(self) -> frozenset[str]:
         """Return the chains that are corrected at the current frame without a person's decision.
 
-        The selected interval does not count, because its correction is previewed, and neither do
-        intervals made by hand.
+        The selected interval and intervals made by hand do not count.
         """
         here = [
             judged

@@ -203,7 +203,7 @@ def _read(
 
 
 def _rig_of(session: Session | None, motion: Motion) -> tuple[Rig, str]:
-    """Return the rig of the session, or else of the skeleton, and a sentence if it is damaged."""
+    """Return the rig of the session, or else of the skeleton, and a message if it is damaged."""
     if session is not None:
         with suppress(TwistError):
             session.state.rig.chains(motion)
@@ -309,9 +309,9 @@ def of_later_kinds(state: ReviewState) -> str:
 
 
 def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review with undecided intervals of all kinds that the review did not know.
+    """Return the review, extended by undecided intervals of all kinds that are new to it.
 
-    If the review has no limbs, limbs with their τ, flips and lone jumps are added. Capture faults
+    If the review has no limbs, they are added with their τ, flips and lone jumps. Capture faults
     and carried rolls are added if the review has none of that kind. Undecided errors of single
     joints get an offset, which reviews of earlier versions do not have. If there is nothing to add,
     the same object is returned.
@@ -348,7 +348,7 @@ def _with_offsets(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 
 
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return the review with the capture faults of every kind of which it has none."""
+    """Return the review with capture faults added for every kind that it lacks."""
     known = {judged.interval.kind for judged in state.intervals}
     there, method = set(state.tau), analysis.usable(state.method)
     new = [

@@ -22,7 +22,7 @@ from twistcore.review.left_out import joined_spans
 
 
 class Recovery(QObject):
-    """Asks questions and acts on the answers. The next start repeats unanswered questions."""
+    """Asks questions and acts on the answers. Unanswered questions return at the next start."""
 
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
     withdrawn = Signal()  # the last question is obsolete
@@ -94,7 +94,7 @@ class Recovery(QObject):
     def check_clip(self) -> str:
         """Return a sentence if the clip has changed on disk, or ''.
 
-        If the clip has changed, the user is asked once whether to open it again.
+        The first time, also ask the user whether to open the changed clip again.
         """
         data = self._data
         if data is None or data.stamp is None:
@@ -176,9 +176,9 @@ class Recovery(QObject):
             if self._add(leftover):
                 self._ask_next()
         else:
-            self._when_ready(leftover.recovered.review.state, lambda: self._go_on_with(leftover))
+            self._when_ready(leftover.recovered.review.state, lambda: self._continue(leftover))
 
-    def _go_on_with(self, leftover: Leftover) -> None:
+    def _continue(self, leftover: Leftover) -> None:
         if leftover in self._keeper.leftovers:
             self._keeper.continue_with(leftover)
             self._use(leftover.recovered.review)
@@ -199,8 +199,8 @@ class Recovery(QObject):
             self._keeper.forget(leftover)
         elif name := self._keeper.keep(leftover):
             message = tr(
-                "{taken} of {total} decisions were added. The other decisions stay in "
-                "{name}, because this review has no such interval or a different decision.",
+                "{taken} of {total} decisions were added. The others stay in {name}, because "
+                "this review lacks their intervals or has different decisions.",
                 taken=of - lost,
                 total=of,
                 name=name,

@@ -94,7 +94,7 @@ class ReviewJournal(QObject):
         """Start to record another review, after `end` for the previous one."""
         self._kept = kept
 
-    def go_on(self, path: Path | None, steps: int) -> None:
+    def resume(self, path: Path | None, steps: int) -> None:
         """Continue a review that was put aside, in its previous journal if that is complete.
 
         `steps` is the number of steps of the review when it was put aside.
@@ -128,7 +128,7 @@ class ReviewJournal(QObject):
             self._journal = None
 
     def give_up(self) -> None:
-        """Delete the file, because its steps are saved or are no longer wanted."""
+        """Delete the file, because its steps are saved or the user does not want them."""
         self._pending = None
         self.steps = 0
         self._detached = False
@@ -200,7 +200,7 @@ class ReviewJournal(QObject):
         return not self._behind
 
     def where(self) -> str:
-        """Return the end of a sentence that says where the unsaved steps are."""
+        """Return where the unsaved steps are, as the end of a sentence."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
             return tr("in the journal {name}", name=journal.path.name)
@@ -246,7 +246,7 @@ class ReviewJournal(QObject):
         return self._journal
 
     def _begin(self, state: ReviewState, *, back: int = 0) -> bool:
-        """Begin a journal with the state `back` steps ago.
+        """Begin a journal with the review as it was `back` steps ago.
 
         Returns False if no folder is writable.
         """

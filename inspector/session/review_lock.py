@@ -1,9 +1,9 @@
-"""The lock on a clip's review, which only one window may change at a time.
+"""The lock on a clip's review: only one window at a time may change the review.
 
 An operating-system lock on the file shows whether its holder is still running, so that neither a
-reused process id nor an empty file after a crash locks the review forever. The text of the file, in
-the format of a QLockFile (process id, program, computer), is shown to the user. If it names another
-computer, whose operating-system locks may be invisible on this one, the user is asked.
+reused process id nor an empty file after a crash locks the review forever. The file's text, in the
+format of a QLockFile (process id, program, computer), is shown to the user. If it names another
+computer, the user is asked, because locks of other computers may be invisible here.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Holder:
 
 
 class ReviewLock:
-    """A lock file, which :meth:`take` locks."""
+    """A lock file. :meth:`take` locks it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -86,7 +86,7 @@ class ReviewLock:
                     os.close(handle)
 
     def is_free(self) -> bool:
-        """Return True if nobody holds the lock any more."""
+        """Return True if no program holds the lock now."""
         with suppress(OSError):
             if self.take():
                 self.release()

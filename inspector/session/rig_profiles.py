@@ -1,6 +1,6 @@
-"""Read and write rig profiles, which store the chains that the user chose for a skeleton.
+"""Read and write rig profiles. A rig profile stores the user's chains for a skeleton.
 
-There is a file for each skeleton, which is read when a clip is opened.
+Each skeleton has its own file, which is read when a clip is opened.
 """
 
 from __future__ import annotations

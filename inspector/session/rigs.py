@@ -30,7 +30,7 @@ class Rigs:
         self._known = {data.analysis.rig: data.analysis}
 
     def take(self, rig: Rig) -> ClipAnalysis:
-        """Make the existing analysis of a rig the current one, and return it."""
+        """Make the stored analysis of a rig the current one, and return it."""
         self.present = self._known.pop(rig)
         self._known[rig] = self.present
         for oldest in list(self._known)[:-_KEPT]:
@@ -38,7 +38,7 @@ class Rigs:
         return self.present
 
     def known(self, rig: Rig) -> ClipAnalysis | None:
-        """Return the analysis of a rig, or None if there is none yet."""
+        """Return the analysis with a rig, or None if the clip has not been analysed with it."""
         return self._known.get(rig)
 
     def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:
@@ -72,7 +72,7 @@ class Rigs:
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)
 
     def _made(self, present: ClipAnalysis, rig: Rig, method: str, tell: Tell) -> ClipAnalysis:
-        """Analyse the clip with a rig. Runs in a thread, while clip and review do not change."""
+        """Analyse the clip with a rig, in a thread. Clip and review do not change."""
         known = self._known.get(rig)
         if known is None:
             known = present.with_rig(rig)

@@ -257,7 +257,7 @@ def save_settings(path: Path, settings: Settings) -> str:
 
 
 def save_changes(path: Path, settings: Settings, before: Settings) -> str:
-    """Write only the changes since `before` into the file, which another window may have changed.
+    """Write only the changes since `before`, since another window may have changed the file.
 
     Values in the file that this window did not change are kept, and so are single entries of lists
     and objects. Returns '', or a sentence with the reason for a failure.

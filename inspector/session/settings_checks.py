@@ -82,7 +82,7 @@ def file_path_or_none(value: Any) -> str:
 
 
 def sealed_bytes(longest: int) -> Check:
-    """Return a check that accepts hexadecimal digits with a valid checksum, and removes this."""
+    """Return a check that accepts hexadecimal digits with a valid checksum and removes it."""
 
     def unsealed(value: str) -> str:
         digits, _, _ = value.partition(_SEAL)
@@ -100,7 +100,7 @@ def sealed(digits: str) -> str:
 
 
 def both(first: Check, second: Check) -> Check:
-    """Return a check that accepts a list of two values, each with its check."""
+    """Return a check for a list of two values, with a separate check for each."""
     return _of(
         list,
         tuple,
@@ -128,7 +128,7 @@ def last_by(key: Check, entry: Check, most: int) -> Check:
 
 
 def record(**checks: Check) -> Check:
-    """Return a check that accepts an object if all given entries are valid, and drops others."""
+    """Return a check for an object with these entries; all must be valid, others are dropped."""
     return _of(
         dict,
         good=lambda some: checks.keys() <= some.keys(),

@@ -19,9 +19,9 @@ NEAR = 3  # frames; a peak this close to the playhead is explained
 
 
 def reviewed(document: Document) -> Detection | None:
-    """Return the review's intervals and τ, or None without a clip or while its detector loads.
+    """Return the review's intervals and τ, or None if there is no clip or its detector is loading.
 
-    Also returns None in an exercise, where a reason would reveal the answer.
+    Also returns None in an exercise, because a reason would reveal the answer.
     """
     if document.data is None or document.data.blind or not document.chain:
         return None

@@ -70,7 +70,7 @@ class Section:
 
 
 def _of_one_swing(value_of: Callable[[Decomposition], str]) -> Callable[[FrameNumbers], str]:
-    """Return `value_of` as a function that returns 'undefined' at a swing of 180°."""
+    """Wrap `value_of`, so that the result is 'undefined' at a swing of 180°."""
     return lambda of: value_of(of.frame) if of.frame.swing_is_one else _UNDEFINED
 
 
@@ -100,7 +100,7 @@ def _dtheta_c(of: FrameNumbers) -> str:
 
 
 def _opposed(of: FrameNumbers) -> str:
-    """Return the product of the changes as text, and whether it is below zero."""
+    """Return the product of the changes and whether it is negative, as text."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     product = float(np.degrees(np.degrees(of.frame.product)))

@@ -132,7 +132,7 @@ class SymbolButton(QAbstractButton):
         return self._formula.size()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the symbol on a rounded box, which is filled while the symbol is highlighted."""
+        """Draw the symbol on a rounded box. The box is filled while the symbol is highlighted."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(self.rect()).adjusted(1.0, 0.5, -1.0, -0.5)
@@ -145,7 +145,7 @@ class SymbolButton(QAbstractButton):
 
 
 class _InRow(QLabel):
-    """A sign or number that asks for no height, because the formulas determine the row's height."""
+    """A sign or number without a height, because the formulas determine the row's height."""
 
     def sizeHint(self) -> QSize:
         """Return the width of the text and a height of 0."""
@@ -283,11 +283,11 @@ class Equations(QWidget):
         """The width in pixels at which every visible row fits into one line."""
         cells = [row[2] for row in self._rows.values() if not row[2].isHidden()]
         least = max((cell.minimumSizeHint().width() for cell in cells), default=0)
-        beside = max((cell.beside for cell in cells), default=0)
-        return self.minimumSizeHint().width() + beside - least
+        widest = max((cell.row_width for cell in cells), default=0)
+        return self.minimumSizeHint().width() + widest - least
 
     def show_lit(self, symbol: str) -> None:
-        """Highlight a symbol and no other. '' removes the highlight."""
+        """Highlight only this symbol. '' removes the highlight."""
         for name, button in self.buttons.items():
             button.setChecked(name == symbol)
 

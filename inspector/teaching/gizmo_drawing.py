@@ -1,4 +1,4 @@
-"""Drawing of the gizmo, which shows the tab's symbols in space, on top of the figure."""
+"""Draw the gizmo: the tab's symbols in space, on top of the figure."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _TOGETHER = {
 
 
 def lit_parts(symbol: str) -> frozenset[str]:
-    """Return the parts of the gizmo to highlight for a symbol. For '', return no parts."""
+    """Return the parts of the gizmo to highlight for a symbol; for '', there are none."""
     return frozenset((symbol, *_TOGETHER.get(symbol, ()))) if symbol else frozenset()
 
 
@@ -190,7 +190,7 @@ class GizmoGuest:
         return shapes
 
     def _attend(self, scene: Scene, shapes: Sketch) -> None:
-        """Create the layer and the labels over the right-hand image, unless they already exist."""
+        """Create the layer and the labels over the right-hand image if they do not exist yet."""
         below = scene.renderers()[-1]
         if self._layer is not None and self._below is below:
             return

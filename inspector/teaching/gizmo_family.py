@@ -32,10 +32,10 @@ _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
 
 
 def family(d: Decomposition) -> tuple[Array, Array]:
-    """Return several normals n and the θp that gives the same pose with each of them.
+    """Return several normals n, each with the θp that gives the same pose.
 
-    The normals (MEMBERS, 3) are in the coordinates of P's parent. The first pair is the (n, θp) of
-    the frame itself.
+    The normals, (MEMBERS, 3), are in the coordinates of P's parent. The first pair is the frame's
+    own (n, θp).
     """
     n = d.n if d.n.any() else perpendicular(d.a)
     normals: Array = turned(n, d.a, _TURNS[:, None])
@@ -43,10 +43,10 @@ def family(d: Decomposition) -> tuple[Array, Array]:
 
 
 def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) -> None:
-    """Add a fan of normals around P, each with a dial. At other swings than 180°, it is empty.
+    """Add a fan of normals around P, each with a dial. Unless the swing is 180°, the fan is empty.
 
-    The hands of all dials point in the same direction, because the pose is the same, but the dials
-    have different zeros.
+    All hands point in the same direction, because the pose is the same, but the dials have
+    different zeros.
     """
     spokes, rings = np.zeros((MEMBERS, 2, 3)), np.zeros((MEMBERS, _STEPS + 1, 3))
     sectors, hands = np.zeros((MEMBERS, _STEPS + 2, 3)), np.zeros((MEMBERS, 2, 3))

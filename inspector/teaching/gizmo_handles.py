@@ -1,4 +1,4 @@
-"""The handles of the gizmo: their positions on the screen, and the effect of dragging them.
+"""The handles of the gizmo: where they are on the screen, and how dragging changes the pose.
 
 All functions are pure functions of the camera and of world positions. Pixels are counted from the
 top left corner of the image.
@@ -88,7 +88,7 @@ def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
 
 
 class SwingDrag:
-    """A drag of the tip of w, which follows the mouse on a sphere around P.
+    """A drag of w's tip. The tip follows the mouse on a sphere around P.
 
     If the mouse leaves the sphere's outline, the tip continues on the back of the sphere.
     """
@@ -142,7 +142,7 @@ class TwistDrag:
         return self.turned
 
     def _angle(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float | None:
-        """Return the angle of the mouse about the dial's axis, or None if it is undefined."""
+        """Return the mouse's angle about the dial's axis, or None if it is undefined."""
         if self._rolls:
             return self._rolled(held, camera, size, at)
         ray, axis = camera.ray(at, *size), held.axis

@@ -1,4 +1,4 @@
-"""Dragging of the gizmo with the mouse, which changes the displayed frame."""
+"""Drag the gizmo with the mouse to edit the displayed frame."""
 
 from __future__ import annotations
 
@@ -146,7 +146,7 @@ class Hold(QObject):
     def _found(self, at: QPointF) -> str:
         """Return the handle at a point of the view, or '' if there is none.
 
-        While the rotation is animated, the result is ''.
+        Also returns '' while the rotation is animated.
         """
         camera, places, stage = self._view.camera, self.places, self._taught.stage
         if camera is None or places is None or (stage is not None and stage < 2.0):
@@ -201,7 +201,7 @@ class Hold(QObject):
         self._hover("")
 
     def _hover(self, under: str, at: QPointF | None = None) -> None:
-        """Show which handle can be dragged, with a cursor, a larger knob and a tooltip.
+        """Highlight a handle that can be dragged: with a cursor, a larger knob and a tooltip.
 
         `under` is the handle under the mouse, or ''.
         """

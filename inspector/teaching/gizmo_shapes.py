@@ -1,4 +1,4 @@
-"""The geometry of the gizmo's shapes, which show the symbols of a frame in space.
+"""The geometry of the gizmo: shapes that show the symbols of a frame in space.
 
 Every frame has the same number of points, so a new frame only moves them.
 """
@@ -156,8 +156,7 @@ def sketch(
     least
         The smallest bone length to draw, in the file's unit.
     staged
-        True if P's rotation is animated, in which case changes since the previous frame are not
-        drawn.
+        True if P's rotation is animated. Changes since the previous frame are then not drawn.
     """
     out = Sketch(max(float(np.linalg.norm(child - parent)), least))
     along = rotate(q_parent, d.a)

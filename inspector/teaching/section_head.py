@@ -41,7 +41,7 @@ class SectionHead(QAbstractButton):
             self.setAccessibleName(text)
 
     def sizeHint(self) -> QSize:
-        """Return a size with the height of one line."""
+        """Return the preferred size, with the height of one line."""
         letters = self.fontMetrics()
         return QSize(letters.horizontalAdvance(self.text()) + 22, letters.height() + 2)
 

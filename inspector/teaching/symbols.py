@@ -84,8 +84,8 @@ SYMBOLS = {
         r"\delta",
         "twist",
         tr(
-            "the part of the offset that Apply removes: of offset(t), or of the selected "
-            "interval's offset if the frame is inside the interval and not altered"
+            "the part of the offset that Apply removes: the selected interval's offset in its "
+            "unaltered frames, or else offset(t)"
         ),
         (("offset", ""),),
     ),

@@ -125,7 +125,7 @@ class TaughtFrame(QObject):
     def interval(self) -> Judged | None:
         """The selected interval if it contains the frame, or None.
 
-        In an edited frame the result is None, too.
+        Also None in an edited frame.
         """
         judged, frame = self.document.interval, self.document.frame
         altered_too = replace(self.what_if, applied=0.0).changes
@@ -134,7 +134,7 @@ class TaughtFrame(QObject):
         return judged if judged.interval.start <= frame < judged.interval.stop else None
 
     def _own_offset(self) -> float | None:
-        """Return the offset of `interval` in radians, or None if there is no such interval.
+        """Return the offset of `interval` at the frame in radians, or None without an interval.
 
         Without it, the paper's running sum is used.
         """
@@ -174,13 +174,13 @@ class TaughtFrame(QObject):
     # -- what a person does -------------------------------------------------------------------
 
     def set_active(self, on: bool) -> None:
-        """Set whether the tab is visible. While it is not, the clip is shown without the edit."""
+        """Set whether the tab is visible. While it is hidden, the clip is shown unedited."""
         if on != self.active:
             self.active = on
             self.changed.emit()
 
     def set_what_if(self, what_if: WhatIf) -> None:
-        """Set the what-if, which edits the displayed frame."""
+        """Edit the displayed frame with a what-if."""
         if what_if != self.what_if:
             self.what_if = what_if
             self._emit_changed()

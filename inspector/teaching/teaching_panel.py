@@ -164,9 +164,9 @@ class TeachingPanel(QWidget):
             QTimer.singleShot(0, self, self._left)
 
     def _left(self) -> None:
-        """End the what-if if another tab is now in front.
+        """End the what-if if another tab has come to the front.
 
-        If the window is only minimised, the what-if remains.
+        The what-if remains if the window is only minimised.
         """
         if not self._taught.active and not self.window().isMinimized():
             self._taught.reset()

@@ -31,7 +31,7 @@ class _Knob:
     steps: int = 10
 
     def value(self, place: int) -> float:
-        """Return the value at a slider position, in radians, or as a share for a slider in %."""
+        """Return the value at a slider position: in radians, or a share for a slider in %."""
         at = place / self.steps
         return at / 100.0 if self.unit == " %" else float(np.radians(at))
 
@@ -61,9 +61,8 @@ _KNOBS = {
         0,
         100,
         tr(
-            "Remove a part of the offset (Eq. 14-15): of the selected interval’s offset if "
-            "the frame is inside the interval and not altered, or of the paper’s running "
-            "sum offset(t)."
+            "Remove a part of the offset (Eq. 14-15): the selected interval’s offset in its "
+            "unaltered frames, or else the paper’s running sum offset(t)."
         ),
         " %",
         1,

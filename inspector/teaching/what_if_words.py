@@ -19,7 +19,7 @@ def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) ->
     """Return a text about the frame, and the colour role of this text in the theme."""
     d = numbers.frame
     if stage is not None:
-        return _on_its_way(d, stage), "soft"
+        return _stage_sentence(d, stage), "soft"
     if text := _singular(d):
         return text, "warning"
     if what_if.applied:
@@ -30,7 +30,7 @@ def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) ->
 
 
 def theta_per_tip(alpha: float) -> float:
-    """Return the change of θp, in radians, if w is tipped sideways by 1° near a swing of 180°.
+    """Return how much θp changes, in radians, if w tips sideways by 1° near a swing of 180°.
 
     `alpha` is the angle of the swing in radians.
     """
@@ -38,14 +38,14 @@ def theta_per_tip(alpha: float) -> float:
 
 
 def azimuth_per_tip(reliability: float) -> float:
-    """Return the turn of v⊥, in radians, if v is tipped sideways by 1° in a nearly straight limb.
+    """Return how far v⊥ turns, in radians, if v tips sideways by 1° in a nearly straight limb.
 
     `reliability` is the reliability of the azimuth.
     """
     return float(np.arctan2(_TIP, np.arcsin(min(reliability, 1.0))))
 
 
-def _on_its_way(d: Decomposition, stage: float) -> str:
+def _stage_sentence(d: Decomposition, stage: float) -> str:
     if stage <= 1.0:
         return tr(
             "{share} of the swing, α = {alpha}. The swing takes a to w.",

@@ -56,9 +56,9 @@ class ChainCurves(Curves):
         self.running = NOTHING if blind or tau is None else running_offset(self.before, tau)
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Return the values with θc added, if they contain Δθc.
+        """Return the values, with θc added if they contain Δθc.
 
-        θc is its value at the previous frame plus the edited change.
+        θc is its value at the previous frame plus the edited Δθc.
         """
         if "dtheta_c" not in values:
             return values

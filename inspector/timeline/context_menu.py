@@ -1,4 +1,4 @@
-"""The context menu of the plots. No entry deletes anything."""
+"""The context menu of the plots. None of its entries deletes anything."""
 
 from __future__ import annotations
 

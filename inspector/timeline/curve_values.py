@@ -21,16 +21,16 @@ def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]
     """Return an angle in degrees within half a turn of `centre`, (frames,), and its seams.
 
     A seam is a frame after which the angle wraps around, from one end of this range to the other.
-    Lines are broken at seams, because the wrapped angle has not really moved. Real jumps are drawn.
+    Lines are broken at seams, but real jumps are drawn.
     """
     y = np.degrees(centre + wrap(angle - centre))
     return y, np.flatnonzero(np.abs(np.diff(y)) > 180.0)
 
 
 def rarest(angle: Array) -> float:
-    """Return a direction that an angle (n,) is rarely close to, in radians in (−2π, 0].
+    """Return the angle in (−2π, 0], in radians, to which the given angles (n,) rarely come close.
 
-    A line that is broken at this direction still shows jumps of half a turn.
+    A line that is broken at this angle still shows jumps of half a turn.
     """
     count, _ = np.histogram(wrap(angle), _BINS, (-np.pi, np.pi))
     near = np.minimum(np.arange(_BINS), _BINS - np.arange(_BINS)) * 2.0 * np.pi / _BINS
@@ -41,7 +41,7 @@ def rarest(angle: Array) -> float:
 
 
 def above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
-    """Return an angle in degrees, from `seam` to one turn above it, (frames,), and its seams.
+    """Return an angle in degrees, in the turn that begins at `seam`, (frames,), and its seams.
 
     Seams are defined as in :func:`degrees_about`, but jumps of more than 90° are not seams, so they
     are drawn.
@@ -54,11 +54,11 @@ def above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
 def thinned(
     y: Array, seams: NDArray[np.int64], first: float, last: float, pixels: int
 ) -> tuple[Array, Array]:
-    """Return x and y of a line over the visible frames, with NaN where the line is broken.
+    """Return x and y of a line over the visible frames, with NaN at breaks.
 
     `y` has a value per frame, NaN for a gap. If there are many more frames than pixels, the result
-    has only the lowest and the highest value at each pixel. These ignore NaN, so that a short piece
-    between gaps stays visible when zoomed out.
+    has only the lowest and the highest value at each pixel, ignoring NaN, so that short pieces
+    between gaps stay visible.
     """
     start, stop = max(0, int(first) - 1), min(len(y), int(last) + 3)
     step = (stop - start) // max(1, pixels)

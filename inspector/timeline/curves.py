@@ -49,18 +49,18 @@ class Curves(ABC):
         """Update the values after correction from the review's intervals."""
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Return the angles of an edited frame, in radians, with the angles that depend on them."""
+        """Return an edited frame's angles in radians, with the angles that depend on them added."""
         return values
 
     def fit_tau(self, pane: Pane, degrees: float) -> None:
-        """Set the range of the strength plot: from 0 to the peak, or to above τ if τ is higher."""
+        """Set the range of the strength plot, from 0 to the peak or to just above a higher τ."""
         reach = (0.0, min(max(self._peak, _HEADROOM * degrees, 5.0), max(190.0, self._peak)))
         if reach != self._reach:
             self._reach = reach
             pane.show_values(*reach)
 
     def grow(self, pane: Pane, degrees: Array, least: float) -> None:
-        """Widen a plot's range to fit a curve, and never narrow it.
+        """Widen a plot's range to fit a curve, but never narrow it.
 
         `least` is the smallest initial range in degrees.
         """

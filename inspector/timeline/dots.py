@@ -17,7 +17,7 @@ class Dots(Layer):
     """The dots of one plot at one frame.
 
     - frame: the frame of all dots
-    - dots: a pair per dot: the height in the plot's values, and True to draw a ring
+    - dots: pairs of a dot's height in the plot's values, and True to draw a ring
     - role: the colour role of the dots in the theme
     """
 
@@ -28,7 +28,7 @@ class Dots(Layer):
         self.dots: list[tuple[float, bool]] = []
 
     def mark(self, pane: Pane) -> None:
-        """Repaint the strip of a pane that contains the dots."""
+        """Repaint the strip of a pane in which the dots are."""
         if self.dots:
             wide = 2.0 * _RING * self.scenery.scale
             strip = QRectF(self.place(self.frame) - wide, 0.0, 2.0 * wide, self._view.height())

@@ -54,7 +54,7 @@ class Hit:
 
 
 class Gestures:
-    """Turns the mouse events of all plots into changes of the document.
+    """Translates the mouse events of all plots into changes of the document.
 
     `plots` is a function that takes the key of a plot and returns additional menu entries.
     `tau_plot` is the key of the plot that shows τ. While an edge is dragged or an interval is
@@ -269,7 +269,7 @@ class Gestures:
             self._visible.deselect_hidden()
 
     def _ask_peak(self, frame: float, pixel: float) -> bool:
-        """Go to a nearby peak above τ outside all intervals, and explain why it is not an interval.
+        """Go to a nearby peak above τ outside all intervals, and explain why it is none.
 
         Return False if there is no such peak.
         """
@@ -325,7 +325,10 @@ class Gestures:
             ]
             if not judged.supported:
                 lines.append(
-                    tr("No longer found at this τ, but kept because you decided or edited it.")
+                    tr(
+                        "No longer found at this τ, but kept because you decided on it or edited "
+                        "it."
+                    )
                 )
             if judged.note:
                 lines.append(judged.note)

@@ -35,7 +35,7 @@ class DragLabel:
     - key: the key of the plot that shows the label
     - frame: its horizontal position
     - pixel: its distance from the plot's top
-    - band: the frames [start, stop) that are being drawn, shown in every plot
+    - band: the frames [start, stop) of an interval being drawn, shown in every plot
     """
 
     key: str
@@ -144,7 +144,7 @@ class Layer(QGraphicsItem):
         self.setPos(self._view.pos())
 
     def boundingRect(self) -> QRectF:
-        """Return the view's rectangle, which this item covers."""
+        """Return the rectangle of the view, because this item covers the view."""
         return QRectF(self._view.rect())
 
     def place(self, frame: float) -> float:
@@ -216,7 +216,7 @@ class FrontLayer(Layer):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Paint everything in front of the curves, but title and axis labels only where exposed."""
+        """Paint everything in front of the curves; title and axis labels only if exposed."""
         painter.save()
         painter.setFont(self.scenery.font())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
@@ -240,7 +240,7 @@ class FrontLayer(Layer):
             painter.drawLine(QLineF(x, 0.0, x, self._view.height()))
 
     def _paint_part(self, painter: QPainter) -> None:
-        """Mark the visible part of the values at the right edge, like a scroll bar."""
+        """Draw a bar at the right edge that shows which part of the values is visible."""
         if self._values.part is None:
             return
         (low, high), (bottom, top) = self._values.viewRange()[1], self._values.all_values
@@ -277,7 +277,7 @@ class FrontLayer(Layer):
         theme, metrics = self.scenery.theme, QFontMetricsF(painter.font())
         painter.setPen(QColor(theme.soft))
         edge, high = self.boundingRect().left(), metrics.height()
-        top, bottom = self._beside_tau(metrics, edge + high)
+        top, bottom = self._label_space(metrics, edge + high)
         if self.values and metrics.horizontalAdvance(self.values) <= bottom - top:
             painter.save()
             painter.translate(edge, bottom)
@@ -290,11 +290,11 @@ class FrontLayer(Layer):
             box = QRectF(edge, self._view.height() + 3.0 * self.scenery.scale, -edge - 6.0, high)
             painter.drawText(box, Qt.AlignmentFlag.AlignRight, self.time)
 
-    def _beside_tau(self, metrics: QFontMetricsF, edge: float) -> tuple[float, float]:
-        """Return the top and bottom of the free space for the left axis label.
+    def _label_space(self, metrics: QFontMetricsF, edge: float) -> tuple[float, float]:
+        """Return the top and bottom of the space for the left axis label.
 
-        `edge` is the right edge of that label. If the label would overlap the τ label, the result
-        is the larger of the spaces above and below the τ label.
+        `edge` is the label's right edge. If it would overlap the τ label, this is the larger of the
+        spaces above and below the τ label.
         """
         tall, box = self._view.height(), self._tau_box(metrics)
         if box is None or box.left() >= edge:
@@ -326,7 +326,7 @@ class FrontLayer(Layer):
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
     def title_lines(self) -> list[list[tuple[str, str]]]:
-        """Return the title broken into lines. Only figures have more than one line."""
+        """Return the title, broken into lines in a figure."""
         if not self.scenery.still:
             return [self.title]
         advance = QFontMetricsF(self.scenery.font()).horizontalAdvance

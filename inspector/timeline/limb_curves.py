@@ -17,9 +17,9 @@ class LimbCurves(Curves):
 
     - swivel: the swivel as captured
     - after: the swivel after correction
-    - height: the distance of the middle joint from the line between the limb's ends, in per cent
+    - height: the middle joint's distance from the line between the limb's ends, in per cent
     - departures: the jumps of the swivel that remain after correction, in radians
-    - seam: the angle at which lines are broken
+    - seam: the angle at which the lines of the swivel are broken
     """
 
     unreliable_words = tr("φ unreliable")

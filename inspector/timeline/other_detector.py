@@ -24,12 +24,12 @@ _HEADROOM = 2.2  # smallest range of the plot, in units of τ
 
 
 class Onlooker(Gestures):
-    """Mouse gestures for a read-only plot, which can be scrolled and zoomed."""
+    """Mouse gestures for a read-only plot: scrolling and zooming."""
 
     draws = False
 
     def hit(self, frame: float, pixel: float) -> Hit:
-        """Return the playhead if it is at `frame`, or else the empty part."""
+        """Return the playhead if it is at `frame`, or empty space."""
         hit = super().hit(frame, pixel)
         return hit if hit.part is Part.PLAYHEAD else Hit(Part.EMPTY)
 
@@ -55,7 +55,7 @@ class OtherDetector(Pane):
 
     @property
     def method(self) -> str:
-        """The detector to show: the one used before the current one, or else any other detector."""
+        """The detector to show: the previous one, or else any other than the current one."""
         if self._used[0] != (now := self._document.method):
             self._used = [now, self._used[0]]
         before = self._used[1]
@@ -68,7 +68,7 @@ class OtherDetector(Pane):
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """The intervals that the other detector finds in the chain; empty during the analysis."""
+        """The other detector's intervals of the chain; empty during the analysis."""
         return self.scenery.intervals
 
     def _colour_line(self, theme: Theme) -> None:

@@ -122,7 +122,7 @@ class Pane(Canvas):
         self.touch()
 
     def show_title(self, title: list[tuple[str, str]]) -> None:
-        """Show the title, as pairs (text, colour role)."""
+        """Show a title, given as pairs (text, colour role)."""
         if title != self.front.title:
             self.front.title = title
             self.viewport().update(0, 0, self.width(), self._title_height)

@@ -1,4 +1,4 @@
-"""The grid of panes, which has several columns if there is too little height for one."""
+"""The grid of panes, in several columns if one would be too high."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _NARROW = 280  # minimum width of two panes in pixels, if two columns do not fit
 class PaneGrid(QStackedWidget):
     """The panes from top to bottom, or a hint instead of them.
 
-    `shown` has the keys of the visible panes. Candidates are the panes that the user has chosen and
-    that apply to the selection. As many of them as fit are shown, or a single enlarged pane.
+    `shown` has the keys of the visible panes: as many as fit of the panes that the user has chosen
+    and that apply to the selection, or a single enlarged pane.
     """
 
     arranged = Signal()  # the set or the position of visible panes has changed
@@ -103,7 +103,7 @@ class PaneGrid(QStackedWidget):
     def arrange(self) -> None:
         """Arrange the panes in as few columns as the height allows.
 
-        If the width does not suffice for these columns, show fewer panes.
+        If the width is too small for these columns, show fewer panes.
         """
         wanted = [self._alone] if self.alone else self.chosen
         scale = max((pane.scenery.scale for pane in self._panes.values()), default=1.0)

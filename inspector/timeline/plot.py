@@ -35,9 +35,9 @@ class Plot:
     - place: the position; panes with smaller numbers are higher
     - weight: the share of the height that the pane gets
     - priority: panes with smaller numbers stay visible longer if there is too little room
-    - axis: returns the label of the left axis, '' if the pane does not apply to the selection
-    - draw: draws the curves that decisions change
-    - draw_clip: draws the curves that decisions do not change
+    - axis: returns the label of the left axis, or '' if the pane does not suit the selection
+    - draw: draws the curves that depend on decisions
+    - draw_clip: draws the curves that do not depend on decisions
     - describe: returns the title at a frame
     - height: returns the height at which to draw an edited angle, in degrees
     - at_first: True if the pane is visible by default
@@ -50,8 +50,8 @@ class Plot:
     - takes_tau: True if the pane shows the τ line
     - no_limb: the message to show if a limb is selected and the pane cannot show limbs
     - gestures: the class of its mouse gestures
-    - in_exercise: True to show the pane in an exercise, whose errors it must not reveal
-    - build: makes the widget, by default an empty pane with these styles
+    - in_exercise: True to show the pane in an exercise, because it does not reveal the errors
+    - build: builds the widget, by default an empty pane with these styles
     """
 
     key: str

@@ -1,4 +1,4 @@
-"""Intervals as regions in pixels, computed once for all plots."""
+"""Intervals as regions of pixels, computed once for all plots."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _Spans = list[list[int]]  # left and right pixels
 
 @dataclass(frozen=True)
 class _Group:
-    """The regions of all intervals with one decision: their union and each single region."""
+    """The regions of all intervals with one decision: their union, and each single one."""
 
     decision: Decision
     selected: bool
@@ -81,7 +81,7 @@ class Regions:
     def _shapes_of(self, height: int) -> list[tuple[_Group, list[QRect], QPainterPath]]:
         """Return the fills and borders for plots up to this height.
 
-        They are computed for the highest plot. Lower plots clip them.
+        The shapes are computed for the highest plot, and clipped in lower plots.
         """
         if height > self._height:
             self._height = height
@@ -150,12 +150,12 @@ def wide_enough(spans: Array, pixel: float) -> Array:
 
 
 def _inside(places: _Spans, width: int) -> list[int]:
-    """Return the left and right borders that are inside the view, in pixels."""
+    """Return the borders of regions, in pixels, that are inside the view."""
     return [x for pair in places for x in pair if 0 < x < width - 1]
 
 
 def _uprights(at: Sequence[int], height: int) -> QPainterPath:
-    """Return vertical lines at the pixels `at` as a single path, which paints faster."""
+    """Return vertical lines at the pixels `at`, as a single path for speed."""
     x = np.repeat(np.array(at, dtype=np.float64), 2)
     path: QPainterPath = pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
     return path

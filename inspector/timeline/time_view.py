@@ -32,7 +32,7 @@ class Mouse(Protocol):
 class TimeView(pg.ViewBox):
     """A view that passes its mouse events to the timeline's gestures.
 
-    The value axis shows the range set with `fit_to` until the user zooms. The timeline sets the
+    Until the user zooms, the value axis shows the range set with `fit_to`. The timeline sets the
     range of frames.
     """
 
@@ -163,7 +163,7 @@ class TimeView(pg.ViewBox):
             self.gestures.click(self, event)
 
     def hoverEvent(self, event: Any) -> None:
-        """Pass mouse movements on to the gestures, which set the cursor."""
+        """Pass mouse movements on to the gestures, so that they set the cursor."""
         if self.gestures and not event.isExit():
             self.gestures.hover(self, event)
 

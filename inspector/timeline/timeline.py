@@ -158,7 +158,7 @@ class Timeline(QWidget):
 
     @property
     def _sceneries(self) -> list[Scenery]:
-        """The scenery of the timeline, and those of panes that have their own."""
+        """The scenery of the timeline, and of panes with a scenery of their own."""
         return [self.scenery, *(pane.scenery for pane in self.panes.values())]
 
     def _refresh_shown(self) -> None:
@@ -203,7 +203,7 @@ class Timeline(QWidget):
     def light(self, curves: tuple[tuple[str, str], ...]) -> None:
         """Highlight some curves.
 
-        Each of `curves` is the key of a plot and the prefix of the names of its curves.
+        Each of `curves` is the key of a plot and a prefix of curve names.
         """
         wanted = dict(curves)
         for key, pane in self.panes.items():
@@ -356,7 +356,7 @@ class Timeline(QWidget):
         self.overview.show_view(*self.visible.ends)
 
     def _fit_part(self) -> None:
-        """Fit the values to the visible frames, once the chain of the interval is loaded."""
+        """Fit the value range to the visible frames, once the interval's chain is loaded."""
         self._arriving = True
         self._stale.mark()
 

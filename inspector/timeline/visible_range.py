@@ -62,7 +62,7 @@ class VisibleRange(QObject):
     def deselect_hidden(self) -> None:
         """Deselect the selected interval if it is not visible.
 
-        A key press can then not decide on an interval that the user does not see.
+        This prevents a key press from deciding on an interval that the user does not see.
         """
         if (judged := self._document.interval) and not self._sees(judged.interval):
             self._document.select_interval(None)

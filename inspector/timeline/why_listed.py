@@ -27,7 +27,7 @@ _STYLES = (
 
 
 def shown_interval(document: Document) -> Interval | None:
-    """Return the selected interval if its kind declares a quantity, or None.
+    """Return the selected interval if its kind declares a quantity to plot, or None.
 
     In an exercise the result is None, because the curve would reveal the error.
     """
@@ -40,8 +40,8 @@ def shown_interval(document: Document) -> Interval | None:
 class WhyListed(Pane):
     """A plot of the quantity that shows why the selected interval is listed.
 
-    The kind of the interval declares this quantity, which is computed in the background. A figure
-    computes it immediately.
+    The kind of the interval declares this quantity. It is computed in the background or, for a
+    figure, immediately.
     """
 
     def __init__(self, document: Document, scenery: Scenery, parent: QWidget | None = None) -> None:
@@ -113,7 +113,7 @@ class WhyListed(Pane):
         self.touch()
 
     def _fit(self) -> None:
-        """Show all values, or only the range in the visible frames if the other plots do so."""
+        """Show all values or, if the other plots do so, only the values in the visible frames."""
         seen = np.concatenate([y for y, _ in self.values.values()])
         seen = seen[np.isfinite(seen)]
         low, high = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)

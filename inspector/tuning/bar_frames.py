@@ -1,4 +1,4 @@
-"""Steps through the frames of a bar of the strength histogram."""
+"""Step through the frames of a bar of the strength histogram."""
 
 from __future__ import annotations
 
@@ -65,14 +65,14 @@ class BarFrames:
             self.next_frame(self.chosen)
 
     def back(self) -> None:
-        """Return to the frame before the first click of a double-click."""
+        """Go back to the frame before the first click of a double-click."""
         if self.chosen is not None:
             self.chosen = None
             self._document.go_to(self._came_from)
 
     @property
     def words(self) -> str:
-        """A text with the current position, or '' if the playhead is not in the chosen bar."""
+        """The position among the frames of the bar as text, or '' if the playhead is elsewhere."""
         if self.chosen is None:
             return ""
         own = self._frames[self._bars == self.chosen]

@@ -68,8 +68,8 @@ def measure(pipe: Connection, request: Request) -> None:
     """Measure the curves and send the results through the pipe.
 
     The results are a Capture, then a pair (chain, curve) for every chain, then None. If the
-    measurement fails, an error message is sent. If the name of a chain arrives through the pipe,
-    that chain is measured next.
+    measurement fails, an error message is sent. A chain whose name arrives through the pipe is
+    measured next.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)

@@ -36,7 +36,7 @@ _NO_COSTS = tr(
 
 
 class CurvesPage(QWidget):
-    """Two plots over τ, with captions: the histogram of the strength, and the cost.
+    """Two plots over τ with captions: the histogram of the strength, and the cost.
 
     When the user changes τ, the `asked` signal is emitted with the new τ in degrees, and with True
     during a drag.
@@ -196,7 +196,7 @@ class CurvesPage(QWidget):
 
     @property
     def _has_costs(self) -> bool:
-        """False for a limb or a twist bone, for which the cost of τ is not defined."""
+        """False for a limb or a twist bone, because the cost of τ is undefined there."""
         document = self._document
         if document.data is None or not document.chain:
             return True
@@ -228,7 +228,7 @@ class CurvesPage(QWidget):
             self._show_place()
 
     def _may_reveal(self) -> bool:
-        """False in an exercise, where the strongest bar would reveal the errors."""
+        """False in an exercise, because the strongest bar would reveal the errors."""
         if (data := self._document.data) is not None and data.blind:
             self._document.message.emit(BLIND, False)
             return False

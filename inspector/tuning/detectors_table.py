@@ -33,7 +33,7 @@ _TIPS = (
 
 @dataclass(frozen=True)
 class _Line:
-    """A row of the table: a chain, or '' for all chains, with its suggested or automatic τ."""
+    """A row of the table: the suggested or automatic τ of a chain, or of all chains for ''."""
 
     chain: str
     kind: str

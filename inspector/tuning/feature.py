@@ -65,7 +65,7 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
                group="scope",
                do=lambda p: p.tuning.set_scope(Scope.ALL)),
     ActionSpec("suggest_tau", tr("Suggest τ"), ("Ctrl+U",),
-               tr("Set τ to suit errors injected into this clip"),
+               tr("Set τ to the best value for errors injected into this clip"),
                do=lambda p: p.tuning.suggest()),
     None,
     ActionSpec("next_bar", tr("Next bar of the histogram"), (),
@@ -97,7 +97,7 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
                tr("Use the τ of the compared profile"),
                do=lambda p: p.tuning_actions.take_profile()),
     ActionSpec("close_comparison", tr("Close comparison"),
-               do=lambda p: p.tuning.show_beside(())),
+               do=lambda p: p.tuning.set_compared(())),
     Switch("both_costs", tr("Costs of both detectors"), (),
            tr("Compare the detectors, each at its suggested and its automatic τ"),
            needs="clip", turn=lambda p, on: p.tuning.show_both(on)),
@@ -106,7 +106,7 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
                tr("Analyse the open folder again with the current τ"),
                do=lambda p: p.tuning_actions.profile_to_folder()),
     ActionSpec("automatic_folder", tr("Automatic τ for the folder"), (),
-               tr("Analyse the open folder again with the automatic τ of each clip"),
+               tr("Analyse the open folder again, each clip with its automatic τ"),
                do=lambda p: p.tuning_actions.automatic_folder()),
 )
 # fmt: on

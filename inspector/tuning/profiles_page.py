@@ -88,17 +88,17 @@ class ProfilesPage(QWidget):
         )
         self._show_buttons()
 
-    def show_beside(self, others: Sequence[Column]) -> None:
+    def set_compared(self, others: Sequence[Column]) -> None:
         """Set the profiles to compare.
 
         One profile is compared with the current τ, and two are compared with each other.
         """
-        self.model.show_beside(others)
+        self.model.set_compared(others)
         self._actions["both_costs"].setChecked(False)
         self._need()
 
     def show_both(self, both: bool) -> None:
-        """Show the table of all detectors if `both`, or else the table of τ."""
+        """Show the table of all detectors if `both` is True, or else the table of τ."""
         self._tables.setCurrentIndex(int(both))
         self._need()
         self.refresh()
@@ -125,7 +125,7 @@ class ProfilesPage(QWidget):
         self._fit(self.both_table if both else self.table)
 
     def _fit(self, table: RowTable) -> None:
-        """Give the first column the remaining width. If there is none, let the table scroll."""
+        """Give the first column the remaining width. Without any, let the table scroll."""
         header, model = table.horizontalHeader(), table.model()
         if model.rowCount():
             own = max(table.sizeHintForColumn(0), header.sectionSizeHint(0))

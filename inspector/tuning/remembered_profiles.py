@@ -1,4 +1,4 @@
-"""Profiles that are saved by skeleton and performer, and offered when a matching clip opens."""
+"""Profiles saved by skeleton and performer, and offered when a matching clip is opened."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def profile_path(mark: str, performer: str = "") -> Path:
 
 
 def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
-    """Return the saved profile of a performer with a skeleton, or else of the skeleton.
+    """Return the saved profile of a performer or, if there is none, of the skeleton.
 
     The second result is an error message or ''. A damaged file is renamed.
     """
@@ -69,7 +69,7 @@ def keep_profile(learnt: LearnedProfile, source: str) -> Path:
 
 
 class Performers:
-    """The performers of clips: names that the user has given, or else parts of file names."""
+    """The performers of clips: names given by the user, or else parts of file names."""
 
     def __init__(self) -> None:
         self._path = settings_path().parent / "performers.json"
@@ -86,7 +86,7 @@ class Performers:
     def name(self, clip: Path, performer: str) -> None:
         """Set the performer of a clip. Raise OSError if it cannot be saved.
 
-        A name is not saved if the file name already contains it as the performer.
+        The name is not saved if the file name already contains it.
         """
         key = str(real_path(clip))
         self._named.pop(key, None)
@@ -112,13 +112,13 @@ class ProfileOffers(QObject):
         self._document, self._performers, self._offer = document, performers, offer
         self._declined: set[tuple[str, str]] = set()  # during this run
         self._later = QTimer(self, singleShot=True, interval=0)  # after the clip's own notes
-        self._later.timeout.connect(self._look)
+        self._later.timeout.connect(self._offer_saved)
         document.opened.connect(self._later.start)
 
-    def _look(self) -> None:
-        """Offer a saved profile for the clip, if there is one.
+    def _offer_saved(self) -> None:
+        """Offer the saved profile for the clip, if any.
 
-        No profile is offered in a review that has begun, in an exercise or in a lesson.
+        Nothing is offered in a review that has begun, in an exercise or in a lesson.
         """
         data = self._document.data
         if data is None or data.blind or data.session is not None or self._document.borrowed:

@@ -22,7 +22,7 @@ _COUNTS = (0, 1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000, 100_000)
 
 
 class _CountAxis(Axis):
-    """An axis of counts on the scale log(1 + n), where even a count of one is visible."""
+    """An axis of counts on the scale log(1 + n), so that even a count of one is visible."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """Return round counts for the ticks, as many as fit."""

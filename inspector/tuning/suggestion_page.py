@@ -24,7 +24,7 @@ _LEAVE_OUT = {  # texts of the buttons after "Leave out"
 
 
 class SuggestionPage(QWidget):
-    """The page with three settings, the common τ for all chains, and the frames that are used."""
+    """The page with three settings, the common τ for all chains, and the frames used."""
 
     def __init__(
         self,

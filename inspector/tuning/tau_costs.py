@@ -66,7 +66,7 @@ class Costs(QObject):
         self._watching = False
         self.trouble = ""
         self._poll = QTimer(self, interval=_POLL_MS)
-        self._poll.timeout.connect(self._look)
+        self._poll.timeout.connect(self._receive)
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settle.timeout.connect(self._start)
         document.opened.connect(self._stop_if_outdated)
@@ -98,9 +98,9 @@ class Costs(QObject):
         return self._here.capture
 
     def counts(self, method: str, chain: str, tau: float) -> ListCounts | None:
-        """Return how many intervals a detector lists at τ, in radians, or None if unknown.
+        """Return how many intervals a detector lists at τ (radians), or None if unknown.
 
-        For the current detector the counts are exact. For another detector they are the counts at
+        For the current detector the counts are exact. For other detectors, they are the counts at
         the nearest measured τ.
         """
         data, state = self._document.data, self._document.review.state
@@ -119,10 +119,10 @@ class Costs(QObject):
         return self._counted[key]
 
     def cost(self, method: str, tau: Mapping[str, float]) -> tuple[Cost, ListCounts] | None:
-        """Return the cost of a τ for each chain, and how many intervals are listed.
+        """Return the cost of the given τ, and how many intervals are listed.
 
-        `tau` is in radians, keyed by chain. The false alarms in the cost are the listed intervals
-        that were rejected. The result is None if one of the chains is not measured.
+        `tau` is in radians, keyed by chain. Listed intervals that were rejected count as false
+        alarms. The result is None if one of the chains is not measured.
         """
         curves = self.by(method)
         counts = [self.counts(method, name, t) for name, t in tau.items() if name in curves]
@@ -178,7 +178,7 @@ class Costs(QObject):
     # -- following the document ---------------------------------------------------------------
 
     def watch(self, on: bool) -> None:
-        """Start measuring if a view of the costs is visible (`on`), or else stop."""
+        """Start measuring if `on`, because a view of the costs is visible, or else stop."""
         self._watching = on
         if on:
             self._stop_if_outdated()
@@ -276,8 +276,8 @@ class Costs(QObject):
         self._poll.start()
         self.changed.emit()
 
-    def _look(self) -> None:
-        """Receive new results from the process. Without any, this takes only microseconds."""
+    def _receive(self) -> None:
+        """Receive results from the process. Without new results, this takes microseconds."""
         news = False
         try:
             while self._pipe is not None and self._pipe.poll():

@@ -35,7 +35,7 @@ class _WholeAxis(Axis):
     """An axis with ticks at whole numbers only."""
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
-        """Return the distances between ticks, which are whole numbers."""
+        """Return distances between ticks that are whole numbers."""
         step = max(1.0, np.ceil(LABEL_ROOM * (high - low) / max(size, 1.0)))
         return [(float(step), 0.0)]
 
@@ -92,6 +92,6 @@ class TauPlot(Canvas):
             self.tau_line.setValue(place)
 
     def show_floor(self, degrees: float) -> None:
-        """Move the dashed line, which marks for example the detector's automatic τ."""
+        """Move the dashed line. It may mark the detector's automatic τ, for example."""
         self.floor_line.setValue(float(np.log10(max(degrees, LOWEST))))
         self.touch()

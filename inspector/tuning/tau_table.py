@@ -37,7 +37,7 @@ class Column:
 
 @dataclass(frozen=True)
 class _Line:
-    """The row of a chain. The last row, for all chains, has no name."""
+    """A row of the table: a chain, or '' for all chains in the last row."""
 
     chain: str
     texts: tuple[str, ...]
@@ -74,7 +74,7 @@ class ComparisonModel(RowModel[_Line]):
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """The sets of τ to show: two profiles, or the current τ and at most one profile."""
+        """The sets of τ to show: two profiles, or the current τ with up to one profile."""
         if len(self.others) > 1 or self._document.data is None:
             return self.others
         state = self._document.review.state
@@ -101,7 +101,7 @@ class ComparisonModel(RowModel[_Line]):
             )
         return " · ".join(notes)
 
-    def show_beside(self, others: Sequence[Column]) -> None:
+    def set_compared(self, others: Sequence[Column]) -> None:
         """Set the profiles to compare.
 
         One profile is compared with the current τ, and two are compared with each other.
@@ -112,7 +112,7 @@ class ComparisonModel(RowModel[_Line]):
     def reset(self) -> None:
         """Rebuild the table after a change of the clip or of the profiles."""
         self._take_heads()
-        self.begin_anew(self._lines())
+        self.reset_rows(self._lines())
 
     def refresh(self) -> None:
         """Update the numbers in the table."""
@@ -147,7 +147,7 @@ class ComparisonModel(RowModel[_Line]):
         return "…" if coming and (known or not chain) else "–"
 
     def _take_heads(self) -> None:
-        """Set the column headings, which name the profiles if there are several."""
+        """Set the column headings. If there are several profiles, the headings name them."""
         heads, tips = ["\n" * bool(self.others) + tr("Chain")], [""]
         for column in self.columns:
             for what, tip in zip(_HEADS, _TIPS, strict=True):

@@ -40,7 +40,7 @@ def suggestion_text(
 ) -> str:
     """Return a text with the suggested τ and the gain over `present`, both in radians.
 
-    If no τ is better, the text has the range of τ that costs the same as `present`. `gain` is a
+    If no τ is better, the text shows the range of τ with the same cost as `present`. `gain` is a
     function that returns the difference between two τ as text.
     """
     suggested = wishes.suggested(curve, present)
@@ -49,8 +49,8 @@ def suggestion_text(
         return f"{tau} ({gain(present, suggested)})"
     low, high = np.degrees(wishes.plateau(curve, present))
     if high - low < _SAME:
-        return tr("{tau:.2f}° costs least: leave it", tau=np.degrees(present))
-    return tr("{low:.2f}–{high:.2f}° cost the same: leave it", low=low, high=high)
+        return tr("{tau:.2f}° costs least: no change", tau=np.degrees(present))
+    return tr("{low:.2f}–{high:.2f}° cost the same: no change", low=low, high=high)
 
 
 def difference_text(costs: Costs, method: str, chain: str, before: float, now: float) -> str:
@@ -80,9 +80,9 @@ def difference_text(costs: Costs, method: str, chain: str, before: float, now: f
 
 
 def presumed_text(costs: Costs, chain: str, tau: float) -> str:
-    """Return a text about the unjudged intervals of a chain that affect its cost, or ''.
+    """Return a text about a chain's unjudged intervals if they affect its cost, or ''.
 
-    Some of these are counted as errors, and others, at τ (in radians), as false alarms.
+    Some count as errors, and some, at τ (in radians), as false alarms.
     """
     capture, curve = costs.capture, costs.curves.get(chain)
     sure = sum(name == chain for name, _, _ in capture.presumed) if capture else 0
@@ -91,16 +91,16 @@ def presumed_text(costs: Costs, chain: str, tau: float) -> str:
     if sure:
         words.append(
             plural(
-                "{n} sure interval is taken for an error: judge it",
-                "{n} sure intervals are taken for errors: judge them",
+                "{n} certain interval counts as an error: judge it",
+                "{n} certain intervals count as errors: judge them",
                 sure,
             )
         )
     if unjudged:
         words.append(
             plural(
-                "{n} unjudged correction is taken for a false alarm: judge it",
-                "{n} unjudged corrections are taken for false alarms: judge them",
+                "{n} unjudged correction counts as a false alarm: judge it",
+                "{n} unjudged corrections count as false alarms: judge them",
                 unjudged,
             )
         )

@@ -87,7 +87,7 @@ class TuningActions:
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def _nothing_kept(self) -> bool:
-        """True if the clip is borrowed, so that its τ is not saved. Also shows this reason."""
+        """Return True, and show the reason, if the clip is borrowed, so that its τ is not saved."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -123,7 +123,7 @@ class TuningActions:
         read = [(path, self._read(path)) for path in paths]
         columns = [Column(p.name, profile) for p, profile in read if profile]
         if len(columns) == len(paths):
-            self.tuning.show_beside(columns)
+            self.tuning.set_compared(columns)
             bring_to_front(self.dock)
 
     def take_profile(self) -> None:

@@ -158,7 +158,7 @@ class TuningPanel(QWidget):
 
     @property
     def _blind(self) -> bool:
-        """True in an exercise, where strength, cost and recall would reveal the errors."""
+        """True in an exercise, because strength, cost and recall would reveal the errors."""
         return self._document.data is not None and self._document.data.blind
 
     def _watch(self) -> None:
@@ -286,16 +286,16 @@ class TuningPanel(QWidget):
                 out[name] = Tuned(float(np.degrees(tau)), np.nan, np.nan, np.nan)
         return out
 
-    def show_beside(self, others: Sequence[Column]) -> None:
+    def set_compared(self, others: Sequence[Column]) -> None:
         """Set the profiles to compare.
 
         One profile is compared with the current τ, and two are compared with each other.
         """
-        self.profiles.show_beside(others)
+        self.profiles.set_compared(others)
         self._look_at_profiles()
 
     def show_both(self, both: bool) -> None:
-        """Show the table of all detectors if `both`, or else the table of τ."""
+        """Show the table of all detectors if `both` is True, or else the table of τ."""
         self.profiles.show_both(both)
         self._look_at_profiles()
 

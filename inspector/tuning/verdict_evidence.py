@@ -108,7 +108,7 @@ class VerdictEvidence(QObject):
         return self._wishes.points / 100.0, math.radians(self._wishes.smallest_degrees)
 
     def watch(self, on: bool) -> None:
-        """Start counting if a view of the verdicts is visible (`on`), or else stop."""
+        """Start counting if `on`, because a view of the verdicts is visible, or else stop."""
         self._watching = on
         if on:
             self._check()
@@ -168,7 +168,7 @@ def _counted(
     known: _Known,
     tell: Tell,
 ) -> tuple[Evidence, _Known]:
-    """Count the verdicts in a thread. Return the result and the cache for this folder."""
+    """Count the verdicts, in a thread. Return the result and the cache for this folder."""
     own = judged_clip(data.analysis, state, performers.of(data.clip.path))
     others, skipped, still = [], [], _Known()
     folder = clips_in(data.clip.path.parent)

@@ -44,11 +44,11 @@ class ScopeModel(RowModel[ScopeLine]):
 
     heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
-        tr("The group of verdicts. A chain is counted in all clips of this rig."),
+        tr("The group of verdicts. For a chain, verdicts are counted in all clips of this rig."),
         tr("Accepted intervals: errors"),
         tr("Rejected intervals: natural motion"),
         tr("The share of intervals found at the current τ that you accepted"),
-        tr("The share of accepted intervals that is found at the current τ"),
+        tr("The share of accepted intervals that are found at the current τ"),
         tr("The τ that the verdicts suggest"),
     )
     right = (1, 2, 3, 4, 5)
@@ -115,9 +115,7 @@ def _ends(share: tuple[float, float, float]) -> tuple[str, str]:
 
 
 def _between(what: str, low: str, high: str) -> str:
-    return tr(
-        "{what}, between {low} and {high} with 90 % confidence", what=what, low=low, high=high
-    )
+    return tr("{what}, {low} to {high} with 90 % confidence", what=what, low=low, high=high)
 
 
 def needed_words(scope: Scope) -> str:

@@ -27,7 +27,7 @@ class PrecisionPlot(TauPlot):
     """Precision and recall over τ with confidence bands. A triangle marks the suggested τ.
 
     A dotted curve shows the share of injected errors that is repaired, for comparison with recall.
-    Precision is not drawn below the dashed line, because nothing was reviewed at such a low τ.
+    Precision is not drawn below the dashed line, because no interval was reviewed at such a low τ.
     """
 
     def __init__(self, colours: Colours) -> None:

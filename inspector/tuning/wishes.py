@@ -69,7 +69,7 @@ class Wishes(QObject):
             self.changed.emit()
 
     def suggested(self, curve: TauCurve, present: float | None = None) -> float:
-        """Return the τ that a curve suggests, in radians. If none is better, return `present`."""
+        """Return the τ that a curve suggests, in radians, or `present` if none is better."""
         return curve.suggested(*self._terms, present=present)
 
     def plateau(self, curve: TauCurve, tau: float) -> tuple[float, float]:

@@ -1,1 +1,1 @@
-"""The witness video of a clip, which is shown next to the 3D view."""
+"""The witness video of a clip, shown next to the 3D view."""

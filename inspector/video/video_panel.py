@@ -1,4 +1,4 @@
-"""The panel with a clip's witness video, which follows the playhead with a time offset."""
+"""The panel with a clip's witness video. It follows the playhead with a time offset."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class VideoPanel(QWidget):
         self.offset.setRange(-FARTHEST_S, FARTHEST_S)
         self.offset.setKeyboardTracking(False)
         self.offset.setAccessibleName(tr("Offset of the video"))
-        self.offset.setToolTip(tr("Time in the video at which the clip begins, in seconds"))
+        self.offset.setToolTip(tr("Time, in seconds, at which the clip begins in the video"))
         self.back = self._button("◀", tr("One video frame back"), lambda: self.nudge(-1))
         self.forth = self._button("▶", tr("One video frame forward"), lambda: self.nudge(+1))
         self.hold = action_button(self._hold)
@@ -152,7 +152,7 @@ class VideoPanel(QWidget):
     # -- when ---------------------------------------------------------------------------------
 
     def time(self) -> float:
-        """Return the video's time at the playhead, in seconds since the video's first frame."""
+        """Return the video's time at the playhead, in seconds since its first frame."""
         return self._clip_time() + self._offset if self._held is None else self._held
 
     def _clip_time(self) -> float:
@@ -193,7 +193,7 @@ class VideoPanel(QWidget):
             self.offset.setValue(seconds)
 
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
-        """Switch to another video, or to none, and release the held image."""
+        """Switch to another video or to none, and release the held image."""
         if self.reader is not None:
             close = self.reader.close
             Task(lambda _: close(), self).start()  # in a thread, because it may still be decoding

@@ -52,9 +52,7 @@ class BoneSegment:
 
 @dataclass(frozen=True, eq=False)
 class Rods:
-    """Bones as lines: the parents (n,), the tips (n, 3) in their coordinates, and half the widths
-    (n,).
-    """
+    """Bones as lines: the parents (n,), tips in their coordinates (n, 3), and half widths (n,)."""
 
     parent: Index
     tip: Array
@@ -70,9 +68,7 @@ class Rods:
         )
 
     def ends(self, rotations: Array, positions: Array) -> Array:
-        """Return both ends of each bone, (n, 2, 3), from global rotations (joints, 4) and
-        positions (joints, 3).
-        """
+        """Return the ends of the bones, (n, 2, 3). The pose is global."""
         start = positions[self.parent]
         return np.stack([start, start + rotate(rotations[self.parent], self.tip)], axis=1)
 
@@ -148,9 +144,7 @@ def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, .
 def aligned_fronts(
     bones: Sequence[BoneSegment], chains: Sequence[Chain]
 ) -> tuple[BoneSegment, ...]:
-    """Return the bones with the front of each chain's bone P→C aligned along its limb in the rest
-    pose.
-    """
+    """Align the fronts of the bones P→C of each limb with each other in the rest pose."""
     found = list(bones)
     pairs = sorted(
         bones_of_chains(bones, chains), key=lambda pair: pair[0].parent
@@ -190,7 +184,7 @@ def build_soup(
         for joint in (bone.parent, bone.child):
             radius[joint] = max(radius.get(joint, 0.0), 0.50 * bone.width)
     radius.pop(-1, None)
-    wedges = [(bone.parent, n, _frame(bone, grown)) for n, bone in kept]
+    wedges = [(bone.parent, n, _wedge_axes(bone, grown)) for n, bone in kept]
     balls = [(joint, -1, r * np.eye(3)) for joint, r in radius.items()]
     vertices, tags, faces, edges, blocks = [], [], [], [], []
     first = 0
@@ -219,7 +213,7 @@ def build_soup(
 
 
 def place(soup: Soup, rotations: Array, positions: Array) -> Array:
-    """Return world vertices (V, 3) from global rotations (joints, 4), positions (joints, 3)."""
+    """Return world vertices (V, 3) for global rotations (joints, 4) and positions (joints, 3)."""
     matrices = matrix_from_quaternion(rotations).transpose(0, 2, 1)
     world = np.empty(soup.vertices.shape)
     for first, stop, joints in soup.blocks:
@@ -231,14 +225,14 @@ def place(soup: Soup, rotations: Array, positions: Array) -> Array:
 
 
 def _is_free(motion: Motion, joint: int) -> bool:
-    """True for hips that move relative to a root on the ground, to which no bone leads."""
+    """True for a joint that moves freely relative to the root, so that no bone leads to it."""
     below_root = motion.skeleton.parents[motion.skeleton.parents[joint]] < 0
     offset = motion.translation(joint)
     return bool(below_root and offset.ndim == 2 and np.ptp(offset, axis=0).any())
 
 
 def _offset(motion: Motion, joint: int) -> Array:
-    """Return a joint's position in its parent's coordinates, (3,), or the median if it moves."""
+    """Return a joint's (median) position in its parent's coordinates, (3,)."""
     offset = motion.translation(joint)
     if offset.ndim == 2:
         still: Array = np.median(offset, axis=0)
@@ -247,7 +241,7 @@ def _offset(motion: Motion, joint: int) -> Array:
 
 
 def _front(axis: Array, up: Array) -> Array:
-    """Return the unit normal of the front face: forward in the rest pose, or up.
+    """Return the front face's unit normal: forward in the rest pose, or up for forward bones.
 
     In the rest pose all rotations are zero, so P's coordinates are world coordinates.
     """
@@ -258,14 +252,14 @@ def _front(axis: Array, up: Array) -> Array:
     return normalise(normal)
 
 
-def _frame(bone: BoneSegment, grown: float) -> Array:
-    """Return the axes of a wedge as rows (3, 3): along the bone, across, and out of the front."""
+def _wedge_axes(bone: BoneSegment, grown: float) -> Array:
+    """Return a wedge's scaled axes as rows (3, 3): along the bone, across, and out of the front."""
     across = np.cross(bone.normal, normalise(bone.tip))
     return np.stack([bone.tip, grown * bone.width * across, grown * bone.width * bone.normal])
 
 
 def carried_normal(vector: Array, start: Array, stop: Array) -> Array:
-    """Return a normal (3,) of `start` after the shortest turn from `start` to `stop`."""
+    """Return a normal of `start` turned by the shortest rotation from `start` to `stop`, (3,)."""
     across = start + stop
     if across @ across < 1e-6:
         return vector

@@ -23,7 +23,7 @@ _SCALE = ("#f3cf52", "#e8603c", "#b0308f")  # |offset| of 60°, 120°, 180°, wh
 
 
 class Role(IntEnum):
-    """The role of a bone, which determines its colour."""
+    """The role of a bone. The role determines the colour."""
 
     PLAIN = 0
     CHOSEN = 1  # in the selected chain
@@ -83,15 +83,13 @@ def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
 
 
 def scale_colour(theme: Theme, angle: Floats) -> Floats:
-    """Return the scale's colours (n, 3), 0…255, for angles |offset| (n,), in radians."""
+    """Return the colours of the |offset| scale, (n, 3) in 0…255, for angles (n,) in radians."""
     stops = np.stack([rgb(theme.bone), *(rgb(c) for c in _SCALE)])
     at = np.abs(angle) / np.pi * (len(stops) - 1)
     return np.stack([np.interp(at, range(len(stops)), stops[:, k]) for k in range(3)], axis=1)
 
 
 def scale_paint(shape: Soup | Skin, theme: Theme, offsets: Floats) -> Colours:
-    """Return the colours of the vertices, (V, 3), for the |offset| of each bone, radians,
-    (bones,).
-    """
+    """Return vertex colours, (V, 3), that show each bone's |offset| in radians, (bones,)."""
     plain = np.append(offsets, 0.0)  # bone −1 is a sphere
     return shaded(scale_colour(theme, plain)[shape.bone], _SCALED[shape.part]).astype(np.uint8)

@@ -31,21 +31,21 @@ class Pointing(QObject):
 
     @property
     def _view(self) -> Steering:
-        """The view, from Qt: a Python reference would keep it and its OpenGL context alive."""
+        """The view. A Python reference would keep it and its OpenGL context alive."""
         view = self.parent()
         assert isinstance(view, Steering)
         return view
 
     def click(self, at: QPointF) -> None:
-        """Select the chain of the bone at a point of the view or, on another click, its limb."""
+        """Select the chain of the bone at a point of the view; a second click selects its limb."""
         found = self._next_chain(self.joint_at(at))
         if found is not None:
             self._view.document.select_chain(found.name)
 
     def hover(self, at: QPointF) -> None:
-        """Show the name of the bone's joint at a point, or hide the last name.
+        """Show the name of the joint whose bone is at a point, or hide the name.
 
-        If its chain is selected already, also show the limb that a click would select.
+        If the bone's chain is already selected, also show the limb that a click would select.
         """
         data = self._view.document.data
         if self.names and data is not None:
@@ -92,7 +92,7 @@ def _bone_at(
     camera: OrbitCamera,
     size: tuple[int, int],
 ) -> int | None:
-    """Return the index of the front bone at a pixel (2,) of a view of `size` pixels, or None."""
+    """Return the index of the foremost bone at a pixel (2,), or None. `size` is the view's."""
     if not bones:
         return None
     parents = np.array([b.parent for b in bones])
@@ -109,7 +109,7 @@ def _bone_at(
 
 
 def _distance_to_segments(point: Array, start: Array, stop: Array) -> tuple[Array, Array]:
-    """Return distances (n,) of a point (2,) to segments, and the nearest points on them, 0…1."""
+    """Return a point's distances to segments (n,), and where on each it is nearest, 0…1 (n,)."""
     along = stop - start
     length = np.maximum((along**2).sum(axis=1), 1e-12)
     where = np.clip(((point - start) * along).sum(axis=1) / length, 0.0, 1.0)

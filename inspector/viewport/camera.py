@@ -66,12 +66,12 @@ class OrbitCamera:
         return np.stack([right, np.cross(back, right), back])
 
     def orbited(self, azimuth: float, elevation: float) -> OrbitCamera:
-        """Return the camera turned about the target by two angles, radians, never upside down."""
+        """Return the camera turned about the target by angles in radians, but never upside down."""
         steep = float(np.clip(self.elevation + elevation, -_STEEPEST, _STEEPEST))
         return replace(self, azimuth=self.azimuth + azimuth, elevation=steep)
 
     def panned(self, right: float, up: float, height: int) -> OrbitCamera:
-        """Return the camera moved so that the image shifts by pixels in a view of this height."""
+        """Return the camera moved so that the image shifts by `right` and `up` pixels."""
         unit = 2.0 * self.distance * np.tan(VIEW_ANGLE / 2.0) / max(height, 1)
         axes = self.axes
         return replace(self, target=self.target - unit * (right * axes[0] + up * axes[1]))
@@ -81,11 +81,11 @@ class OrbitCamera:
         return self._placed(self.target + step, self.distance)
 
     def zoomed(self, factor: float) -> OrbitCamera:
-        """Return the camera closer to the target by a factor."""
+        """Return the camera with its distance to the target divided by a factor."""
         return replace(self, distance=self.distance / factor)
 
     def looking_from(self, direction: Array) -> OrbitCamera:
-        """Return the camera looking at the target from the direction of a unit vector (3,)."""
+        """Return the camera looking at its target from a direction, a unit vector (3,)."""
         azimuth = np.arctan2(direction @ self.sideways, direction @ self.ahead)
         elevation = np.arcsin(np.clip(direction @ self.up, -1.0, 1.0))
         return replace(self, azimuth=float(azimuth), elevation=float(elevation)).orbited(0.0, 0.0)
@@ -93,7 +93,7 @@ class OrbitCamera:
     def framing(
         self, points: Array, aspect: float, margin: float = 1.12, covered: float = 0.0
     ) -> OrbitCamera:
-        """Return the camera moved, in the same direction, so that all points (n, 3) just fit.
+        """Return the camera moved, without turning it, so that all points (n, 3) just fit.
 
         `covered` is the share of the image's height that is covered at the top.
         """
@@ -107,7 +107,7 @@ class OrbitCamera:
         return self._placed(centre @ self.axes, float(max(away, 1e-9)))
 
     def _placed(self, target: Array, distance: float) -> OrbitCamera:
-        """Return the camera at another place, with its directions, which are known already."""
+        """Return the camera with a new target and distance. Cached directions are kept."""
         camera = replace(self, target=target, distance=distance)
         for name in ("sideways", "direction", "axes"):
             if name in vars(self):
@@ -115,7 +115,7 @@ class OrbitCamera:
         return camera
 
     def project(self, points: Array, width: int, height: int) -> tuple[Array, Array]:
-        """Return pixels (…, 2), y down, and depths (…) of points (…, 3)."""
+        """Return the pixels (…, 2), with y down, and the depths (…) of points (…, 3)."""
         seen = (points - self.position) @ self.axes.T
         depth = np.maximum(-seen[..., 2], 1e-9 * self.distance)
         scale = height / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
@@ -131,9 +131,7 @@ class OrbitCamera:
 
 
 def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
-    """Return a camera between two with equal `up` and `ahead`, at a share 0…1 of the shorter
-    turn.
-    """
+    """Interpolate two cameras with equal `up` and `ahead` by the shorter turn; `share` is 0…1."""
     turn = (stop.azimuth - start.azimuth + np.pi) % (2.0 * np.pi) - np.pi
     return replace(
         stop,
@@ -145,7 +143,7 @@ def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
 
 
 def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
-    """Return the camera in a named view of a figure that faces a level unit vector (3,)."""
+    """Return the camera in one of VIEWS. `facing` is the figure's level unit vector, (3,)."""
     around, above = VIEWS[name]
     turned = replace(camera, ahead=facing, azimuth=np.radians(around), elevation=np.radians(above))
     return turned.orbited(0.0, 0.0)
@@ -169,14 +167,14 @@ def roll_direction(
 ) -> Array:
     """Return the direction from which the roll of a bone is best visible, a unit vector (3,).
 
-    - axis: along the bone
-    - after, before: its front normals
+    - axis: unit vector along the bone
+    - after, before: the bone's front normals, corrected and captured
     - outward: from the body to the limb
     - facing: the figure's front
     - hidden: function that returns the hidden share of the limb
 
-    All vectors are (3,). The best view shows the whole limb. It is at an angle to the bone, so that
-    the circle about it is open, from outside and not from below, with both fronts on the near side.
+    All vectors are (3,). The best view shows the whole limb from outside, not from below, with both
+    fronts on the near side, and at an angle to the bone, so that its circle looks open.
     """
     first = np.cross(axis, up)
     if np.linalg.norm(first) < 0.1:
@@ -217,14 +215,14 @@ def circle_direction(
 ) -> Array:
     """Return the direction from which a turn about a limb's line is best visible, (3,).
 
-    - axis: along the line
+    - axis: unit vector along the limb's line
     - aside: from the line to the middle joint
     - outward: from the body to the limb
     - facing: the figure's front
     - hidden: function that returns the hidden share of the limb
 
-    All vectors are (3,). The best view shows the whole limb. It is at an angle to the line, so that
-    its circle is open, with the joint to one side, and not steeply from above or from below.
+    All vectors are (3,). The best view shows the whole limb at an angle to the line, so that its
+    circle looks open, with the middle joint to one side, and neither from below nor from far above.
     """
     around, above = np.meshgrid(np.radians(np.arange(0, 360, 10)), np.radians(np.arange(0, 45, 9)))
     side = np.cross(up, facing)

@@ -1,4 +1,4 @@
-"""Camera control of the 3D view: named views, focus on a limb, following, and the mouse."""
+"""Camera control of the 3D view: named views, focus on a limb, following, and manual moves."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Steering(QWidget):
 
     @property
     def camera(self) -> OrbitCamera | None:
-        """The camera; the last one while no clip is open."""
+        """The camera. Without an open clip, the last camera."""
         self._complete()
         return self._camera
 
@@ -92,9 +92,10 @@ class Steering(QWidget):
         self.set_view(self._framed or "iso")
 
     def focus_chain(self, milliseconds: int = 0) -> None:
-        """Turn the camera to the side of the selected chain from which its roll is best visible.
+        """Turn the camera so that the selected chain's roll is best visible.
 
-        The turn takes `milliseconds` and does not block; another call continues from there.
+        The turn takes `milliseconds` in the background. A new call starts from the camera's current
+        direction.
         """
         chain = pictured_chain(self.document)
         start, scene = self.camera, self.scene
@@ -130,7 +131,7 @@ class Steering(QWidget):
         return bool(inside.all() and (ahead > 0.0).all() and reach > _TINY)
 
     def take_view(self, other: Steering) -> None:
-        """Take the camera of another view of the same clip and frame."""
+        """Copy the camera of another view of the same clip and frame."""
         self._stop_turning()
         self.camera, self._framed, self.follow = other.camera, "", other.follow
         self._hold(other._anchor)
@@ -143,11 +144,11 @@ class Steering(QWidget):
     # -- the limb's best side -----------------------------------------------------------------
 
     def _aim(self, scene: Scene) -> Aim | None:
-        """Return the aim to show instead of a limb, or None."""
+        """Return the points and direction to show instead of a limb, or None."""
         return None
 
     def _towards(self, chain: Chain, scene: Scene, camera: OrbitCamera) -> OrbitCamera | None:
-        """Return the camera for the aim, or for the limb's best side."""
+        """Return the camera for `_aim` or, without one, for the limb's best side."""
         if (aim := self._aim(scene)) is not None:
             return camera.looking_from(aim[1]).framing(aim[0], self._aspect(), margin=1.25)
         data, frame = scene.data, self.document.frame
@@ -177,12 +178,12 @@ class Steering(QWidget):
                 self._turn = None
 
     def _stop_turning(self) -> None:
-        """Stop a turn, because the person or another turn takes control."""
+        """Stop the current turn of the camera."""
         self._turn = None
         self._turning.stop()
 
     def _around(self, scene: Scene, frame: int) -> Array:
-        """Return points (n, 3) around the listed people from a frame on, without root movement."""
+        """Return points (n, 3) around the listed people for 0.25 s, ignoring root movement."""
         data, soup = scene.data, scene.shapes.bodies
         bodies = place(soup, data.rotations[frame], data.positions[frame])
         stop = frame + max(2, round(0.25 * data.motion.fps))
@@ -203,18 +204,18 @@ class Steering(QWidget):
         return self.picture_size()[0] / max(self.height(), 1)
 
     def _covered(self) -> float:
-        """Return the share of an image's height that is covered at the top."""
+        """Return the share of an image's height that the legend covers at the top."""
         return 0.0
 
     def picture_size(self) -> tuple[int, int]:
-        """Return width and height of an image; a split view has two images."""
+        """Return the width and height of one image; a split view has two images."""
         halves = 2 if self.scene is not None and self.scene.split else 1
         return self.width() // halves, self.height()
 
     # -- following ----------------------------------------------------------------------------
 
     def _hold(self, chain: Chain | None) -> None:
-        """Follow a limb or the root from its current position."""
+        """Start following a limb, or the root for None, from its current position."""
         self._anchor = chain
         self._anchored = self._followed(self.scene) if self.scene is not None else None
 
@@ -228,7 +229,7 @@ class Steering(QWidget):
         level: Array = root - (root @ scene.up) * scene.up
         return level
 
-    def _go_along(self, scene: Scene) -> None:
+    def _follow_figure(self, scene: Scene) -> None:
         if not self.follow or self.camera is None or self._anchored is None:
             return
         here = self._followed(scene)

@@ -1,4 +1,4 @@
-"""A turn as seen along its axis, like the hands of a clock: before, after and the degrees."""
+"""A clock-like drawing of a turn along its axis: hands before and after, and the degrees."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ _SWEPT = 70  # alpha of the turned sector
 
 @dataclass(frozen=True, eq=False)
 class Hands:
-    """A turn in the plane across its axis.
+    """The hands of the clock: a turn seen along its axis.
 
-    - way: unit vectors from before to after, (n, 2), y down
-    - degrees: the angle
+    - way: unit vectors from the captured to the corrected direction, (n, 2), y down
+    - degrees: the angle to write
     """
 
     way: Array
     degrees: float
 
     def look_like(self, other: Hands) -> bool:
-        """True if nobody could see a difference."""
+        """True if the two drawings would look the same."""
         near = np.abs(self.way[[0, -1]] - other.way[[0, -1]]).max() < _SAME
         return bool(near and round(self.degrees) == round(other.degrees))
 
@@ -50,9 +50,9 @@ def clock_size(picture: tuple[int, int]) -> QSize:
 
 
 def hands_of(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
-    """Return the hands as the camera would see them if it looked along the axis of the turn.
+    """Return the hands as seen by the camera after tipping it onto the axis of the turn.
 
-    The camera is tipped by the shortest way, so that directions in the image stay similar.
+    It is tipped the shortest way, so that directions in the image stay similar.
     """
     circle = turn.circle
     axis = circle.axis if circle.axis @ camera.direction >= 0.0 else -circle.axis
@@ -77,7 +77,7 @@ class Clock(QWidget):
         self.update()
 
     def show_hands(self, hands: Hands, at: QRect) -> None:
-        """Show the hands at a place of the view."""
+        """Show the hands in a rectangle of the view."""
         known, self.hands = self.hands, hands
         self.setGeometry(at)
         self.show()
@@ -85,7 +85,7 @@ class Clock(QWidget):
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw the limb's section, the hands, and the arc between them with its degrees."""
+        """Draw the limb's cross-section, the hands, the arc between them, and its degrees."""
         if self.hands is None:
             return
         theme, painter = self._theme, QPainter(self)

@@ -1,4 +1,4 @@
-"""The correction in the image before it: the fins that will turn, the joints that will move."""
+"""A preview of the correction in the left image: fins that turn and joints that move."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _JOINTS, _FINS = 4, 2
 
 
 class CorrectedOutline:
-    """The fins after correction, and a line through the limb where its joints will be."""
+    """The fins after correction, and a line through the limb's corrected joints."""
 
     def __init__(
         self, skin: Skin, skeleton: Skeleton, height: float, renderer: vtkRenderer
@@ -45,7 +45,7 @@ class CorrectedOutline:
     def draw(
         self, chain: Chain | None, before: tuple[Array, Array], after: tuple[Array, Array]
     ) -> None:
-        """Draw the correction of a chain or limb, or nothing for None.
+        """Draw the correction of a chain or limb. For None, draw nothing.
 
         `before` and `after` have the global rotations (joints, 4) and positions (joints, 3).
         """
@@ -66,7 +66,7 @@ class CorrectedOutline:
             self.line.move(after[1][joints])
 
     def _joints(self, chain: Chain) -> list[int]:
-        """Return the joints of a chain or limb and the end of the longest bone below it, (4,)."""
+        """Return the three joints of a chain or limb, and the end of the longest bone below it."""
         last = chain.end if isinstance(chain, Limb) else chain.grandchild
         joints = [chain.parent, chain.child, last if last >= 0 else chain.child]
         below = self._skeleton.children[joints[-1]]

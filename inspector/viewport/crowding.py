@@ -1,4 +1,4 @@
-"""How much of a picture is covered by bones and labels, to find free places for more labels."""
+"""Measure how crowded parts of a picture are, to find free places for labels."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _CELL = 6  # pixels
 
 
 class Crowding:
-    """The weights of covered pixels, summed in cells."""
+    """The weights of the pixels that bones and labels cover, summed in cells."""
 
     def __init__(self, width: int, height: int) -> None:
         self._shape = width // _CELL + 1, height // _CELL + 1
@@ -34,7 +34,7 @@ class Crowding:
         self._sums = None
 
     def within(self, low: Array, high: Array) -> Array:
-        """Return the weight in boxes, (n,), from their corners in pixels, (n, 2) each."""
+        """Return the weight in each box, (n,). The corners are in pixels, (n, 2) each."""
         if self._sums is None:
             self._sums = np.zeros((self._shape[0] + 1, self._shape[1] + 1))
             self._sums[1:, 1:] = self._cells.cumsum(axis=0).cumsum(axis=1)

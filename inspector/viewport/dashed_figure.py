@@ -1,4 +1,4 @@
-"""A third figure next to before and after, as a dashed outline."""
+"""A third figure, in addition to before and after, as a dashed outline."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Companion(Protocol):
 
 
 class DashedOutline:
-    """The bones of the third figure that differ from the solid one, as dashed edges."""
+    """Dashed edges of the third figure's bones, where they differ from the solid figure."""
 
     def __init__(
         self, bones: tuple[BoneSegment, ...], height: float, renderer: vtkRenderer

@@ -31,16 +31,16 @@ from twistcore.skeleton.rotation import Array
 
 
 class Guest(Protocol):
-    """The interface for a guest that draws into the view and chooses the pose."""
+    """The interface for a guest, which draws into the view and chooses the pose."""
 
     def pose(self, scene: Scene, show: Show) -> Pose:
-        """Return the pose to show instead of before and after."""
+        """Return the pose to show instead of the captured and the corrected one."""
 
     def legend(self) -> str:
         """Return the legend as rich text."""
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
-        """Draw into every image."""
+        """Draw the guest into every image."""
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
         """Return points (n, 3) to frame and the unit vector (3,) to look from, or None."""
@@ -61,7 +61,7 @@ class Looks:
 
 
 class LoneJoint(Chain):
-    """A joint that belongs to no chain, with one of its bones."""
+    """A joint outside all chains, with one of its bones."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +79,9 @@ class AngleSign:
 
 
 class FrameDrawing:
-    """Draws the document's frame, with a third figure or a guest if there is one.
+    """Draws the document's frame, with the third figure or the guest, if any.
 
-    A guest replaces before and after, the third figure and the axes.
+    A guest replaces both poses, the third figure and the axes.
     """
 
     def __init__(self, document: Document) -> None:
@@ -132,7 +132,7 @@ class FrameDrawing:
             self.guest.draw(scene, pose, camera)
 
     def turn(self, scene: Scene) -> Turn | None:
-        """Return the turn of the selected chain or limb, or None if it has none or with a guest."""
+        """Return the turn of the selected chain or limb, or None if there is no turn to draw."""
         document, chain = self._document, pictured_chain(self._document)
         if chain is None or isinstance(chain, LoneJoint) or self.guest is not None:
             return None
@@ -182,7 +182,7 @@ class FrameDrawing:
         return text
 
     def angle_to_show(self, scene: Scene) -> AngleSign | None:
-        """Return the offset at the drawn frame, or None without one or if before is not shown."""
+        """Return the offset to write into the image of the frame, or None for no offset."""
         document, chain = self._document, pictured_chain(self._document)
         hidden = not scene.split and document.show == Show.AFTER
         if chain is None or self.guest is not None or hidden:
@@ -204,7 +204,7 @@ class FrameDrawing:
         return first if chain is None else scene.people.get(chain.person, first)
 
     def sides(self) -> Mapping[str, int]:
-        """Return joint C of the selected chain or limb, last, and joint C on the other side."""
+        """Return joint C on each side, keyed by side, with the selected chain's or limb's last."""
         document, chosen = self._document, pictured_chain(self._document)
         if chosen is None or not chosen.side or not chosen.segment or document.data is None:
             return {}
@@ -240,8 +240,9 @@ def selected_chain(document: Document) -> Chain | None:
 
 
 def pictured_chain(document: Document) -> Chain | None:
-    """Return the chain in the picture: the selected one, or the bone of the joint that the selected
-    interval names, if this joint is elsewhere, such as in the spine.
+    """Return the selected chain, or the bone of the joint in the selected interval.
+
+    The bone is returned if this joint is not part of the chain, for example in the spine.
     """
     chain, judged = selected_chain(document), document.interval
     if chain is None or judged is None or document.data is None:
@@ -272,7 +273,7 @@ def _ends(chain: Chain | None) -> tuple[int, ...]:
 
 
 def fault_at(document: Document) -> Interval | None:
-    """Return the selected interval if it contains the frame and is not a twist error."""
+    """Return the selected interval if it contains the frame and cannot be corrected."""
     judged = document.interval
     if judged is None or judged.interval.repairable:
         return None
@@ -326,7 +327,7 @@ def _own_bones(joint: int, skeleton: Skeleton) -> list[tuple[int, int]]:
 
 
 def suggested_bones(document: Document, scene: Scene) -> NDArray[np.bool_]:
-    """Return a mask of the bones that only suggested corrections turn at the frame, (bones,)."""
+    """Return a mask of the bones that only undecided corrections turn at the frame, (bones,)."""
     skeleton = scene.data.motion.skeleton
     chains = map(document.find_chain, document.suggested_chains)
     wanted = {pair for chain in chains for pair in _moved_bones(chain, skeleton)}
@@ -334,7 +335,7 @@ def suggested_bones(document: Document, scene: Scene) -> NDArray[np.bool_]:
 
 
 def _moved_bones(chain: Chain, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Return the bones of `_turned_bones`, and C's bone, which a carried roll turns as well."""
+    """Return `_turned_bones` and, for a chain, C's bone, which a carried roll turns as well."""
     turned = _turned_bones(chain, skeleton)
     return [*turned, (chain.child, chain.grandchild)] if type(chain) is Chain else turned
 

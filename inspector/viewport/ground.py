@@ -53,11 +53,10 @@ def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0
 
 
 def ground_lines(ground: Ground) -> tuple[Array, Index, Array]:
-    """Return the grid's points (n, 3), lines (m, 2), and strength from 1 in the middle to 0 at the
-    rim.
+    """Return the grid's points (n, 3), lines (m, 2), and strength, 1 in the middle to 0 at the rim.
 
-    The lines are opaque and fade to the background colour. Blending would need another pass, a
-    third of the frame time with software rendering.
+    The opaque lines fade to the background colour. Blending would take another pass, a third of the
+    frame time with software rendering.
     """
     first = np.eye(3)[0]
     second = np.cross(ground.up, first)

@@ -1,4 +1,4 @@
-"""A head with a face and a rib cage, which show the direction in which a person looks.
+"""Heads with a face, and rib cages, to show the direction that a person faces.
 
 Joints are found by shape, not by name: the chest is the last joint above both arms, and the head
 is at the end of the line of joints that rises from the chest.
@@ -59,10 +59,10 @@ def heads_and_chests(
     positions: Array,
     height: float,
 ) -> tuple[Front, ...]:
-    """Return the existing heads and chests of each person with two arms.
+    """Return the chest and, if found, the head of each person with two arms.
 
-    `rotations` are global, (frames, joints, 4). `positions` have the shape (frames, joints, 3).
-    `height` is the figure's.
+    `rotations` (frames, joints, 4) and `positions` (frames, joints, 3) are global. `height` is the
+    figure's height.
     """
     some = slice(None, None, max(1, len(positions) // _FRAMES))
     pose = rotations[some], positions[some]
@@ -128,7 +128,7 @@ def _chest_and_head(
 
 
 def _axes(ahead: Array, rise: Array) -> Array:
-    """Return the usual axes across, up and forward of a joint, rows (3, 3), from vectors (n, 3)."""
+    """Return the mean axes of a joint, across, up and forward, as rows (3, 3)."""
     up = normalise(normalise(rise).mean(axis=0))
     forward = normalise(ahead).mean(axis=0)
     forward = normalise(forward - (forward @ up) * up)
@@ -136,7 +136,7 @@ def _axes(ahead: Array, rise: Array) -> Array:
 
 
 def _front(joint: int, centre: Array, axes: Array, half: Array, *, face: bool) -> Front:
-    """Return an ellipsoid with half sizes (3,), light in front and dark behind."""
+    """Return an ellipsoid with half axes (3,), light in front and dark behind."""
     corners = SPHERE[TRIANGLES]
     middle = normalise(corners.mean(axis=1))
     ahead = middle[:, 2] - (0.45 * np.maximum(middle[:, 1], 0.0) if face else 0.0)

@@ -32,8 +32,8 @@ def frame_legend(
 ) -> str:
     """Return the legend of the document's frame as rich text.
 
-    `chain` is the selected chain, `fault` is an error at the frame that is no twist error, and
-    `roles` are the roles of the bones in the image. `tracked` is True if the clip is tracked.
+    `chain` is the selected chain, `fault` an uncorrectable error at the frame, and `roles` are the
+    roles of the bones in the image. `tracked` is True if the clip is tracked.
     """
     degrees = 0.0
     if chain is not None:
@@ -71,11 +71,11 @@ def legend_text(
     """Return the legend as rich text: the colours of before and after, and the chain's offset.
 
     - show: one of document.Show, or 'split' for two images
-    - tracked: True with a third figure, or if the figure after the correction is tracked
-    - swivel: True if the offset is a limb's
-    - fault: text about an error that is only listed, instead of the offset
+    - tracked: True with a third figure, or if the corrected figure is tracked
+    - swivel: True if the offset is a swivel angle
+    - fault: text about an uncorrectable error, shown instead of the offset
     - chosen: True if a limb has the colour of the selection
-    - suggested: True if the image after the correction contains corrections without a decision
+    - suggested: True if the corrected image contains undecided corrections
     """
     before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
     after = _key("■", theme.after, tr("after"))
@@ -106,13 +106,13 @@ def legend_text(
 
 
 def trails_text(apart: float) -> str:
-    """Return rich text about the distance of hands and feet before and after, in figure heights."""
+    """Return rich text on how far hands and feet moved, `apart` in figure heights."""
     same = "&lt; 0.001 %" if apart < 1e-5 else f"{100.0 * apart:.3f} %"
     return "<br>" + tr("hands and feet differ by {share} of the height", share=same)
 
 
 def _fault_words(interval: Interval) -> str:
-    """Return the legend of an interval that is no twist error."""
+    """Return the legend of an uncorrectable interval."""
     degrees = float(np.degrees(interval.size))
     fields = {"size": f"{plain(degrees)}°", "angle": f"{signed(degrees)}°", "joint": interval.joint}
     kind = interval.kind

@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 def light(renderer: vtkRenderer) -> None:
-    """Add a light from the upper left of the camera.
+    """Add a light at the upper left of the camera.
 
-    In software, each further light takes a sixth of the time of an image.
+    With software rendering, each additional light adds a sixth to the time of an image.
     """
     lamp = vtkLight()
     lamp.SetLightTypeToCameraLight()

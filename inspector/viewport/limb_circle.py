@@ -1,9 +1,9 @@
 """The circle on which a limb's middle joint moves, about the line from its first joint to its end.
 
 A flip moves the knee or elbow along this circle, and the other joints of the limb do not move. A
-twist bone has a circle about the bone around it, with a mark that shows its roll, because a twist
-bone often has no visible body. A bone that is turned about itself has a circle about its middle,
-with a fan from its front before correction to its front after correction.
+twist bone, which is often invisible, has a circle about its parent's bone, with a mark that shows
+its roll. A rolled bone has a circle about its middle, with a fan from its captured front to its
+corrected front.
 """
 
 from __future__ import annotations
@@ -63,12 +63,12 @@ class Circle:
         return self if own >= radius else replace(self, aside=self.aside * (radius / own))
 
     def at(self, angles: Array) -> Array:
-        """Return the positions of C after turns by angles (n,) about the line, radians, (n, 3)."""
+        """Return the positions of C turned about the line by angles (n,) in radians, (n, 3)."""
         return self.centre + rotate(quaternion_from_axis_angle(self.axis, angles), self.aside)
 
 
 def circle_of(limb: Limb, positions: Array) -> Circle | None:
-    """Return the circle of a limb at positions (joints, 3), or None if it is straight or folded.
+    """Return a limb's circle for positions (joints, 3), or None if it is straight or folded.
 
     The middle joint of a straight limb has no angle about the line; a folded limb has no line.
     """
@@ -89,8 +89,8 @@ def helper_circle(
 ) -> Circle | None:
     """Return the circle of a twist bone in a pose, or None if its bone has no length.
 
-    `pose` has the global rotations (joints, 4) and positions (joints, 3). `height` is the figure's.
-    The mark turns with the twist bone.
+    `pose` has the global rotations (joints, 4) and positions (joints, 3). `height` is the figure's
+    height. `aside` of the circle turns with the twist bone.
     """
     rotations, positions = pose
     upper = int(skeleton.parents[helper.parent])
@@ -109,10 +109,10 @@ def helper_circle(
 
 
 def bone_circle(ends: Array, front: Array, height: float) -> Circle | None:
-    """Return the circle about the middle of a bone from its ends, (2, 3).
+    """Return the circle about the middle of a bone with the given ends, (2, 3).
 
-    `front` is the direction of the bone's front, (3,). `height` is the figure's. The result is None
-    if the bone has no length, or if its front points along it.
+    `front` is the direction of the bone's front, (3,). `height` is the figure's height. The result
+    is None if the bone has no length, or if its front points along it.
     """
     first, end = ends
     length = float(np.linalg.norm(end - first))
@@ -133,9 +133,9 @@ def limb_bones(limb: Limb, skeleton: Skeleton) -> list[tuple[int, int]]:
 
 
 class LimbCircle:
-    """The line and circle of a limb or bone, and a fan from before to after, with an arrow.
+    """The line and circle of a limb or bone, and a fan with an arrow that shows the correction.
 
-    The marks on the rim are hollow for before and full for after.
+    A hollow mark on the rim shows the captured position, and a full one the corrected position.
     """
 
     def __init__(self, height: float, renderers: list[vtkRenderer]) -> None:
@@ -187,10 +187,10 @@ class LimbCircle:
     ) -> None:
         """Draw the circle, or nothing if there is none.
 
-        - circle: the circle of the pose before
+        - circle: the circle before correction
         - offset: the offset of the limb, radians
-        - before: True to draw the mark of before
-        - after: the middle joint's position after correction, (3,), or None for no mark
+        - before: True to draw the captured mark
+        - after: the corrected mark's position, (3,), or None for no mark
         - line: True to draw the limb's line
         """
         turned = circle is not None and bool(abs(offset) > SAME)
@@ -228,7 +228,7 @@ class LimbCircle:
             self.way.move(np.vstack([self._arrow(circle, -offset), edges]))
 
     def _arrow(self, circle: Circle, turn: float) -> Array:
-        """Return the points of the arrow along the circle to the mark of after."""
+        """Return the points of the arrow along the circle to the corrected mark."""
         radius = float(np.linalg.norm(circle.aside))
         stop = turn - np.sign(turn) * min(self._mark / radius, 0.5 * abs(turn))
         size = min(2.0 * self._mark, 0.3 * radius * abs(stop))

@@ -53,8 +53,8 @@ class LimbSide:
     ) -> OrbitCamera:
         """Return a camera for this view.
 
-        `height` is the figure's. `aspect` is the ratio of width to height. `covered` is the share
-        of the image's height that is covered at the top.
+        `height` is the figure's height. `aspect` is the image's width divided by its height.
+        `covered` is the share of the image's height that is covered at the top.
         """
         corners = [self.points + _AIR * height * e for e in (*np.eye(3), *-np.eye(3))]
         turned = camera.looking_from(self.direction)
@@ -82,7 +82,7 @@ def limb_side(
 ) -> LimbSide | None:
     """Return the best view of a chain or limb, or None if it has no body.
 
-    For limbs and twist bones, the circle is open in this view.
+    For limbs and twist bones, the circle looks open in this view.
 
     - before, after: global rotations (joints, 4) and positions (joints, 3)
     - facing, up: unit vectors (3,) of the figure
@@ -113,7 +113,7 @@ def limb_side(
     limb = np.vstack([ends, ends[1] + _NEXT * (limb[2:3] - ends[1])])
     if above >= 0:
         limb = np.vstack([limb, ends[0] + _NEXT * (positions[above] - ends[0])])
-    limb = np.vstack([limb, *_moved(chain, skeleton, before[1], positions, height)])
+    limb = np.vstack([limb, *_first_moved(chain, skeleton, before[1], positions, height)])
     bone = main_bone(chain, bones)
     if bone is None:
         return None
@@ -134,11 +134,12 @@ def limb_side(
     return LimbSide(direction, limb)
 
 
-def _moved(
+def _first_moved(
     chain: Chain, skeleton: Skeleton, before: Array, after: Array, height: float
 ) -> tuple[Array, Array]:
-    """Return the positions before and after of the first joints below a chain that move, (n, 3)
-    each.
+    """Return the positions, before and after, of the first joints below a chain that move.
+
+    The shape of both is (n, 3).
     """
     moved = np.linalg.norm(after - before, axis=1) > _STILL * height
     joints, first = [chain.parent], []
@@ -152,7 +153,7 @@ def _moved(
 
 
 def main_bone(chain: Chain, bones: Sequence[BoneSegment]) -> BoneSegment | None:
-    """Return the body of a chain's bone P→C, or another one that P turns, or None."""
+    """Return a chain's bone P→C or, if that has no body, another bone that P turns, or None."""
     own = [b for b in bones if b.parent == chain.parent]
     return min(own, key=lambda b: b.child != chain.child, default=None)
 
@@ -165,7 +166,7 @@ def _hidden_share(
     height: float,
     directions: Array,
 ) -> Array:
-    """Return the hidden share of a limb, before or after, the larger one, (directions,)."""
+    """Return the hidden share of a limb, the larger one of before and after, (directions,)."""
     joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
     own = list(pairwise(joints))
     if isinstance(chain, Limb):

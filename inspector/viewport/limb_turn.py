@@ -28,9 +28,9 @@ LEAST_ANGLE = 0.5  # degrees, to be shown at a bone
 
 @dataclass(frozen=True, eq=False)
 class Turn:
-    """The circle of a turned limb or bone before correction, and the movement of its mark.
+    """The circle of a limb or bone before correction, and how the correction turns its mark.
 
-    - drawn: the turn, radians
+    - drawn: the offset to draw, in radians
     - after: the mark's position after correction, (3,)
     - line: True if the circle is about a limb's line, not about a bone
     """
@@ -42,12 +42,12 @@ class Turn:
 
     @property
     def spoke(self) -> Array:
-        """The centre and the middle of the fan's rim, (2, 3)."""
+        """The line from the centre to the middle of the fan's rim, (2, 3)."""
         return np.stack([self.circle.centre, self.circle.at(np.array([-0.5 * self.drawn]))[0]])
 
     @property
     def fan(self) -> Array:
-        """Points all over the fan, (n, 3)."""
+        """Points spread over the fan, (n, 3)."""
         rim = self.circle.at(np.linspace(0.0, -self.drawn, _RIM))
         centre = self.circle.centre
         return np.vstack([centre + share * (rim - centre) for share in _SHARES])
@@ -64,9 +64,9 @@ def turn_of(
 ) -> Turn | None:
     """Return the turn of a chain or limb at a frame, or None if it has no circle.
 
-    The bone of a chain has a circle only if it is turned; its fan leads from the bone's front
-    before correction, where its fin is, to its front after it. `offset` is in radians. `before` and
-    `after` have global rotations (joints, 4) and positions (joints, 3). `height` is the figure's.
+    A chain has a circle only if its bone is turned; the fan leads from the bone's captured front to
+    its corrected front. `offset` is in radians. `before` and `after` have global rotations (joints,
+    4) and positions (joints, 3). `height` is the figure's height.
     """
     if isinstance(chain, Limb):
         circle = circle_of(chain, before[1])

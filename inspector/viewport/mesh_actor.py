@@ -1,7 +1,7 @@
-"""A mesh with its actor, whose points and colours are updated in place every frame.
+"""A mesh and its actor. Points and colours are updated in place every frame.
 
-This code must be fast: arrays are looked up once, plain VTK mappers draw them, and VTK is notified
-only of changes.
+For speed, arrays are looked up once, plain VTK mappers draw them, and VTK is only notified of
+changes.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Piece:
         return self
 
     def lit(self) -> Piece:
-        """Draw with a little light and gloss to distinguish faces."""
+        """Draw with slight lighting and gloss, so that faces are easy to distinguish."""
         prop = self.actor.GetProperty()
         prop.SetAmbient(0.70)
         prop.SetDiffuse(0.50)
@@ -82,16 +82,16 @@ class Piece:
         return self
 
     def blended(self) -> Piece:
-        """Draw after all opaque pieces, independent of the current alpha."""
+        """Draw after all opaque pieces, even if the colours are opaque now."""
         self.actor.ForceTranslucentOn()
         return self
 
     def tint(self, colour: ArrayLike) -> None:
-        """Set the colour, (3,) in 0…255, of a piece without vertex colours."""
+        """Set the single colour, (3,) in 0…255, of a piece without vertex colours."""
         self.actor.GetProperty().SetColor(*(np.asarray(colour, dtype=float) / 255.0))
 
     def move(self, points: ArrayLike, normals: ArrayLike | None = None) -> None:
-        """Set the vertices, (V, 3), and for a piece with normals also the normals, (V, 3)."""
+        """Set the vertices (V, 3) and, for a piece with normals, also the normals (V, 3)."""
         self.points[:] = points
         self._data.Modified()
         if self._normals is not None and normals is not None:
@@ -130,7 +130,7 @@ class Piece:
 
 
 def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
-    """Add a small piece of every kind of mesh in the background colour `paper`, (3,).
+    """Add a small mesh of every kind, invisible in the background colour `paper`, (3,).
 
     Drawing these before the first clip makes the driver compile its shaders early.
     """
@@ -151,7 +151,7 @@ def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
 
 
 def segments(lines: Index) -> Index:
-    """Return the segments (n, 2) of lines, each a row of points."""
+    """Return the segments (n, 2) of lines. Each line is a row of point indices."""
     return np.stack([lines[..., :-1], lines[..., 1:]], axis=-1).reshape(-1, 2)
 
 

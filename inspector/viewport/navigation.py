@@ -1,7 +1,7 @@
 """Control the camera with mouse and wheel over the 3D view.
 
-VTK's own interaction styles are not used: they render twice per move, tip the figure over, and
-react to keys that quit or change the scene.
+VTK's own interaction styles are not used, because they render twice per move, tip the figure over,
+and have keys that quit or change the scene.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ class Occluders:
     radius: Array
 
     def hidden_share(self, points: Array, directions: Array) -> Array:
-        """Return the share of points (n, 3) that are hidden, for each direction, (d,).
+        """Return the share of points (n, 3) that are hidden from each direction, (d,).
 
         `directions` are the unit vectors (d, 3) from which the points are seen.
         """
@@ -59,7 +59,7 @@ def occluders(
     own: Sequence[tuple[int, int]],
     height: float,
 ) -> Occluders:
-    """Return all bones except the limb's own.
+    """Return the bones that may hide a limb: all except its own.
 
     - ends: the tips of all bones in world space, (bones, 3)
     - positions: the positions of the joints, (joints, 3)

@@ -54,13 +54,13 @@ def is_software() -> bool:
 
 
 def multisamples() -> int:
-    """Return samples per pixel: 0 with software rendering, 8 on fast hardware."""
+    """Return the samples per pixel: 0 with software rendering, 8 with hardware."""
     if is_software():
         return 0
     return 8 if any(word in renderer_name().lower() for word in _STRONG) else 4
 
 
 def complaint() -> str:
-    """Return the reason why there is no 3D view, for an empty `renderer_name`."""
+    """Return the reason why there is no 3D view if `renderer_name` is empty."""
     on_wayland = QGuiApplication.platformName().startswith(_WAYLAND)
     return _NO_XWAYLAND if on_wayland else _NO_OPENGL

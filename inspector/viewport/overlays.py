@@ -30,22 +30,22 @@ EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")
 
 
 class Overlays:
-    """The widgets over a view, which ignore the mouse."""
+    """The widgets over a view. They ignore the mouse."""
 
     def __init__(self, view: QWidget) -> None:
         # Between two images; created first, so that it is below the other widgets.
-        self.divider = _let_through(QWidget(view))
+        self.divider = _ignore_mouse(QWidget(view))
         self.divider.hide()
-        self.notice = _let_through(QLabel(view))  # a sentence in the middle
+        self.notice = _ignore_mouse(QLabel(view))  # a sentence in the middle
         self.notice.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.notice.setWordWrap(True)
-        self.legend = _let_through(QLabel(view))  # the key of colours
+        self.legend = _ignore_mouse(QLabel(view))  # the key of colours
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.legend.hide()
-        self.angle = _let_through(QLabel(view))  # at the wrong bone
+        self.angle = _ignore_mouse(QLabel(view))  # at the wrong bone
         self.angle.hide()
         self.scale = OffsetScale(view)
-        self.sides = {side: _let_through(QLabel(letter, view)) for side, letter in SIDES.items()}
+        self.sides = {side: _ignore_mouse(QLabel(letter, view)) for side, letter in SIDES.items()}
         for label in self.sides.values():
             label.hide()
         self.whole = WholeFigure(view)
@@ -75,7 +75,7 @@ class Overlays:
         self.scale.colour(theme)
 
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
-        """Place all overlays; those of a figure only while a figure is drawn."""
+        """Place all overlays. Those about a figure are hidden while no figure is drawn."""
         view = self.notice.parentWidget()  # no reference, which would keep OpenGL
         assert view is not None
         high = view.height()
@@ -91,13 +91,13 @@ class Overlays:
         self.fit()
 
     def show_legend(self, text: str) -> None:
-        """Show a legend, rich text."""
+        """Show a legend, given as rich text."""
         if text != self.legend.text():
             self.legend.setText(text)
             self.fit()
 
     def show_angle(self, text: str, bone: Array, thick: float, crowding: Crowding) -> None:
-        """Show an angle next to a bone in the left image, or hide it without text.
+        """Show an angle next to a bone in the left image. An empty text hides it.
 
         `bone` has the bone's ends in pixels, (2, 2), and `thick` is its radius in pixels.
         """
@@ -110,14 +110,13 @@ class Overlays:
         middle, turn = bone.mean(axis=0), bone[1] - bone[0]
         away = turn / max(float(np.linalg.norm(turn)), 1.0)
         away = np.array([-away[1], away[0]])
-        first = middle + (thick + _half(size, away)) * away
+        first = middle + (thick + _half_extent(size, away)) * away
         self.angle.setGeometry(self._clear_place(first, size, crowding, around=middle))
         self.angle.show()
         crowding.add_box(self.angle.geometry(), _SOLID)
 
     def show_sides(self, places: Mapping[str, Array], crowding: Crowding) -> None:
-        """Show the letters of the left and the right side, at pixels (2,) of the left image, or
-        near them if something else is there.
+        """Show the letters of both sides in the left image, at or near the given pixels (2,).
 
         A letter that does not fit into the image is hidden.
         """
@@ -134,8 +133,9 @@ class Overlays:
     def _clear_place(
         self, first: Array, size: QSize, crowding: Crowding, *, around: Array
     ) -> QRect:
-        """Return where a label of a size covers least: with its centre at `first`, or not far
-        from `around`; both are pixels, (2,).
+        """Return the rectangle for a label of this size where it covers least.
+
+        Its centre is at `first` or near `around`, both in pixels, (2,).
         """
         room, extent = self._room(), np.array(size.toTuple())
         least = np.array(room.topLeft().toTuple()) + extent / 2.0
@@ -151,7 +151,7 @@ class Overlays:
         return box
 
     def show_whole(self, drawn: Miniature | None, size: QSize, crowding: Crowding) -> None:
-        """Show the whole figure in the emptiest corner of the left image, or hide it."""
+        """Show the whole figure in the emptiest corner of the left image. None hides it."""
         corner = None if drawn is None else self._emptiest_corner(size, crowding)
         if drawn is None or corner is None:
             self.whole.hide()
@@ -160,9 +160,9 @@ class Overlays:
             crowding.add_box(corner, _SOLID)
 
     def show_clock(self, hands: Hands | None, size: QSize, crowding: Crowding) -> bool:
-        """Show a turn along its axis in the emptiest corner of the left image, or hide it.
+        """Show the clock in the emptiest corner of the left image, or hide it.
 
-        The result is True if it is shown.
+        Returns True if the clock is shown.
         """
         corner = None if hands is None else self._emptiest_corner(size, crowding)
         if hands is None or corner is None:
@@ -173,7 +173,7 @@ class Overlays:
         return True
 
     def _emptiest_corner(self, size: QSize, crowding: Crowding) -> QRect | None:
-        """Return the corner of the left image for a widget of a size, or None without room."""
+        """Return the emptiest corner for a widget of this size, or None if it does not fit."""
         room = self._room().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
         if room.width() < size.width() or room.height() < size.height():
             return None
@@ -192,12 +192,12 @@ class Overlays:
 
     @property
     def top(self) -> int:
-        """The height in pixels of the legend, at least one line."""
+        """The height of the legend in pixels, at least one line."""
         line = _MARGIN + self.legend.fontMetrics().height()
         return max(self.legend.geometry().bottom() + 1, line)
 
     def fit(self) -> None:
-        """Fit the legend above the image, over the whole width, and the divider below it."""
+        """Lay out the legend across the top of the view, and the divider below it."""
         view, legend = self.notice.parentWidget(), self.legend
         assert view is not None
         wide, middle = view.width(), view.width() // 2
@@ -217,7 +217,7 @@ class OffsetScale(QWidget):
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        _let_through(self)
+        _ignore_mouse(self)
         letters = self.fontMetrics()
         self.setFixedSize(max(200, letters.horizontalAdvance("0° 60° 120° 180°") + 90),
                           2 * letters.height() + 22)  # fmt: skip
@@ -253,12 +253,12 @@ class OffsetScale(QWidget):
             painter.drawText(QPointF(left, self.height() - 4 - self.fontMetrics().descent()), text)
 
 
-def _half(size: QSize, way: Array) -> float:
-    """Return how far the border of a box is from its centre in a direction, about; pixels."""
+def _half_extent(size: QSize, way: Array) -> float:
+    """Return the approximate distance, in pixels, of a box's border from its centre."""
     return float(np.abs(way) @ size.toTuple()) / 2.0
 
 
-def _let_through(widget: _Shown) -> _Shown:
-    """Make a widget transparent for the mouse, and return it."""
+def _ignore_mouse(widget: _Shown) -> _Shown:
+    """Let mouse events pass through a widget, and return it."""
     widget.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
     return widget

@@ -33,7 +33,7 @@ AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8) 
 
 
 class Scene:
-    """The scene of a clip in a plotter. Another clip gets a new scene."""
+    """The scene of a clip in a plotter. Each clip gets a new scene."""
 
     def __init__(self, plotter: QtInteractor, document: Document, theme: Theme) -> None:
         data = document.data
@@ -138,14 +138,14 @@ class Scene:
     # -- a frame ------------------------------------------------------------------------------
 
     def draw(self, pose: Pose, after: Pose | None = None) -> None:
-        """Draw the figures. `after` is the figure on the right. The caller repaints."""
+        """Draw the figures. `after` is the pose in the right image. The caller repaints."""
         self._solid.draw(pose)
         self._ghost.draw(pose)
         if self._other is not None and after is not None:
             self._other.draw(after, like=self._solid)
 
     def draw_companion(self, figure: tuple[Array, Array] | None, solid: Pose) -> None:
-        """Draw the third figure (global rotations, positions) around the solid one, or hide it."""
+        """Draw the third figure, given as global rotations and positions. None hides it."""
         if figure is not None and self._third is None:
             self._third = DashedOutline(self.bones, self.height, self.renderers()[-1])
             self._third.colour(self._theme)
@@ -158,7 +158,7 @@ class Scene:
         return self._third is not None and self._third.shown
 
     def draw_triads(self, pose: Pose, joints: Sequence[int]) -> None:
-        """Draw the axes of two joints, or hide them without joints."""
+        """Draw the axes of two joints. Without joints, hide them."""
         self._triads.show(bool(joints))
         if not joints:
             return
@@ -177,9 +177,7 @@ class Scene:
         after: Array | None = None,
         line: bool = True,
     ) -> None:
-        """Draw the circle of the selected limb or bone, like LimbCircle.draw, or hide it for
-        None.
-        """
+        """Draw the circle of the selected limb or bone, as LimbCircle.draw does. None hides it."""
         if circle is not None and self._circle is None:
             # In two pictures, only before has the circle: after is shown as it would be.
             self._circle = LimbCircle(self.height, self.renderers()[:1])
@@ -188,9 +186,7 @@ class Scene:
             self._circle.draw(circle, offset, before=before, after=after, line=line)
 
     def draw_corrected(self, chain: Chain | None, before: Pose, after: Pose) -> None:
-        """Draw the correction of a chain or limb in the left image of two, or hide it for
-        None.
-        """
+        """If there are two images, preview a chain's correction in the left one. None hides it."""
         if self._corrected is not None:
             self._corrected.draw(
                 chain, (before.rotations, before.positions), (after.rotations, after.positions)

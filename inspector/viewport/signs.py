@@ -40,7 +40,7 @@ def show_signs(
     if pose is not None:
         _add_body(crowding, scene, pose, camera, size)
     if sign is not None:
-        crowding.add(_wrong(sign, camera, size), _HEAVY)
+        crowding.add(_error_pixels(sign, camera, size), _HEAVY)
     hands = None if sign is None or turn is None else hands_of(turn, camera, sign.degrees)
     shown = overlays.show_clock(hands, clock_size(size), crowding)
     thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
@@ -58,8 +58,8 @@ def show_signs(
     overlays.show_sides(_letters(drawing, scene, pose, camera, size, thick, spoke), crowding)
 
 
-def _wrong(sign: AngleSign, camera: OrbitCamera, size: tuple[int, int]) -> Array:
-    """Return pixels of the wrong bone, its fan, and its fin before and after, (n, 2)."""
+def _error_pixels(sign: AngleSign, camera: OrbitCamera, size: tuple[int, int]) -> Array:
+    """Return pixels of the wrong bone, its fan, and its captured and corrected fin, (n, 2)."""
     start, stop = sign.bone
     points = [start + _ALONG * (stop - start)]
     if sign.turn is not None:
@@ -73,19 +73,19 @@ def _wrong(sign: AngleSign, camera: OrbitCamera, size: tuple[int, int]) -> Array
 def _add_body(
     crowding: Crowding, scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]
 ) -> None:
-    """Add the bones, heads and chests of a pose. Coloured bones weigh more."""
+    """Add a pose's bones, heads and chests to the crowding. Coloured bones weigh more."""
     ends = scene.rods.ends(pose.rotations, pose.positions)
     coloured = np.zeros(len(ends), dtype=bool)
     coloured[: len(pose.roles)] = pose.roles != Role.PLAIN
     wide = np.maximum(scene.rods.width, _THIN * scene.height)
     for kind, counts in ((~coloured, _FEW), (coloured, _MANY)):
-        crowding.add(_grid(ends[kind], wide[kind], camera, size, *counts))
+        crowding.add(_rod_pixels(ends[kind], wide[kind], camera, size, *counts))
 
 
-def _grid(
+def _rod_pixels(
     ends: Array, wide: Array, camera: OrbitCamera, size: tuple[int, int], along: int, across: int
 ) -> Array:
-    """Return pixels all over rods, (n, 2), from their ends (rods, 2, 3) and half widths (rods,)."""
+    """Return pixels (n, 2) that cover rods with these ends (rods, 2, 3) and half widths (rods,)."""
     shares = np.linspace(0.0, 1.0, along)[:, None]
     points = ends[:, :1] + shares * (ends[:, 1:] - ends[:, :1])
     pixels, depth = camera.project(points, *size)
@@ -97,7 +97,7 @@ def _grid(
 def _is_hidden(
     point: Array, scene: Scene, pose: Pose, camera: OrbitCamera, size: tuple[int, int]
 ) -> bool:
-    """True if a bone is in front of a point, (3,), or almost."""
+    """True if a bone covers a point (3,), or nearly covers it."""
     ends = scene.rods.ends(pose.rotations, pose.positions)
     points = ends[:, :1] + _ALONG * (ends[:, 1:] - ends[:, :1])
     pixels, depth = camera.project(points, *size)
@@ -116,10 +116,10 @@ def _letters(
     thick: float,
     spoke: Array | None,
 ) -> dict[str, Array]:
-    """Return the pixel (2,) of each side's letter.
+    """Return the pixel (2,) of each side's letter, keyed by side.
 
     A letter is next to its limb, away from the fan and from the other limb. The other limb has no
-    letter if the image does not show its joint.
+    letter if its joint is hidden.
     """
     joints = dict(drawing.sides())  # the selected limb is the last
     for side, joint in [*joints.items()][:-1]:

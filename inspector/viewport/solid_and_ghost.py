@@ -53,9 +53,9 @@ class Pose:
 
     - rotations, positions: of the solid figure, (joints, 4) and (joints, 3)
     - roles: the role of each bone, from bone_colours.Role, (bones,)
-    - ghost: the rotations (joints, 4) of the ghost and its drawn bones (bones,), or None
+    - ghost: the ghost's rotations (joints, 4) and a mask of its drawn bones (bones,), or None
     - ghost_positions: the ghost's positions, (joints, 3), if they differ from the solid figure's
-    - offsets: the |offset| of each bone, radians, (bones,), to colour by offset
+    - offsets: the |offset| of each bone in radians, (bones,), if it determines the colours
     - faint: mask of the translucent bones, (bones,), if any
     """
 
@@ -68,7 +68,7 @@ class Pose:
     faint: NDArray[np.bool_] | None = None
 
     def is_at(self, other: Pose) -> bool:
-        """True if both have the same rotations and positions; their colours may differ."""
+        """True if both poses have the same rotations and positions; their colours may differ."""
         pairs = (self.rotations, other.rotations), (self.positions, other.positions)
         return all(one is two or np.array_equal(one, two) for one, two in pairs)
 
@@ -88,8 +88,8 @@ class Shapes:
     ) -> None:
         """Build the shapes.
 
-        `fine` makes a rounder skin, by default depending on the OpenGL driver. `attached` are more
-        bodies.
+        `fine` makes the skin rounder; by default, this depends on the OpenGL driver. `attached` are
+        additional bodies.
         """
         self.style = style
         worn = chains if style == Style.SKIN else ()
@@ -114,18 +114,16 @@ class Shapes:
         return found
 
     def turned(self, before: Array, after: Array) -> NDArray[np.bool_]:
-        """Return a mask of the bones that turn themselves between two poses, (bones,).
+        """Return a mask of the bones whose own joint turns between two poses, (bones,).
 
-        Bones whose skin is only twisted by the bone below are left out. The poses are global
+        Bones whose skin is only twisted by the next joint are left out. The poses are global
         rotations, (joints, 4).
         """
         found: NDArray[np.bool_] = (geodesic_angle(before, after) > SAME)[self._parents]
         return found
 
     def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Return a mask of the vertices of chosen bones (bones,) and of the spheres at their ends,
-        (V,).
-        """
+        """Return a mask (V,) of the vertices of chosen bones and of the spheres at their ends."""
         own: NDArray[np.bool_] = (shape.bone >= 0) & chosen[shape.bone]
         if isinstance(shape, Soup):
             ends = {j for k in np.flatnonzero(chosen).tolist() for j in self._ends[k]}
@@ -184,9 +182,7 @@ class Solid(_Figure):
             shadow.tint(mix(theme.window, "#000000", 0.38 if theme.dark else 0.13))
 
     def draw(self, pose: Pose, like: Solid | None = None) -> None:
-        """Draw a pose. `like` is a figure of the same shapes that was drawn a moment ago, perhaps
-        in the same pose.
-        """
+        """Draw a pose. If `like` shows the same pose of the same shapes, reuse its vertices."""
         if like is not None and like._pose is not None and pose.is_at(like._pose):
             self._places = like._places
         else:
@@ -211,7 +207,7 @@ class Solid(_Figure):
         self._painted = look
 
     def _placed(self, shape: Soup | Skin, pose: Pose) -> tuple[Array, Array | None, Array]:
-        """Return the vertices of a shape, its normals if it has some, and its shadow."""
+        """Return the vertices of a shape, its normals (None for wedges), and its shadow."""
         points, normals = _placed(shape, pose.rotations, pose.positions)
         return points, normals, shadow_points(points, self._ground)
 
@@ -267,7 +263,7 @@ class Ghost(_Figure):
             outline.tint(rgb(theme.before))
 
     def draw(self, pose: Pose) -> None:
-        """Draw the parts of the ghost that differ."""
+        """Draw the bones of the ghost that differ from the solid figure."""
         rotations, drawn = pose.ghost or (pose.rotations, None)
         positions = pose.positions if pose.ghost_positions is None else pose.ghost_positions
         for shape, *pieces in self.parts:

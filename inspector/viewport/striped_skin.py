@@ -1,10 +1,10 @@
-"""A striped skin along the limbs, which a wrong twist wrings like a candy wrapper.
+"""A striped skin along the limbs. A wrong twist wrings it like a candy wrapper.
 
 As with the twist bones of a game character, the roll of the skin changes evenly along a bone, from
-the joint above to the joint below. Correct joints give straight stripes. A joint that is wrongly
-turned winds the stripes up on one side and back on the other, although no joint has moved
-[Choi26 Fig. 1]. A rigid fin along the front of each bone shows the bone's own roll: the fins of
-correct bones form a line, and the fin of a bone that is turned leaves it.
+the joint above to the joint below. Correct joints give straight stripes. A wrong twist of a joint
+winds the stripes up on one side and back on the other, although no joint moves [Choi26 Fig. 1]. A
+rigid fin along the front of each bone shows its own roll: the fins of correct bones form a line,
+and the fin of a wrong bone departs from it.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class Skin:
 def build_skin(
     bones: Sequence[BoneSegment], chains: Sequence[Chain], height: float, *, fine: bool = False
 ) -> Skin:
-    """Return the skin of every chain's bone P→C with a body. `fine` doubles the vertices."""
+    """Return the skin of every visible bone P→C of a chain. `fine` doubles the vertices."""
     pairs, fronts = bones_of_chains(bones, chains), aligned_fronts(bones, chains)
     count = len(pairs)
     parent = np.array([c.parent for c, _ in pairs], dtype=np.int64)
@@ -144,7 +144,7 @@ def roll(skin: Skin, rotations: Array) -> Array:
 def drape(
     skin: Skin, rotations: Array, positions: Array, *, grown: float = 1.0
 ) -> tuple[Array, Array]:
-    """Return vertices and normals, both (V, 3), from global rotations and positions of joints."""
+    """Return vertices and normals, (V, 3) each, from the joints' global rotations and positions."""
     if not len(skin.parent):
         return np.zeros((0, 3)), np.zeros((0, 3))
     matrices = matrix_from_quaternion(rotations[skin.parent])
@@ -197,11 +197,10 @@ def _turned(angle: Array, sides: Array) -> Array:
 def _fins(
     bones: Sequence[BoneSegment], pairs: Sequence[tuple[Chain, int]], across: Array, radius: Array
 ) -> tuple[Array, Array, Index, Index]:
-    """Return the fins' vertices and normals (B, F, 3) in P's coordinates, the parts (F,) of a fin,
-    and all faces (n, 4).
+    """Return the fins' vertices and normals (B, F, 3), the parts of a fin (F,), and faces (n, 4).
 
-    A fin has a light edge and dark flanks. Its faces share no vertices, because each has its own
-    colour.
+    Vertices and normals are in P's coordinates. A fin has a light edge and dark flanks. Its faces
+    share no vertices, because each has its own colour.
     """
     (foot, inside), (edge, outside) = _FOOT, _EDGE
     section = np.array([[inside, -foot], [outside, -edge], [outside, edge], [inside, foot]])

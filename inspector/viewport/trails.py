@@ -30,7 +30,7 @@ def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64
 
 
 class Trails:
-    """The trails as fading lines: broad for before, thin on top for after."""
+    """The trails as fading lines: broad as captured, thin and on top after correction."""
 
     def __init__(self, document: Document, renderers: list[vtkRenderer]) -> None:
         """Set up the trails. There is one renderer, or two for before and after."""
@@ -60,7 +60,7 @@ class Trails:
             piece.paint(np.tile(line, (len(self._joints), 1)).astype(np.uint8))
 
     def forget(self) -> None:
-        """Discard computed positions, because the review has changed."""
+        """Discard the computed positions. Called when the review has changed."""
         self._known = None
         self._drawn = (-1, b"")
 
@@ -78,7 +78,7 @@ class Trails:
             piece.move(way.transpose(1, 0, 2).reshape(-1, 3))
 
     def _around(self, frame: int) -> tuple[Array, Array]:
-        """Return both trails around a frame, (stops, joints, 3), repeating the clip's ends.
+        """Return both trails around a frame, (stops, joints, 3). The clip's ends are repeated.
 
         Several seconds are computed at once, so that playing needs only a look-up.
         """

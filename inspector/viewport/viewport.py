@@ -62,7 +62,7 @@ class Viewport(Steering):
         self._specimens: list[Piece] = []
         self._warmed = False
         self._warmer = QTimer(self, singleShot=True, interval=_WARM_MS)
-        self._warmer.timeout.connect(self._warm)
+        self._warmer.timeout.connect(self._warm_up)
         self._make_view()
         self.overlays = Overlays(self)  # created after the view, to be on top
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
@@ -97,7 +97,7 @@ class Viewport(Steering):
         self._schedule()
 
     def set_scale(self, scale: float) -> None:
-        """Scale the text over the image; 1 is the normal size."""
+        """Scale the text over the image. 1 is the normal size."""
         self._scale = scale
         self._colour(self.theme)
 
@@ -112,12 +112,12 @@ class Viewport(Steering):
         self._schedule()
 
     def look_like(self, other: Viewport) -> None:
-        """Take the display options and the camera of another view of the same clip."""
+        """Copy the display options and the camera of another view of the same clip."""
         self.look(**vars(other.drawing.looks))
         self.take_view(other)
 
     def invite(self, guest: Guest | None) -> None:
-        """Let a guest draw into the view, or no guest for None."""
+        """Let a guest draw into the view. None removes the guest."""
         if self.drawing.guest is not None and guest is not self.drawing.guest:
             self.drawing.guest.leave()
         self.drawing.guest = guest
@@ -131,13 +131,13 @@ class Viewport(Steering):
     # -- drawing ------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Draw the current state of the document. Qt's next repaint shows it."""
+        """Draw the document's current state, to appear at Qt's next repaint."""
         self._timer.stop()
         self._stale.take()
         if self.view is None:
             return
         if (scene := self.scene) is not None:
-            self._go_along(scene)
+            self._follow_figure(scene)
             assert self.camera is not None
             self.drawing.draw(scene, self.camera)
             self._drawn = self.document.interval_id
@@ -147,7 +147,7 @@ class Viewport(Steering):
         self._repaint()
 
     def _repaint(self) -> None:
-        """Repaint with Qt's next repaint, since pyvista's `update` would render immediately."""
+        """Schedule a repaint with Qt. pyvista's `update` would render immediately."""
         if self.view is not None:
             QWidget.update(self.view)
 
@@ -161,7 +161,7 @@ class Viewport(Steering):
         return self._stale.pending or self._timer.isActive() or self._builder.isActive()
 
     def has_painted_interval(self) -> bool:
-        """True if the selected interval was painted, or the view cannot be seen."""
+        """True if the selected interval was painted, or if the view is hidden."""
         if self.view is None or self.view.visibleRegion().isEmpty():
             return True
         return self.document.interval_id in (None, self._painted)
@@ -179,7 +179,7 @@ class Viewport(Steering):
         data = self.document.data
         self._stop_turning()
         self._builder.stop()
-        self._cool()
+        self._end_warm_up()
         if self.drawing.guest is not None:
             self.drawing.guest.leave()
         if self._scene is not None:
@@ -199,7 +199,7 @@ class Viewport(Steering):
         self._schedule()
 
     def _build(self) -> None:
-        """Build the figure of the open clip and, in the next turn, its camera."""
+        """Build the figure of the open clip and, in the next turn of the event loop, its camera."""
         if self._scene is None:
             assert self.view is not None
             self._scene = Scene(self.view, self.document, self.theme)
@@ -214,8 +214,8 @@ class Viewport(Steering):
         self.set_view("iso")
         self._schedule()
 
-    def _warm(self) -> None:
-        """Draw specimens once, and remove them in the next turn."""
+    def _warm_up(self) -> None:
+        """Draw the specimen meshes once, and remove them in the next turn of the event loop."""
         if self._specimens:
             for piece in self._specimens:
                 piece.remove()
@@ -227,10 +227,10 @@ class Viewport(Steering):
             self._warmer.start()
             self._repaint()
 
-    def _cool(self) -> None:
+    def _end_warm_up(self) -> None:
         self._warmer.stop()
         if self._specimens:
-            self._warm()
+            self._warm_up()
 
     def _complete(self) -> None:
         """Finish building the figure immediately."""
@@ -238,7 +238,7 @@ class Viewport(Steering):
             self._build()
 
     def _reviewed(self) -> None:
-        """Draw again if the frame has changed, which most steps of τ do not cause."""
+        """Draw again if the frame looks different now. Most steps of τ do not change it."""
         trails = self._scene.trails if self._scene is not None else None
         if trails is not None:
             trails.forget()
@@ -283,15 +283,14 @@ class Viewport(Steering):
         )
 
     def sizeHint(self) -> QSize:
-        """Return the size that VTK's widget asks for, which fills the view.
+        """Return the size that VTK's widget asks for, since this widget fills the view.
 
-        The view has no layout: each change of a label over the image would lay out the whole
-        window again.
+        The view has no layout, because every change of a label would lay out the whole window.
         """
         return super().sizeHint() if self.view is None else _HINT
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Place the overlays and frame the preset for the new size."""
+        """Place the overlays, and frame the current preset again for the new size."""
         super().resizeEvent(event)
         if self.view is not None:
             self.view.setGeometry(self.rect())
@@ -320,7 +319,7 @@ class Viewport(Steering):
         self._timer.stop()
         self._rest.stop()
         self._builder.stop()
-        self._cool()
+        self._end_warm_up()
         self._stop_turning()
         self.document.disconnect(self)
         if self.view is not None:

@@ -1,4 +1,4 @@
-"""The whole figure as a small drawing, for a view that shows only a part of it."""
+"""A small drawing of the whole figure, for views that show only a part of it."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Miniature:
     - roles: the role of each bone, from bone_colours.Role, (n,)
     - heads: the centre and the nose of each head, (heads, 2, 2)
     - radius: the radius of each head, (heads,)
-    - facing: True for a face towards the viewer, (heads,)
-    - letters: the pixel of each side's letter, (2,)
+    - facing: True for a head that faces the viewer, (heads,)
+    - letters: the pixel of each side's letter, (2,), keyed by side
     """
 
     bones: Array
@@ -64,8 +64,8 @@ def miniature(
     """Return a drawing of the whole figure as the camera sees it.
 
     - ends: the ends of all bones, (bones, 2, 3)
-    - own: mask of the bones to draw, (bones,)
-    - sides: the joint next to the letter of each side
+    - own: mask of the bones to draw, those of one person, (bones,)
+    - sides: the joint next to each side's letter, keyed by side
     """
     wide, high = size.toTuple()
     shown = ends[own]

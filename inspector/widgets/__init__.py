@@ -1,1 +1,1 @@
-"""General-purpose widgets, which are independent of the rest of the program."""
+"""General-purpose widgets that are independent of the rest of the program."""

@@ -1,4 +1,4 @@
-"""The axes of the plots, which show as many round numbers as fit."""
+"""The axes of the plots. They show as many round numbers as fit."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class UnitAxis(Axis):
     unit = "°"
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the ticks, without those whose labels would be cut off at the ends of the axis."""
+        """Return the ticks. Ticks with labels that would be cut off at the ends are left out."""
         room = self.type_scale * _TICK_ROOM / 2.0 * (high - low) / max(size, 1.0)
         return [
             (spacing, [v for v in values if low + room <= v <= high - room])
@@ -72,7 +72,7 @@ class UnitAxis(Axis):
 class RootAxis(Axis):
     """An axis of degrees on a signed square-root scale.
 
-    `taken` is a position on this scale where no number is shown.
+    `taken` is a position on this scale at which no number is shown.
     """
 
     taken: float | None = None

@@ -16,8 +16,9 @@ from twistcore.work.progress import Cancelled, Tell
 class _Post(QObject):
     """Executes calls from other threads in the GUI thread.
 
-    This object outlives every task. A signal of the task itself would not be safe: a thread could
-    still be emitting it while the GUI thread, which already has the result, deletes the task.
+    This object outlives every task. A signal of the task itself would not be safe, because the GUI
+    thread, which already has the result, could delete the task while a thread still emits the
+    signal.
     """
 
     said = Signal(object)

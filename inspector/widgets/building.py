@@ -74,7 +74,7 @@ def _filled(
 
 
 class Wrapping(QWidget):
-    """A widget with parts side by side. If it is too narrow, they are one above the other."""
+    """A widget with parts side by side or, if it is too narrow, one above the other."""
 
     def __init__(self, *parts: QLayout, spacing: int) -> None:
         super().__init__()
@@ -98,20 +98,20 @@ class Wrapping(QWidget):
         return super().event(event)
 
     @property
-    def beside(self) -> int:
-        """The width in pixels that all parts need side by side."""
+    def row_width(self) -> int:
+        """The width, in pixels, that all parts need side by side."""
         gaps = self._box.spacing() * (len(self._parts) - 1)
         return sum(part.minimumSize().width() for part in self._parts) + gaps
 
     def _arrange(self) -> None:
         directions = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
-        direction = directions[self.beside > self.width()]
+        direction = directions[self.row_width > self.width()]
         if self._box.direction() != direction:
             self._box.setDirection(direction)
 
 
 def soft(label: _Label) -> _Label:
-    """Show a label in the theme's colour for secondary text, and return it."""
+    """Give a label the theme's colour for secondary text, and return it."""
     label.setObjectName("soft")
     return label
 
@@ -124,9 +124,9 @@ def hint(text: str = "") -> QLabel:
 def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
     """Return a small button with a word or a symbol.
 
-    If `flat` is True, the button has no frame unless the mouse is over it. Symbols are characters
-    instead of the style's icons, which are black and cannot be seen in a dark window. Screen
-    readers read the tool tip, because they cannot read symbols.
+    If `flat` is True, the button has no frame unless the mouse is over it. Symbols are characters,
+    because the style's black icons are invisible in a dark window. Screen readers read the tool
+    tip, because they cannot read symbols.
     """
     button = QToolButton(autoRaise=flat)
     button.setText(text)

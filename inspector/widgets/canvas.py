@@ -16,11 +16,10 @@ _PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}  # row and column;
 
 
 class Canvas(pg.GraphicsView):
-    """A plot with its axes, which is repainted after a call of `touch`.
+    """A plot with its axes. It is repainted after a call of `touch`.
 
-    By default, every graphics scene repaints the window separately, so that four plots cause four
-    repaints. Furthermore, pyqtgraph's plot widget creates forty widgets for a menu that is never
-    used.
+    By default, every graphics scene repaints the window separately, so four plots would cause four
+    repaints. pyqtgraph's plot widget also creates forty widgets for a menu that is never used.
     """
 
     def __init__(

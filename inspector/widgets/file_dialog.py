@@ -21,7 +21,7 @@ def ask_files(
     folder: Path | None = None,
     several: bool = False,
 ) -> None:
-    """Let the user choose one or several existing files, then call `then` with them."""
+    """Let the user choose one or more existing files, then call `then` with them."""
     mode = QFileDialog.FileMode
     dialog = _dialog(parent, title, pattern, mode.ExistingFiles if several else mode.ExistingFile)
     if folder is not None:
@@ -70,7 +70,7 @@ def _dialog(parent: QWidget, title: str, pattern: str, mode: QFileDialog.FileMod
 def _draw_arrows_as_text(dialog: QFileDialog) -> None:
     """Draw the arrows of Qt's file dialog in the text colour.
 
-    They are black by default, which is invisible on a dark window.
+    By default, they are black, so they are invisible in a dark window.
     """
     for name in _ARROWS:
         button = dialog.findChild(QToolButton, name)

@@ -39,6 +39,7 @@ _TOPICS = (
     (tr("Limits"), "limits.md"),
 )
 _MARGIN = 24  # pixels around a page
+_MARKS = re.compile(r"[*_`]|\]\([^)]*\)|\[")  # emphasis, code and links in Markdown
 _SETTLE_MS = 150  # wait until resizing ends
 _PICTURES = (".png", ".svg", ".gif")  # the first frame, for a film
 _SOLID = QTextFrameFormat.BorderStyle.BorderStyle_Solid
@@ -56,7 +57,7 @@ class GuidePage(QWidget):
         self.browser.setAccessibleName(tr("Page of the guide"))
         self.back = tool_button(tr("Back"), tr("Back (Alt+←)"))
         self.forward = tool_button(tr("Forward"), tr("Forward (Alt+→)"))
-        find = tr("Find on this page (Ctrl+F)")
+        find = tr("Find in the guide (Ctrl+F)")
         self.line = QLineEdit(placeholderText=find, clearButtonEnabled=True)
         self.line.setAccessibleName(find)
         self.line.setMinimumWidth(220)
@@ -107,15 +108,23 @@ class GuidePage(QWidget):
         self._find(cursor)
 
     def _find_next(self) -> None:
-        self._find(self.browser.textCursor())
+        """Move to the next match or, after the last one on this page, to another page."""
+        words, cursor = self.line.text(), self.browser.textCursor()
+        if words and self.browser.document().find(words, cursor).isNull():
+            self.browser.go_to_page_with(words)
+            cursor = self.browser.textCursor()
+        self._find(cursor)
 
     def _find(self, behind: QTextCursor) -> None:
-        """Move to the next match. After the last match, continue with the first one."""
+        """Move to the next match on this page. After the last match, continue with the first."""
         words, document = self.line.text(), self.browser.document()
         place = document.find(words, behind)
         if place.isNull():
             place = document.find(words, 0)
-        self.found.setText(tr("no match on this page") if words and place.isNull() else "")
+        missed = bool(words) and place.isNull()
+        other = missed and bool(self.browser.pages_with(words))
+        text = tr("not on this page; Enter goes to another page") if other else tr("no match")
+        self.found.setText(text if missed else "")
         if not place.isNull():
             self.browser.setTextCursor(place)
             self.browser.ensureCursorVisible()
@@ -177,6 +186,33 @@ class Pages(MarkdownPage):
         """Show a page, given its file name."""
         self._follow(QUrl.fromLocalFile(str(self._docs / file)))
 
+    def pages_with(self, words: str) -> list[str]:
+        """Return the pages that contain some words, first those with the words in a heading."""
+        found = []
+        for path in self._docs.glob("*.md"):
+            text = _MARKS.sub("", path.read_text("utf-8")).casefold()
+            if words.casefold() in " ".join(text.split()):
+                headings = [line for line in text.splitlines() if line.startswith("#")]
+                found.append((not any(words.casefold() in h for h in headings), path.name))
+        return [name for _, name in sorted(found)]
+
+    def go_to_page_with(self, words: str) -> None:
+        """Show the next page that contains some words, at a heading with them if there is one.
+
+        After the last page, continue with the first one.
+        """
+        names, now = self.pages_with(words), self.source().fileName()
+        if not names:
+            return
+        self.go(names[(names.index(now) + 1) % len(names) if now in names else 0])
+        self.moveCursor(QTextCursor.MoveOperation.Start)
+        block = self.document().begin()
+        while block.isValid():
+            if block.blockFormat().headingLevel() and words.casefold() in block.text().casefold():
+                self.setTextCursor(QTextCursor(block))
+                return
+            block = block.next()
+
     def _follow(self, url: QUrl) -> None:
         """Open a link: a page at its top or at a heading, or a web page in the browser."""
         if not url.isLocalFile():
@@ -218,7 +254,7 @@ class Pages(MarkdownPage):
         self.soften_tables()
 
     def loadResource(self, kind: int, name: QUrl | str) -> Any:
-        """Load a page, a table, an example or a picture, which is at most as wide as the page."""
+        """Load a page, a table, an example or a picture. Wide pictures are scaled to the page."""
         url = QUrl(name)
         if as_markdown := _MARKDOWN.get(Path(url.path()).suffix):
             return as_markdown(Path(self.source().resolved(url).toLocalFile()))

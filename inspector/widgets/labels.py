@@ -40,7 +40,7 @@ class SteadyLabel(QLabel):
         self._grow()
 
     def sizeHint(self) -> QSize:
-        """Return the size of the text, or of the text with reserved room if that is wider."""
+        """Return the size of the text, or the reserved size if that is wider."""
         aligned, room = self.alignment().value, QRect(0, 0, _LARGE, _LARGE)
         widest = self.fontMetrics().boundingRect(room, aligned, self._widest).width()
         return super().sizeHint().expandedTo(QSize(widest, 0))
@@ -108,8 +108,8 @@ def plain_text(rich: str) -> str:
 class Caption(QWidget):
     """Rich text that is broken into lines and reserves height for its longest text so far.
 
-    This class positions the label inside, so a new text needs no new layout. A short caption shows
-    one line of plain text, and the whole text in its tool tip.
+    This class positions its inner label itself, so a new text needs no new layout. A short caption
+    shows one line of plain text, and the whole text in its tool tip.
     """
 
     def __init__(self, *, soft: bool = False) -> None:

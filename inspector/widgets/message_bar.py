@@ -1,4 +1,4 @@
-"""The message bar, which shows messages and questions over another widget."""
+"""The message bar: messages and questions over another widget."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QWidget
 
 
 def own_surface(view: QWidget) -> None:
-    """Give a widget a native surface, but only on X11, where this is known to work."""
+    """Give a widget a native surface on X11. This is not known to work on other platforms."""
     if QGuiApplication.platformName() == "xcb":
         # Not its siblings and parents, or closed menus would stay visible between them.
         QGuiApplication.setAttribute(Qt.ApplicationAttribute.AA_DontCreateNativeWidgetSiblings)
@@ -45,7 +45,7 @@ class _Uncovered(QObject):
 
     Without a compositor, the screen does not store the covered parts of a window. Qt does not
     restore a window with an OpenGL view, because it expects OpenGL to compose it. Without this
-    class, a closed menu would stay visible.
+    filter, a closed menu would stay visible.
     """
 
     def __init__(self, window: QWidget) -> None:

@@ -1,4 +1,4 @@
-"""Decides whether a pressed key is a shortcut of the review or is typed into an input field.
+"""Decide whether a pressed key is a shortcut of the review or input for a field.
 
 A text field receives characters and the keys for editing and copying them, and a number field
 receives digits. All other shortcuts of the program still work, and so does Ctrl+Z in a number
@@ -100,7 +100,7 @@ class ReviewKeys(QObject):
         return False
 
     def _is_here(self, watched: QObject) -> bool:
-        """True if an input field in the window or in a floating dock has the focus.
+        """True if the watched field belongs to the window or to one of its floating docks.
 
         In a dialog, this is False.
         """
@@ -150,7 +150,7 @@ def is_text_written() -> bool:
 
 
 def _line(widget: QObject) -> QWidget | None:
-    """Return the widget, or the part of it, in which the user can type, or None."""
+    """Return the text field that is this widget or a part of it, or None."""
     if isinstance(widget, QAbstractSpinBox):
         return None if widget.isReadOnly() else widget
     if isinstance(widget, QComboBox):

@@ -36,7 +36,7 @@ class Splash(QLabel):
         self.move(middle - self.rect().center())
 
     def show_at_once(self) -> None:
-        """Show the splash screen and wait until it is painted, as no event loop is running yet."""
+        """Show the splash screen and paint it immediately, because no event loop runs yet."""
         self.show()
         _wait_until_exposed(self)
 

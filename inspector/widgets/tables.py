@@ -1,4 +1,4 @@
-"""Tables for the panels, which redraw only the rows that have changed."""
+"""Tables for the panels. They redraw only changed rows."""
 
 from __future__ import annotations
 
@@ -62,9 +62,9 @@ class TableRow:
     tips
         One tool tip for all columns, or one per column.
     tick
-        State of the check box in the first column, or None for no box.
-    beside
-        Secondary text after the text of the first column, drawn by a BesideDelegate.
+        State of the check box in the first column, or None without a check box.
+    secondary
+        Secondary text after the text of the first column, drawn by a SecondaryTextDelegate.
     spoken
         Texts for screen readers, keyed by column, for symbols, bars and empty cells.
     left
@@ -76,7 +76,7 @@ class TableRow:
     colours: Mapping[int, str] = field(default_factory=dict)
     tips: tuple[str, ...] = ()
     tick: bool | None = None
-    beside: str = ""
+    secondary: str = ""
     spoken: Mapping[int, str] = field(default_factory=dict)
     left: tuple[int, ...] = ()
 
@@ -125,8 +125,8 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
             for first, last in [(changed[0], changed[-1])] if len(changed) > _FEW else spans:
                 self.dataChanged.emit(self.index(first, 0), self._last(last))
 
-    def begin_anew(self, things: Sequence[_Thing]) -> None:
-        """Reset the table and show new rows, for example after a change of the headings."""
+    def reset_rows(self, things: Sequence[_Thing]) -> None:
+        """Reset the table and show new rows, for example when the headings change."""
         self.beginResetModel()
         self.things, self._keys = things, [self.key(t) for t in things]
         self._rows.clear()
@@ -152,7 +152,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         come = [row for row, key in enumerate(keys) if key not in old]
         stay = [key for key in self._keys if key in new]
         if len(gone) + len(come) > _FEW or stay != [key for key in keys if key in old]:
-            self.begin_anew(things)
+            self.reset_rows(things)
             return
         left = list(self.things)
         for row in reversed(gone):
@@ -247,8 +247,8 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
     def spoken(self, row: int, column: int) -> str:
         """Return the text of a cell for screen readers."""
         shown = self.row(row)
-        beside = shown.beside if column == 0 else ""
-        return shown.spoken.get(column) or ", ".join(filter(None, (shown.texts[column], beside)))
+        secondary = shown.secondary if column == 0 else ""
+        return shown.spoken.get(column) or ", ".join(filter(None, (shown.texts[column], secondary)))
 
     def alignment(self, column: int) -> Qt.AlignmentFlag:
         """Return the alignment of a column."""
@@ -283,7 +283,7 @@ class RowTable(QTableView):
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
 
     def show_numbers(self) -> None:
-        """Show the row numbers, which the model defines, at the left edge."""
+        """Show the row numbers from the model at the left edge."""
         numbers = self.verticalHeader()
         numbers.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         numbers.setHighlightSections(False)
@@ -351,8 +351,8 @@ class _Heading(QHeaderView):
 class RowDelegate(QStyledItemDelegate):
     """A delegate that draws cells from the model's row descriptions.
 
-    It calls the model once per cell, whereas Qt's delegate would call it seven times. `proxy` is
-    the table's proxy model, or None.
+    It calls the model once per cell; Qt's delegate would call it seven times. `proxy` is the
+    table's proxy model, or None.
     """
 
     def __init__(
@@ -369,7 +369,7 @@ class RowDelegate(QStyledItemDelegate):
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
         """Fill in the style option from the row's description.
 
-        Qt would call `data` for each property instead.
+        Qt's delegate would call `data` for each property.
         """
         row, column = self.described(index), index.column()
         assert isinstance(index, QModelIndex)
@@ -386,14 +386,14 @@ class RowDelegate(QStyledItemDelegate):
             option.checkState = _tick(row.tick)
 
 
-class BesideDelegate(RowDelegate):
+class SecondaryTextDelegate(RowDelegate):
     """A delegate that draws a secondary text after the text of the first column, if it fits."""
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Draw the cell, then the secondary text."""
         super().paint(painter, option, index)
         row = self.described(index)
-        if not row.beside:
+        if not row.secondary:
             return
         option = QStyleOptionViewItem(option)
         self.initStyleOption(option, index)
@@ -408,7 +408,7 @@ class BesideDelegate(RowDelegate):
         ink = QPalette.ColorRole.HighlightedText if selected else QPalette.ColorRole.PlaceholderText
         painter.save()
         painter.setPen(option.palette.color(ink))
-        text = option.fontMetrics.elidedText(row.beside, _END, room.width())
+        text = option.fontMetrics.elidedText(row.secondary, _END, room.width())
         painter.drawText(room, _LEFT, text)
         painter.restore()
 

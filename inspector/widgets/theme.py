@@ -1,4 +1,4 @@
-"""The colours and fonts of the light and the dark theme.
+"""The colours and fonts of the light and dark themes.
 
 In both themes, orange means before and blue means after correction.
 """

@@ -23,7 +23,7 @@ _AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
 class Trace:
     """A curve of a plot.
 
-    Set `dots` to True to draw isolated values as dots, because a line would not show them.
+    `dots` is True to draw isolated values as dots, because a line would not show them.
 
     Attributes
     ----------

@@ -31,7 +31,7 @@ class Formula:
 class Typesetter(QObject):
     """Typesets formulas in a thread. Formulas requested together become ready together.
 
-    This takes half a second, or several seconds if matplotlib must first index the fonts.
+    Typesetting takes half a second, or several seconds if matplotlib must first index the fonts.
     """
 
     ready = Signal()

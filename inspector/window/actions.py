@@ -55,7 +55,7 @@ def build_actions(
 ) -> tuple[Mapping[str, QAction], Mapping[str, QMenu]]:
     """Create the QActions and the menus. Return them keyed by id and by name.
 
-    This adds neither shortcuts nor handlers.
+    The actions have neither shortcuts nor handlers yet.
     """
     shown = {name: bar.addMenu(menu_title(name)) for name in menus}
     groups: dict[str, QActionGroup] = {}

@@ -85,7 +85,7 @@ class ChainActions:
         """Use the roles that the user has assigned to joints, and save them for this skeleton."""
         if rig == self._rig:
             return
-        message = tr("From now on, clips of this skeleton without a session open with these names.")
+        message = tr("From now on, clips with this skeleton and no session open with these names.")
         data = self.document.data
         if data is not None and self._keep(replace(kept_rig(data.motion)[0], names=rig.names)):
             self.document.change_chains(rig, tr("Joint names"), message)
@@ -101,8 +101,7 @@ class ChainActions:
         decided = sum(j.decision != Decision.UNDECIDED for j in own)
         label = document.find_chain(name).label
         message = tr(
-            "{chain} was removed with {intervals}, {decided} of them decided. Undo brings them "
-            "back.",
+            "{chain} was removed with {intervals}, {decided} of them decided. Undo restores them.",
             chain=label,
             intervals=plural("{n} interval", "{n} intervals", len(own)),
             decided=decided,
@@ -147,7 +146,7 @@ class ChainActions:
         if rig:
             which = tr("these chains ({changed})", changed=_changes_text(rig))
         message = tr(
-            "From now on, clips of this skeleton without a session open with {chains}.",
+            "From now on, clips with this skeleton and no session open with {chains}.",
             chains=which,
         )
         self.bar.show_message(message, False)
@@ -179,7 +178,7 @@ class ChainActions:
 
 
 def _changes_text(rig: Rig) -> str:
-    """Return the difference from the automatic chains as text, such as '2 added, 1 removed'."""
+    """Return the changes to the automatic chains as text, such as '2 added, 1 removed'."""
     parts = (
         (tr("{n} added", n=len(rig.add)), rig.add),
         (tr("{n} removed", n=len(rig.remove)), rig.remove),

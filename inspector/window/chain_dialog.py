@@ -27,12 +27,12 @@ _ROLES = (tr_as("joint", "Parent"), tr_as("joint", "Child"), tr_as("joint", "Gra
 _TIPS = (
     tr("The joint whose twist may be wrong. The chain is named after this joint."),
     tr("The child, which counter-rotates wherever the parent's twist is wrong"),
-    tr("A joint below the child, which shows the child's azimuth. It is optional."),
+    tr("Optional: a joint below the child, which shows the child's azimuth"),
 )
 
 
 class ChainDialog(QDialog):
-    """A form for a parent, a child and optionally a grandchild, which shows errors immediately.
+    """A form for parent, child and, optionally, grandchild. It shows errors immediately.
 
     The dialog is not modal. It closes together with the clip.
     """
@@ -89,7 +89,7 @@ class ChainDialog(QDialog):
         return self._document.data.motion.skeleton
 
     def _joint(self, seen: str) -> str:
-        """Return the name in the file of the joint that is displayed as `seen`."""
+        """Return the file's name of the joint that the dialog shows as `seen`."""
         return next((name for name in self._skeleton.names if legible(name) == seen), seen)
 
     def _changed(self, place: int) -> None:
@@ -109,7 +109,7 @@ class ChainDialog(QDialog):
         self._check()
 
     def _choose_first_good(self, place: int) -> None:
-        """Select the first joint in a list that makes a valid chain with the joints above it."""
+        """In a list, select the first joint that forms a valid chain with the joints above."""
         data, box = self._document.data, self.joints[place]
         assert data is not None
         above = [self._joint(upper.currentText()) for upper in self.joints[:place]]
@@ -166,7 +166,7 @@ def _is_chain(motion: Motion, joints: tuple[str, ...]) -> bool:
 
 
 def _joint_box(tip: str) -> QComboBox:
-    """Return a list of joints in which the user can also type a part of a name."""
+    """Return a combo box of joints that also accepts a typed part of a name."""
     box = QComboBox(editable=True)
     box.setToolTip(tip)
     box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)

@@ -42,7 +42,7 @@ _ROWS: tuple[ActionRow[Chains] | None, ...] = (
                tr("Choose two or three joints, for example of the spine, the neck or a finger"),
                needs="clip", in_list=True, do=lambda p: p.chain_actions.add_chain()),
     ActionSpec("remove_chain", tr("Remove chain"), (),
-               tr("Remove the selected chain and its intervals; undo brings them back"),
+               tr("Remove the selected chain and its intervals; undo restores them"),
                needs="clip", in_list=True, do=lambda p: p.chain_actions.remove_chain()),
     ActionSpec("joint_names", tr("Joint names…"), (),
                tr(
@@ -55,7 +55,7 @@ _ROWS: tuple[ActionRow[Chains] | None, ...] = (
                needs="clip", do=lambda p: p.chain_actions.restore_chains()),
     None,
     ActionSpec("keep_rig", tr("Save as rig profile"), (),
-               tr("Use these chains for all clips of this skeleton that have no session"),
+               tr("Use these chains for all clips with this skeleton that have no session"),
                needs="clip", do=lambda p: p.chain_actions.keep_rig()),
     ActionSpec("use_rig", tr("Use the rig profile"), (),
                tr("Use the chains that are saved for this skeleton"),

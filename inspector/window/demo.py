@@ -1,4 +1,4 @@
-"""Scripts that operate the window: one takes a screenshot, the other does a whole review."""
+"""Scripts that operate the window: one takes a screenshot, one does a whole review."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Script(QObject):
         document.opened.connect(self._begin)
         document.message.connect(self._watch)
         document.question.connect(self._stop_at_question)
-        window.part(folder).queue.changed.connect(self._look_at_folder)
+        window.part(folder).queue.changed.connect(self._folder_changed)
         self._dialogs = QTimer(self, interval=_LOOK_MS)
         self._dialogs.timeout.connect(self._look_for_dialog)
         self._dialogs.start()
@@ -74,7 +74,7 @@ class Script(QObject):
             self._begin()
         else:
             self.window.open_path(self._path)
-            self._look_at_folder()
+            self._folder_changed()
 
     def _begin(self) -> None:
         if self._steps is None:
@@ -110,7 +110,7 @@ class Script(QObject):
         if self._steps is None:  # a question may be left without an answer after opening
             self.fail(text)
 
-    def _look_at_folder(self) -> None:
+    def _folder_changed(self) -> None:
         queue = self.window.part(folder).queue
         if self._steps is not None or queue.folder is None:
             return

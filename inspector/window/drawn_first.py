@@ -1,9 +1,9 @@
-"""A filter that protects the keys of verdicts from repeats and from keys pressed too early.
+"""A filter that ignores repeated keys of verdicts, and keys pressed too early.
 
-A verdict key has an effect only once per press, and only after the interval was painted. When a key
-is held, Qt mistakes many repeats for new presses, because it decides when the key is released, and
-the next press may not have arrived yet. Such a repeat has the same time stamp as the release before
-it, which is impossible for a real press.
+A verdict key has an effect only once per press, and only after the interval was painted. While a
+key is held, Qt mistakes many repeats for new presses, because the next press may not have arrived
+when Qt handles the release. Such a repeat has the same time stamp as the release before it, unlike
+a real press.
 """
 
 from __future__ import annotations

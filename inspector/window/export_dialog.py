@@ -1,4 +1,4 @@
-"""The export dialog, which asks for a path, the intervals to correct, and additional files."""
+"""The export dialog: the path, the intervals to correct, and additional files."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class ExportDialog(WriteDialog):
         self.undecided = QCheckBox(_undecided_text(undecided, every, total))
         self.undecided.setToolTip(
             tr(
-                "Intervals that are not open, with a confidence of {confidence:.2f} or more",
+                "Closed intervals with a confidence of {confidence:.2f} or more",
                 confidence=SURE_ENOUGH,
             )
         )
@@ -129,7 +129,7 @@ class ExportDialog(WriteDialog):
         return self._look.running
 
     def when_seen(self, then: Callable[[], object]) -> None:
-        """Call `then` as soon as it is known which files the export would replace."""
+        """Call `then` once the dialog knows which files the export would replace."""
         if self.looking:
             self._then = then
         else:
@@ -202,7 +202,7 @@ def _tracking_words(tracking: Tracking) -> str:
 
 
 def _undecided_text(sure: int, repairable: int, total: int) -> str:
-    """Return the text of the check box for correcting undecided intervals, too."""
+    """Return the text of the check box that also corrects undecided intervals."""
     if sure != repairable:
         return plural(
             "Also correct {sure} of {n} undecided interval: the confident ones",
@@ -212,8 +212,8 @@ def _undecided_text(sure: int, repairable: int, total: int) -> str:
         )
     if repairable < total:
         return plural(
-            "Also correct {sure} of {n} undecided interval: the automatically correctable ones",
-            "Also correct {sure} of {n} undecided intervals: the automatically correctable ones",
+            "Also correct {sure} of {n} undecided interval: the correctable ones",
+            "Also correct {sure} of {n} undecided intervals: the correctable ones",
             total,
             sure=sure,
         )

@@ -69,7 +69,7 @@ class FileActions(Saving):
         opener.locate.connect(self.locate_clip)
         opener.began.connect(self._opening)
         opener.share.connect(self._opening_share)
-        opener.over.connect(self._opening_over)
+        opener.over.connect(self._opening_ended)
         recovery.save_elsewhere.connect(self.save_session_as)
         recovery.open_again.connect(self.open_path)
         self.document.opened.connect(self._opened)
@@ -115,9 +115,9 @@ class FileActions(Saving):
     def open_queue(self, folder: Path) -> None:
         """Analyse the clips of a folder in the background.
 
-        The clip that was open last in this folder is opened. If there is none, the worst clip so
-        far is opened after a few seconds, when a tenth of the clips or 20 are analysed. If a worse
-        clip is found later, the program offers to open it.
+        The clip that was last open in this folder is opened or, if there is none, the worst clip as
+        soon as a tenth of the clips, or 20, are analysed. If a worse clip is found later, the
+        program offers to open it.
         """
         kept = known_of_folder(self.settings, folder)
         self._wait_for_first = False
@@ -175,7 +175,7 @@ class FileActions(Saving):
     def _open_worst(self, path: Path) -> None:
         """Open the worst clip.
 
-        While other clips are still being analysed, report that this is the worst so far.
+        While other clips are still being analysed, report that it is the worst so far.
         """
         if self.queue.running:
             self._so_far, self._offered = path, self.queue.clips[path].severity
@@ -221,7 +221,7 @@ class FileActions(Saving):
             )
 
     def next_clip(self) -> None:
-        """Open the next clip with undecided intervals in the list, which is sorted worst first."""
+        """Open the next clip with undecided intervals, in the order from worst to best."""
         data = self.document.data
         path = self.queue.next_after(data.clip.path if data else None)
         if path is not None:
@@ -258,7 +258,7 @@ class FileActions(Saving):
         how = "   " + tr("Press {key} to cancel.", key=key) if key else ""
         self.window.statusBar().showMessage(f"{self._under_way} … {100.0 * share:.0f} %{how}")
 
-    def _opening_over(self) -> None:
+    def _opening_ended(self) -> None:
         self.window.statusBar().clearMessage()
         self.cancel.setEnabled(False)
 
@@ -328,7 +328,7 @@ class FileActions(Saving):
         if self._at_once is not None:
             self._at_once.reject()  # pressed again: export the current state of the review
         self._at_once = dialog
-        dialog.finished.connect(self._at_once_over)
+        dialog.finished.connect(self._export_at_once_ended)
 
         def decide() -> None:
             if dialog.do_it.isEnabled():
@@ -341,7 +341,7 @@ class FileActions(Saving):
             self.bar.show_message(tr("Checking which files the export would replace …"), False)
         dialog.when_seen(decide)
 
-    def _at_once_over(self, _: int) -> None:
+    def _export_at_once_ended(self, _: int) -> None:
         self._at_once = None
 
     def export(self, choice: ExportChoice) -> None:
@@ -371,7 +371,7 @@ class FileActions(Saving):
         self.open_path(following)
 
     def _is_busy(self, since: ReviewState | None) -> bool:
-        """True if the user has worked since the state `since`, or is busy now.
+        """True if the user has done anything since the state `since`, or is busy now.
 
         In that case, no other clip may be opened automatically.
         """

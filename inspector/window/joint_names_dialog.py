@@ -37,7 +37,7 @@ _JOINT, _TAKEN, _BY, _CHANGE = range(4)
 _HEADS = (
     tr("Joint"),
     tr("Body part"),
-    tr_as("what a joint is known by", "Known by"),
+    tr_as("what a joint is known by", "Recognised by"),
     tr("Change to"),
 )
 _INDENT = "\N{NO-BREAK SPACE}" * 2
@@ -107,7 +107,7 @@ class JointNamesDialog(QDialog):
         self.search.setAccessibleName(tr("Find a joint"))
         self.table = QTableWidget(0, len(_HEADS))
         self.table.setHorizontalHeaderLabels(list(_HEADS))
-        self.table.setAccessibleName(tr("Joints and the body parts that they were recognised as"))
+        self.table.setAccessibleName(tr("Joints and the body parts they were recognised as"))
         self.table.setTabKeyNavigation(False)  # Tab goes from choice to choice
         self.table.verticalHeader().hide()
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -151,8 +151,8 @@ class JointNamesDialog(QDialog):
     def _fill(self) -> None:
         data = self._document.data
         assert data is not None
-        skeleton, said = data.motion.skeleton, self._document.review.state.rig.names
-        self._known = said
+        skeleton, chosen = data.motion.skeleton, self._document.review.state.rig.names
+        self._known = chosen
         depth = [0] * len(skeleton)
         self.table.setRowCount(len(skeleton))
         for joint, name in enumerate(skeleton.names):
@@ -162,10 +162,10 @@ class JointNamesDialog(QDialog):
             item.setToolTip(legible(name))
             self.table.setItem(joint, _JOINT, item)
             choice = _Choice()
-            choice.setAccessibleName(tr("What {joint} is", joint=legible(name)))
+            choice.setAccessibleName(tr("Role of {joint}", joint=legible(name)))
             for key, words in _CHOICES.items():
                 choice.addItem(words, key)
-            choice.setCurrentIndex(max(0, choice.findData(said.get(name, ""))))
+            choice.setCurrentIndex(max(0, choice.findData(chosen.get(name, ""))))
             choice.currentIndexChanged.connect(self._check)
             choice.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             choice.reached.connect(lambda row=joint: self.table.selectRow(row))
@@ -176,7 +176,7 @@ class JointNamesDialog(QDialog):
     def names(self) -> dict[str, str]:
         """The roles that the user has chosen, keyed by the joint's name in the file."""
         chosen = {name: str(box.currentData()) for name, box in self.choices.items()}
-        return {name: said for name, said in chosen.items() if said}
+        return {name: role for name, role in chosen.items() if role}
 
     def reset(self) -> None:
         """Restore the automatically found roles of all joints."""
@@ -189,11 +189,11 @@ class JointNamesDialog(QDialog):
         self._check()
 
     def _follow(self) -> None:
-        """Show the roles in the review after a change, for example by undo."""
-        said = self._document.review.state.rig.names
-        if said != self._known:
-            self._known = said
-            self._choose(said)
+        """Show the roles of the review after it has changed, for example by undo."""
+        chosen = self._document.review.state.rig.names
+        if chosen != self._known:
+            self._known = chosen
+            self._choose(chosen)
         else:
             self._check()
 
@@ -218,7 +218,7 @@ class JointNamesDialog(QDialog):
             self.table.setRowHidden(row, text.casefold() not in words)
 
     def _check(self) -> None:
-        """Show the roles of the joints that result from the user's choices, and the chains."""
+        """Show the roles of the joints, and the chains, that result from the user's choices."""
         data = self._document.data
         if data is None:
             return
@@ -242,17 +242,17 @@ class JointNamesDialog(QDialog):
             self._show(body, names, {c.parent: c for c in chains if isinstance(c, Helper)})
         self._use.setEnabled(self._rig is not None)
 
-    def _show(self, body: Body, said: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
-        """Fill in the role of each joint, and what it was derived from.
+    def _show(self, body: Body, chosen: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
+        """Fill in the role of each joint and where it comes from.
 
-        `said` has the roles that the user has chosen, keyed by joint name. `helpers` has the twist
-        bones, keyed by joint index.
+        `chosen` has the roles that the user has chosen, keyed by joint name. `helpers` has the
+        twist bones, keyed by joint index.
         """
         by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
         for joint, taken in enumerate(body.taken_for):
             name, helper = body.names[joint], helpers.get(joint)
             by = tr_as("by", "its name") if name.roles or not taken else tr_as("by", "its position")
-            if own := said.get(body.skeleton.names[joint], ""):
+            if own := chosen.get(body.skeleton.names[joint], ""):
                 by = tr_as("by", "you")
                 side, _, part = own.partition(" ")
                 taken = f"{side.title()} {_SEGMENTS.get(part, part.title())}" if part else ""

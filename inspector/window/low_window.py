@@ -1,6 +1,6 @@
 """The layout for low windows, such as on a laptop at 200 % scaling.
 
-It has fewer titles and smaller margins.
+This layout has fewer titles and smaller margins.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class LowWindow:
         self._name_docks()
 
     def _name_docks(self) -> None:
-        """In a low window, hide the titles of docks in tabs, which show the same names."""
+        """In a low window, hide the titles of docks in tabs, since the tabs show the names."""
         for dock in self._docks.values():
             tabbed = not dock.isFloating() and bool(self._window.tabifiedDockWidgets(dock))
             show_title(dock, "low", shown=not (self.low and tabbed))
@@ -65,9 +65,9 @@ class LowWindow:
 def is_seen(dock: QDockWidget) -> bool:
     """True if a dock is visible on the screen.
 
-    `isVisible` is not enough, because Qt also reports a dock behind another tab as visible,
-    although it moves it outside the window. The visible region cannot be used either, because the
-    dock's content may cover all of it.
+    `isVisible` is not enough: Qt also reports docks behind other tabs as visible, although they are
+    outside the window. The visible region cannot be used either, because a dock's content may cover
+    all of it.
     """
     within = dock.window().rect().intersects(dock.geometry())
     return dock.isVisible() and (dock.isFloating() or within)

@@ -11,7 +11,7 @@ from inspector.window.usual_layout import UsualLayout
 
 
 class Parts(HostWindow):
-    """The window as seen by the action rows that belong to no feature."""
+    """The window as used by the action rows that belong to no feature."""
 
     presentation: Presentation
     usual_layout: UsualLayout

@@ -29,9 +29,7 @@ class Scaled(Protocol):
 
 
 class Presentation:
-    """Hides everything except the figure, the transport, the curves and a lesson's page, and
-    restores the window afterwards.
-    """
+    """Hides everything except figure, transport, curves and lesson, and restores it afterwards."""
 
     def __init__(
         self,
@@ -40,7 +38,7 @@ class Presentation:
         viewport: Viewport,
         timeline: Timeline,
     ) -> None:
-        """Prepare the presentation. `docks` are the docks, keyed by object name."""
+        """Prepare a presentation. `docks` are the window's docks, keyed by object name."""
         self._window, self._docks = window, docks
         self._viewport, self._timeline = viewport, timeline
         self._layout: QByteArray | None = None
@@ -109,6 +107,6 @@ class Presentation:
                 part.set_scale(scale)
 
     def _content(self, name: str) -> QWidget | None:
-        """Return what a dock shows, without the scroll bars around it."""
+        """Return the content of a dock, without its scroll area."""
         shown = self._docks[name].widget()
         return shown.widget() if isinstance(shown, QScrollArea) else shown

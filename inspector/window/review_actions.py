@@ -38,7 +38,7 @@ class ReviewActions:
     Attributes
     ----------
     card
-        The card of the selected interval, which also shows why nothing was found elsewhere.
+        The card of the selected interval. It also shows why nothing was found elsewhere.
     show_card
         Function that brings the card to the front.
     look
@@ -50,7 +50,7 @@ class ReviewActions:
     key
         Function that returns the shortcut of an action as text.
     more_clips
-        Function that returns True if a folder is open.
+        Function that returns True if a folder of clips is open.
     """
 
     document: Document
@@ -90,7 +90,7 @@ class ReviewActions:
     def judge(self, decision: Decision) -> None:
         """Set the decision of the selected intervals without moving the camera."""
         if self.document.data is not None:
-            with self.intervals.going_about() as order:
+            with self.intervals.visit_order() as order:
                 self.document.decide(decision, self.intervals.selected_ids(), order)
             if decision != Decision.UNDECIDED and self.document.interval is not None:
                 self._report_end()
@@ -135,7 +135,7 @@ class ReviewActions:
         if not changed:
             return
         if document.interval_id not in changed:
-            with self.intervals.going_about() if len(changed) > 1 else nullcontext(()) as order:
+            with self.intervals.visit_order() if len(changed) > 1 else nullcontext(()) as order:
                 first = next((k for k in order if k in changed), changed[0])
                 document.select_interval(first, jump=True)
             self._arrive(zoom=True)
@@ -163,11 +163,11 @@ class ReviewActions:
     def step_interval(self, direction: int) -> None:
         """Go to the next undecided interval (+1) or to the previous one (−1).
 
-        If there is no undecided interval in that direction, go to the neighbouring interval.
+        If no interval in that direction is undecided, go to the neighbouring interval.
         """
         if self._report_unexamined():
             return
-        with self.intervals.going_about() as order:
+        with self.intervals.visit_order() as order:
             if direction < 0 and not self._undecided_before(order):
                 self.document.step_interval(direction, order=order)
             elif not self.document.step_interval(direction, undecided=True, order=order):
@@ -189,7 +189,7 @@ class ReviewActions:
     def begin(self) -> None:
         """Go to the first undecided interval, unless the user has already moved."""
         fresh = self.document.interval is None and self.document.frame == 0
-        with self.intervals.going_about() as order:
+        with self.intervals.visit_order() as order:
             if fresh and self.document.step_interval(+1, undecided=True, order=order):
                 self._arrive(zoom=True)
 
@@ -212,7 +212,7 @@ class ReviewActions:
 
     def step_any(self, direction: int) -> None:
         """Go to the next (+1) or previous (−1) interval, whether it is decided or not."""
-        with self.intervals.going_about() as order:
+        with self.intervals.visit_order() as order:
             self.document.step_interval(direction, order=order)
         self._arrive(zoom=True)
 
@@ -253,7 +253,7 @@ class ReviewActions:
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def group_errors(self, on: bool) -> None:
-        """Set whether the list groups errors that belong together, and save this choice."""
+        """Set whether the list groups related errors, and save this choice."""
         self.settings.group_errors = on
         self.intervals.group_errors(on)
 
@@ -301,13 +301,13 @@ class ReviewActions:
                 self.document.do(Annotate(interval_id, judged.note, reason))
             self.decide(Decision.REJECTED)
 
-    def write(self, what: str) -> None:
+    def focus_field(self, what: str) -> None:
         """Move the focus to the selected interval's 'note', 'delta', 'start' or 'stop'."""
         if self.document.interval is None:
             self._ask_to_select()
             return
         self.show_card()
-        if not self.card.write(what):
+        if not self.card.focus_field(what):
             self.bar.show_message(tr("This number cannot be edited for this kind of error."), False)
 
     def play_edge(self, *, other: bool = False) -> None:
@@ -335,21 +335,21 @@ class ReviewActions:
         first, stop = (frame, interval.stop) if start else (interval.start, frame + 1)
         if stop <= first:
             text = (
-                tr("The start must be before the interval's end.")
+                tr("The interval must start before its end.")
                 if start
-                else tr("The end must be after the interval's start.")
+                else tr("The interval must end after its start.")
             )
             self.bar.show_message(text, False)
         else:
             self.document.edit(judged.id, resized(interval, first, stop))
 
     def make_level(self) -> None:
-        """Give the selected interval the same offset in all its frames."""
+        """Make the offset of the selected interval constant."""
         if judged := self.document.interval:
             self.document.edit(judged.id, flattened(judged.interval))
 
     def make_following(self) -> None:
-        """Give the selected interval the offsets that make the corrected twist linear over time."""
+        """Vary the selected interval's offset, so that the corrected twist is linear in time."""
         judged = self.document.interval
         if judged and judged.interval.kind.info.repairer:
             self.bar.show_message(
@@ -392,14 +392,14 @@ class ReviewActions:
     # -- missed errors --------------------------------------------------------------------------
 
     def next_faint(self) -> None:
-        """Go to the next suspicious moment, where the detector may have missed an error.
+        """Go to the next suspicious moment at which the detector may have missed an error.
 
-        Such a moment is a candidate with a strength between half of τ and τ, or a peak above τ
-        without any other cause.
+        Such a moment is a candidate with a strength between τ/2 and τ, or an unexplained peak above
+        τ.
         """
         document = self.document
         if (data := document.data) is None:
-            self.bar.show_message(tr("There is nothing suspicious down to half of τ."), False)
+            self.bar.show_message(tr("Nothing is suspicious down to half of τ."), False)
             return
         if data.blind:
             self.bar.show_message(BLIND, False)
@@ -410,7 +410,7 @@ class ReviewActions:
         faint = faint_intervals(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
         if not found:
-            text = tr("There is nothing suspicious down to half of τ.") + _count_explained(past)
+            text = tr("Nothing is suspicious down to half of τ.") + _count_explained(past)
             self.bar.show_message(text, False)
             return
         order = [c.name for c in data.chains_and_limbs]
@@ -484,7 +484,7 @@ def _first_frame(moment: Interval | Reason) -> int:
 
 
 def _count_explained(past: Sequence[Reason]) -> str:
-    """Return a sentence with the number of harmless peaks above τ, or '' if there are none."""
+    """Return a sentence on the number of harmless peaks above τ, or '' if there are none."""
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)

@@ -1,4 +1,4 @@
-"""The display of the review's state in the title, in undo and redo, and in the status bar."""
+"""Show the review's state in the title, in undo and redo, and in the status bar."""
 
 from __future__ import annotations
 

@@ -33,8 +33,8 @@ def open_sample(parts: Parts) -> None:
 def own_copy(bundled: Path) -> Path:
     """Return the path of a bundled clip's copy in the user's documents, and create it if needed.
 
-    A file with the same name and other content is not changed, and the copy gets the next free
-    name. If the folder cannot be written, the path of the bundled clip is returned.
+    If there is another file with this name, the copy gets the next free name. If the folder is
+    read-only, the path of the bundled clip is returned.
     """
     folder = own_folder(platformdirs.user_documents_path) / _FOLDER
     try:

@@ -23,7 +23,7 @@ _AUTOSAVE_MS = 60_000  # after the last step
 
 @dataclass(eq=False, kw_only=True)
 class Saving:
-    """Saves decisions or leaves them in the journal, without a modal dialog during a review.
+    """Saves decisions or leaves them in the journal. No modal dialog interrupts a review.
 
     `tell_saved` is a function that is called when the session is on disk.
     """
@@ -78,7 +78,7 @@ class Saving:
         return saved
 
     def _is_borrowed(self) -> bool:
-        """Show a message and return True if the clip is borrowed, so that it gets no session."""
+        """Return True, and show a message, if the clip is borrowed, so that it gets no session."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -129,14 +129,14 @@ class Saving:
         self.bar.ask(text, (*here, elsewhere, without))
 
     def _is_kept(self) -> bool:
-        """True if the review is saved, or if it need not be saved because the clip is borrowed."""
+        """True if the review is saved, or need not be saved because the clip is borrowed."""
         return self.document.review.saved or self.document.borrowed is not None
 
     def save_quietly(self) -> bool:
         """Save without a message, except for errors. Return True if the session is on disk.
 
-        Nothing is saved for a borrowed clip, or for a clip shipped with the program, which must
-        look new to the next user. The decisions for these clips remain in the journal.
+        Borrowed clips and clips shipped with the program get no session, because the next user must
+        find them unchanged. Their decisions remain in the journal.
         """
         saved, trouble = self._save()
         self._report(trouble)
@@ -181,7 +181,7 @@ class Saving:
             self.save_quietly()
 
     def may_close(self, *, ask: bool = True) -> bool:
-        """True if unsaved decisions are saved, discarded by the user, or in the journal.
+        """True if closing loses no decision: all are saved, in the journal, or discarded.
 
         With `ask`, the user is asked if necessary.
         """
@@ -261,7 +261,7 @@ class Saving:
         Return True if the window should close anyway.
         """
         button = QMessageBox.StandardButton
-        later = tr("You can restore the decisions when you start the program again.")
+        later = tr("You can restore the decisions the next time you start the program.")
         text = f"{trouble} {later}"
         buttons, default = button.Close | button.Cancel, button.Close
         answer = QMessageBox.warning(self.window, "Twist Inspector", text, buttons, default)

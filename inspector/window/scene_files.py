@@ -1,4 +1,4 @@
-"""Open the scene files of other programs, which Blender converts to a BVH next to the file."""
+"""Open scene files of other programs. Blender converts them to a BVH next to the file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Saving of changed settings within a second, so that they survive a crash.
+"""Save changed settings within a second, so that they survive a crash.
 
 This module also saves how the figure is drawn for each kind of error.
 """
@@ -21,7 +21,7 @@ _LOOKS = "skin", "side_by_side"
 
 
 class KeptLooks(QObject):
-    """Draws the figure in the way that the user has chosen for the selected kind of error."""
+    """Draws the figure as the user has chosen for the selected kind of error."""
 
     def __init__(
         self,
@@ -33,7 +33,8 @@ class KeptLooks(QObject):
     ) -> None:
         """Restore the last choice.
 
-        `is_busy` is a function that returns True while something else decides how to draw.
+        `is_busy` is a function that returns True while a lesson or the teaching tab decides how to
+        draw.
         """
         super().__init__(parent)
         self._document, self._settings, self._is_busy = document, settings, is_busy
@@ -78,8 +79,7 @@ class SettingsKeeper(QObject):
         path
             The file to write, or None to write nothing.
         look
-            Function that returns the geometry and layout of the window, or None while they must not
-            be saved.
+            Function that returns the geometry and layout of the window, or None to save neither.
         tell
             Function that shows a message. It is called once if writing fails.
         """

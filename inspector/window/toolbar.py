@@ -1,4 +1,4 @@
-"""The toolbar, which shows the most frequent actions as icons and, if they fit, with labels."""
+"""The toolbar: icons of the most frequent actions, with labels if they fit."""
 
 from __future__ import annotations
 

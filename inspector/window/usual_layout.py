@@ -1,4 +1,4 @@
-"""The window's layout: the initial one, the one of the last run, and a reset."""
+"""The window's layout: initial, restored from the last run, or reset."""
 
 from __future__ import annotations
 
@@ -68,8 +68,8 @@ _SIDES = _Area.LeftDockWidgetArea, _Area.RightDockWidgetArea
 def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
     """Return `panel`, moved so that it does not cover `taken`.
 
-    It is moved by the shortest distance below, above, to the right or to the left that stays inside
-    `room`. If there is none, `panel` is not moved.
+    It is moved the shortest way up, down, left or right that stays inside `room`. If there is none,
+    `panel` is returned unchanged.
     """
     if not panel.intersects(taken):
         return panel
@@ -100,7 +100,7 @@ class UsualLayout(QObject):
         """Prepare the layout.
 
         `docks` are the docks in their initial positions, keyed by object name. `controls` are the
-        controls below the figure, which floating panels must not cover initially. `compact` are the
+        controls below the figure. Floating panels do not cover them initially. `compact` are the
         parts that have a layout for low windows, see :class:`LowWindow`.
         """
         super().__init__(window)
@@ -180,7 +180,7 @@ class UsualLayout(QObject):
         dock.move(clear_of(dock.frameGeometry(), taken, room).topLeft())
 
     def _make_usable(self) -> None:
-        """Limit the sizes of restored panels, which may come from another screen."""
+        """Limit the sizes of restored panels, because they may come from another screen."""
         window = self._window
         for dock in self._docks.values():
             if dock.isFloating() or not is_seen(dock):
@@ -225,7 +225,7 @@ class UsualLayout(QObject):
             self._window.resizeDocks([self._docks["clips"]], [size], Qt.Orientation.Horizontal)
 
     def _divide_column(self, chains: int | None = None) -> None:
-        """Set the height of the chains. The lists above them get the rest of the column."""
+        """Set the height of the chains panel. The lists above it get the rest of the column."""
         parts = [self._docks["intervals"], self._docks["chains"]]
         areas = {self._window.dockWidgetArea(part) for part in parts}
         together = len(areas) == 1 and not any(part.isFloating() for part in parts)
@@ -266,7 +266,7 @@ class UsualLayout(QObject):
         return not any(self._docks[name].isHidden() for name, _ in _SIZED)
 
     def _dragged_sizes(self) -> tuple[int, ...]:
-        """Return all sizes that the user can change by dragging a border, in pixels."""
+        """Return the sizes, in pixels, that the user can change by dragging a border."""
         return *self._sizes(), self._docks["clips"].width()
 
     def _sizes(self) -> tuple[int, ...]:

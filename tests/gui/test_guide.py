@@ -88,4 +88,17 @@ def test_back_and_forward_and_a_search(qtbot, guide):
     guide.line.returnPressed.emit()
     assert guide.browser.textCursor().position() > first
     guide.line.setText("no such words")
-    assert guide.found.text() == "no match on this page"
+    assert guide.found.text() == "no match"
+
+
+@pytest.mark.parametrize("words", ["lone jump", "joint jump"])
+def test_the_search_reaches_the_section_of_a_kind_of_error(guide, words):
+    guide.browser.go("teaching.md")
+    guide.line.setText(words)
+    assert guide.found.text() == "not on this page; Enter goes to another page"
+    guide.line.returnPressed.emit()
+    assert not guide.found.text()
+    assert guide.browser.source().fileName() == "method.md"
+    cursor = guide.browser.textCursor()
+    assert cursor.block().blockFormat().headingLevel()
+    assert cursor.selectedText().casefold() == words

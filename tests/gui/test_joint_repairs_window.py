@@ -49,7 +49,7 @@ def row_of(window, judged):
         [str(model.index(r, c).data()) for c in range(model.columnCount())]
         for r in range(model.rowCount())
     )
-    kind, start = judged.interval.kind.info.short, str(judged.interval.start)
+    kind, start = judged.interval.kind, str(judged.interval.start)
     return next(cells for cells in rows if kind in cells and start in cells)
 
 

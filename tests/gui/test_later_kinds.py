@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import Qt
 
-from inspector.language import use_language
-from inspector.panels.interval_filter import FILTERS, short_word
+from inspector.language import of_core, use_language
+from inspector.panels.interval_filter import FILTERS
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, open_clip
 from twistcore import Kind, Review, detect, read_clip, write_session
@@ -73,9 +73,9 @@ def test_it_is_shown_kept_and_never_corrected(qtbot, window, session):
 def test_kinds_have_their_words_in_the_list_and_the_filter():
     labels = [name for name in FILTERS if name in {kind.info.label for kind in Kind}]
     assert labels == [kind.info.label for kind in Kind]
-    assert [short_word(kind) for kind in (Kind.LIMB_FLIP, Kind(LATER))] == ["flip", LATER]
+    assert [of_core(kind) for kind in (Kind.LIMB_FLIP, Kind(LATER))] == ["limb flip", LATER]
     use_language("de")
     try:
-        assert short_word(Kind.LONE_JUMP) != "jump"
+        assert of_core(Kind.LONE_JUMP) != "lone jump"
     finally:
         use_language("en")

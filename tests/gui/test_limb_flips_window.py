@@ -82,9 +82,9 @@ def test_flips_are_listed_beside_twists(qtbot, opened):
     act(opened, "group_errors")  # off: each interval has a row of its own
     rows = range(opened.intervals.table.model().rowCount())
     listed = [(cell(opened, row, "Kind"), cell(opened, row, "Chain")) for row in rows]
-    assert [row for row in listed if row[0] in ("jump", "flip")] == [
-        *[("jump", "Right Leg")] * 4,
-        *[("flip", "Right leg · limb")] * 6,
+    assert [row for row in listed if row[0] in ("lone jump", "limb flip")] == [
+        *[("lone jump", "Right Leg")] * 4,
+        *[("limb flip", "Right leg · limb")] * 6,
     ]
     chains = opened.chains.table.model()
     assert [chains.index(row, 0).data() for row in (8, 10, 13)] == [
@@ -169,7 +169,7 @@ def test_judged_by_keys_and_taken_back(qtbot, opened):
         Decision.ACCEPTED, Decision.REJECTED, Decision.UNDECIDED
     ]  # fmt: skip
     title, why = opened.detail.title.text(), opened.detail.why.text()
-    assert title == "<b>Right leg</b> · flip · 4 frames, varying δ"
+    assert title == "<b>Right leg</b> · limb flip · 4 frames, varying δ"
     assert why.startswith("The right leg is flipped for 4 frames: the knee points ")
     assert "The knee jumps by +179° at frame 38 and back by −180° at frame 42." in why
     assert "Log odds" in opened.detail.why.toolTip()
@@ -418,7 +418,7 @@ def test_lone_jumps_are_listed_and_not_edited(opened):
     jumps = [j for j in document.intervals if j.interval.kind == Kind.LONE_JUMP]
     assert [j.interval.start for j in jumps] == JUMPS
     document.select_interval(jumps[0].id, jump=True)
-    assert detail.title.text() == "<b>Right Leg</b> · jump · 1 frame"
+    assert detail.title.text() == "<b>Right Leg</b> · lone jump · 1 frame"
     assert detail.why.text().startswith(
         "RightFoot turns −66° about its own axis in one frame, at frame 14. At 120 frames"
     )

@@ -54,7 +54,7 @@ def test_the_strength_plot_shows_what_tau_acts_on(ramped):
     np.testing.assert_allclose(size[inside], np.degrees(np.abs(interval.offset)), atol=1e-6)
     assert np.isnan(np.delete(size, np.arange(interval.start, interval.stop))).all()
     title = "".join(text for text, _ in pane.front.title)
-    assert "compared with τ: its maximum 78.0°" in title
+    assert "its maximum 78.0° is compared with τ" in title
     # It is listed exactly if τ is at most this maximum, which the strength reaches in one frame.
     largest = abs(interval.largest)
     strength = document.detector.strength("RightShoulder")[inside]

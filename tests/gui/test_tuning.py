@@ -98,7 +98,7 @@ def test_the_curves_are_those_of_the_core(window, tuning):
     low, high = np.degrees(core.plateau(np.radians(1.5), ALARM_PRICE, SMALLEST_ERROR))
     assert low == pytest.approx(1.5)
     assert high >= np.degrees(core.suggested())
-    assert f"{low:.2f}–{high:.2f}° cost the same: leave it" in words
+    assert f"{low:.2f}–{high:.2f}° cost the same: no change" in words
     strength = np.degrees(window.document.detector.strength("LeftForeArm"))
     drawn = np.expm1(
         tuning.curves.histogram.below.getData()[1] + tuning.curves.histogram.above.getData()[1]

@@ -95,7 +95,7 @@ def test_another_kind_is_one_file(monkeypatch):
     from twistcore.detection import kind as module
 
     own = ModuleType("twistcore.detection.kinds.foot_slide")
-    own.KIND = KindInfo("foot slide", "Foot slides", "slide", 35, of_capture=True, size="slide_mm")
+    own.KIND = KindInfo("foot slide", "Foot slides", 35, of_capture=True, size="slide_mm")
     monkeypatch.setitem(sys.modules, own.__name__, own)
     import pkgutil
 
@@ -175,7 +175,7 @@ PACKAGE = """
 from twistcore.detection.kind import KindInfo
 
 KIND = KindInfo(
-    "foot slide", "Foot slides", "slide", 35, of_capture=True, find="foot_slide_finder:find"
+    "foot slide", "Foot slides", 35, of_capture=True, find="foot_slide_finder:find"
 )
 """
 FINDER = """

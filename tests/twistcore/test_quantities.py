@@ -173,7 +173,7 @@ def test_a_stretch_by_hand_is_compared_with_the_rest_if_no_roll_is_usual():
     ],
 )
 def test_a_curve_that_fails_is_one_error(monkeypatch, curve):
-    info = KindInfo("foot slide", "Foot slides", "slide", 35, quantity=curve)
+    info = KindInfo("foot slide", "Foot slides", 35, quantity=curve)
     kind = Kind("foot slide")
     monkeypatch.setattr(kind, "info", info)
     one = Interval("LeftArm", 3, 5, np.zeros(2), kind=kind, joint="LeftArm")

@@ -24,8 +24,6 @@ class KindInfo:
         The word for the kind in files, in tables and for ``--kinds``.
     label : str
         The plural, as the name of a filter: "Lone jumps".
-    short : str
-        The singular for a narrow column: "jump".
     place : int
         The position of the kind in lists, which are sorted from common to rare kinds.
     repair : str
@@ -83,7 +81,6 @@ class KindInfo:
 
     name: str
     label: str
-    short: str
     place: int
     repair: str = ""
     automatic: bool = False
@@ -305,7 +302,7 @@ def _by_word() -> Mapping[str, Kind]:
 @cache
 def _unknown(value: str) -> Kind:
     word = value.replace("{", "{{").replace("}", "}}")
-    return _made("", KindInfo(value, value, value, 1000, here=word + " {frames}"))
+    return _made("", KindInfo(value, value, 1000, here=word + " {frames}"))
 
 
 def _word(value: object) -> str:

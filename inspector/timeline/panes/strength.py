@@ -1,4 +1,4 @@
-"""The pane of the strength, which is compared with τ. For a limb, it shows the swivel's jumps."""
+"""The pane of the strength that is compared with τ: for a limb, the swivel's jumps."""
 
 from __future__ import annotations
 
@@ -39,8 +39,7 @@ def _draw(curves: Curves, pane: Pane) -> None:
 def _soft_size(curves: Curves) -> Array:
     """Return |δ| of the soft intervals in degrees, (frames,), NaN in other frames.
 
-    A soft error has no jump, so its strength is the maximum of |δ|. τ is compared with this
-    maximum.
+    A soft error has no jump. Its strength, which is compared with τ, is the maximum of |δ|.
     """
     size = np.full(curves.document.frames, np.nan)
     for judged in curves.document.review.state.of_chain(curves.document.chain):
@@ -50,13 +49,13 @@ def _soft_size(curves: Curves) -> Array:
 
 
 def _soft_title(curves: Curves, frame: int) -> Title:
-    """Return the title for a frame in a soft interval: |δ| and its maximum, or an empty list."""
+    """Return the title in a soft interval, |δ| and its maximum, or [] in other frames."""
     for judged in curves.document.review.state.of_chain(curves.document.chain):
         interval = judged.interval
         if interval.start <= frame < interval.stop and is_soft(interval):
             now, top = np.degrees([abs(interval.offset[frame - interval.start]), interval.largest])
             of = {"now": in_degrees(now).strip(), "top": in_degrees(abs(top)).strip()}
-            words = tr("soft |δ| ╌ {now}, compared with τ: its maximum {top}", **of)
+            words = tr("soft |δ| ╌ {now}; its maximum {top} is compared with τ", **of)
             return [(f"   {words}", "text")]
     return []
 

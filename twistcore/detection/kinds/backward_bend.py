@@ -5,7 +5,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="backward bend",
     label="Backward bends",
-    short="bend",
     place=43,
     of_capture=True,
     weight=1.0,

@@ -5,7 +5,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="body step",
     label="Body steps",
-    short="body",
     place=48,
     of_capture=True,
     weight=1.0,

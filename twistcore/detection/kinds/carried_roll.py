@@ -8,7 +8,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="carried roll",
     label="Carried rolls",
-    short="carried",
     place=15,
     repair="carried roll",
     automatic=True,

@@ -8,7 +8,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="counter-twist",
     label="Counter-twists",
-    short="twist",
     place=10,
     repair="twist",
     automatic=True,

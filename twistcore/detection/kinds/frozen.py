@@ -5,7 +5,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="frozen frames",
     label="Frozen frames",
-    short="frozen",
     place=60,
     of_capture=True,
     weight=0.0,

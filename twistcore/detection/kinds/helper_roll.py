@@ -8,7 +8,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="helper roll",
     label="Helper rolls",
-    short="helper",
     place=30,
     repair="roll",  # never automatically: its confidence was not measured
     here="helper roll {frames} of {joint} ({size})",

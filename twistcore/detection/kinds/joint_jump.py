@@ -8,7 +8,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="joint jump",
     label="Joint jumps",
-    short="step",
     place=44,
     of_capture=True,
     sign="±",

@@ -8,7 +8,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="limb flip",
     label="Limb flips",
-    short="flip",
     place=20,
     repair="swivel",
     automatic=True,

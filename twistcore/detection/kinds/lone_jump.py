@@ -8,7 +8,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="lone jump",
     label="Lone jumps",
-    short="jump",
     place=40,
     size="turn_deg",
     here="lone jump {frames} of {joint} ({size})",

@@ -5,7 +5,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="noise burst",
     label="Noise bursts",
-    short="noise",
     place=50,
     of_capture=True,
     weight=0.0,

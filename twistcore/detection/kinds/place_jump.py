@@ -5,7 +5,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="place jump",
     label="Place jumps",
-    short="place",
     place=46,
     of_capture=True,
     weight=1.0,

@@ -5,7 +5,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="spike",
     label="Spikes",
-    short="spike",
     place=42,
     of_capture=True,
     sign="±",

@@ -5,7 +5,6 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="stretch",
     label="Stretches",
-    short="stretch",
     place=41,
     of_capture=True,
     lasting=True,
