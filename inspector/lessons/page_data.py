@@ -1,4 +1,4 @@
-"""Collect clip data for a lesson's web page: only frames near those that its pages show."""
+"""Collect clip data for the web page of a lesson: only frames near the ones in its pages."""
 
 from __future__ import annotations
 

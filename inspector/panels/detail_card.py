@@ -56,10 +56,10 @@ _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Track this burst")
 _DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # reasons why an interval of any kind is open
-_NOT_CORRECTED = tr("This finding is not corrected. Accept the finding to mark it as seen.")
+_NOT_CORRECTED = tr("There is no correction for this detection. Accept it to mark it as seen.")
 _MAY_INSERT = tr(
-    "This finding is not corrected. Press Insert if the joint is turned wrongly "
-    "from here on or up to here. Or accept the finding to mark it as seen."
+    "There is no correction for this detection. Accept it to mark it as seen, or press Insert if "
+    "the joint is turned wrongly from here on or up to here."
 )
 _EDITED = tr_as("an interval", "edited")
 _OTHER_SIDE = tr("the frames around the interval may be the wrong ones")

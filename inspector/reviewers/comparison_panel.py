@@ -18,7 +18,7 @@ from inspector.session.document import Document
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption
 from inspector.widgets.signed_numbers import angle_of
-from inspector.widgets.tables import BesideDelegate, RowModel, RowTable, TableRow
+from inspector.widgets.tables import RowModel, RowTable, SecondaryTextDelegate, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.review import Decision, Judged, Settle
 from twistcore.review.agreement import PairDifference, decided_by_person
@@ -58,7 +58,7 @@ class DifferencesModel(RowModel[DifferenceRow]):
         return TableRow(
             texts=(f"{self.label(interval.chain)} {frames}", *sides),
             colours={**colours, **({0: self.theme.soft} if thing.settled else {})},
-            beside=settled,
+            secondary=settled,
         )
 
     def _side(self, judged: Judged | None, difference: PairDifference | None) -> str:
@@ -97,7 +97,7 @@ class ComparisonPanel(QWidget):
         self.model = DifferencesModel(document, colours)
         self.table = RowTable(self.model)
         self.table.setAccessibleName(tr("Differences between the reviews"))
-        self.table.setItemDelegate(BesideDelegate(self.model, self.table))
+        self.table.setItemDelegate(SecondaryTextDelegate(self.model, self.table))
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
@@ -119,7 +119,7 @@ class ComparisonPanel(QWidget):
         self._second, self._key = second, None
         mine, theirs = (second.mine, second.theirs) if second else ("", "")
         self.model.heads = (tr("Interval"), f"{tr('Mine')}\n{mine}", f"{tr('Theirs')}\n{theirs}")
-        self.model.begin_anew(())
+        self.model.reset_rows(())
         text = tr("Open another review of this clip: File → Compare with another review…")
         self.summary.set_text(text)
         for action in self._actions:

@@ -107,7 +107,7 @@ def analyse_carried_rolls(
     for chain in chains:
         if may_carry(chain):
             own = Witnesses.of(motion, chain)
-            if _some_edge(own):
+            if _has_edge(own):
                 signals[chain.name] = own.detached(), chain
     rotations = motion.rotations if reuse else motion.rotations.copy()
     known: dict[str, ConsistencyAnalysis | NotatedAnalysis] = {}

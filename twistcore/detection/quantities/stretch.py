@@ -23,7 +23,7 @@ def roll_from_usual(search: KindSearch, interval: Interval) -> Quantity | None:
         return None
     middle = 0.5 * interval.residual  # of the angle range, so that no level is near its ends
     return Quantity(
-        f"Roll of {interval.joint} from its usual roll",
+        f"Roll of {interval.joint} relative to its usual roll",
         np.degrees(middle + wrap(off - middle)),
         np.full(len(off), math.copysign(math.degrees(OFF), interval.residual)),
         math.degrees(interval.size),
