@@ -137,6 +137,7 @@ def test_the_action_shows_broken_rules_at_their_files(checkout):
     assert head == "### Captures: failed"
     assert [line for line in lines if line and not line.startswith("    ")] == []
     assert "'severity>5'" in summary
+    assert "clips/s" not in summary
     cases = ElementTree.parse(checkout.folder / "twistcore.xml").iter("testcase")
     assert len([*cases]) == 3 + 1
     assert {p.name for p in checkout.folder.iterdir()} == {"takes", "twistcore.xml"}
