@@ -83,6 +83,16 @@ def angles_in_order(order: str, q: Array) -> Array:
     return unrolled_angles(order, np.degrees(_principal(order, q, None)[0]))
 
 
+def angles_near(order: str, q: Array, near: Array) -> Array:
+    """Return the Euler angles of q that are nearest to other angles, all in degrees, (n, 3)."""
+    first = np.degrees(_principal(order, q, np.radians(near[:, 2]))[0])
+    solutions = np.stack([first, _chosen(first, np.zeros(3), True)])
+    solutions += 360.0 * np.round((near - solutions) / 360.0)
+    best = np.abs(solutions - near).sum(axis=-1).argmin(axis=0)
+    nearest: Array = solutions[best, np.arange(len(q))]
+    return nearest
+
+
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
     """Return (row, channel) of each step of more than half a turn.
 

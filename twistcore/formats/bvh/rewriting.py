@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
 from twistcore.formats.bvh.clip import BvhClip
-from twistcore.formats.bvh.euler_branch import angles_in_order, unrolled_angles
+from twistcore.formats.bvh.euler_branch import angles_in_order, angles_near, unrolled_angles
 from twistcore.formats.bvh.header_places import HeaderPlace, header_places
 from twistcore.formats.bvh.lower_rate import reparsed, with_rows
 from twistcore.formats.bvh.patch import MIN_DECIMALS, with_numbers
-from twistcore.formats.bvh.reader import parse_bvh
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.resampling import frames_at_times, resampled
 from twistcore.skeleton.rotation import Array, wrap
@@ -177,19 +176,18 @@ def at_rate(clip: BvhClip, fps: float) -> Rewriting:
     times = rate_times(clip.frames, clip.frame_time, fps)
     before, after, share = frames_at_times(times, clip.frames)
     held = with_rows(clip, before.tolist(), 1.0 / fps)
-    moving = clip.values[before] != clip.values[after]
-    turning = np.stack([moving[:, list(x.rotation)].any(axis=1) for x in clip.channels], axis=1)
-    turning &= [layout.rotatable for layout in clip.channels]
-    patch = held.patched(at_times(clip.motion, times, 1.0 / fps), turning, positions=True)
-    found = parse_bvh(patch.data, clip.path)
-    values = found.values.copy()
-    for layout in clip.channels:  # the axes of other joints one by one
-        if not layout.rotatable and (columns := list(layout.rotation)):
-            way = np.degrees(wrap(np.radians(clip.values[after] - clip.values[before])))[:, columns]
-            values[:, columns] += share[:, None] * way
-    notes = tuple(str(jump) for jump in patch.jumps)
-    done = _rewritten(found, values)
-    return Rewriting(done.clip, _changes(clip, done.clip.values != clip.values[before]), notes)
+    way = clip.values[after] - held.values
+    turning = [column for layout in clip.channels for column in layout.rotation]
+    way[:, turning] = np.degrees(wrap(np.radians(way[:, turning])))
+    values = held.values + share[:, None] * way
+    q = at_times(clip.motion, times, 1.0 / fps).rotations
+    for joint, layout in enumerate(clip.channels):  # other joints: each axis by itself
+        columns = np.array(layout.rotation, dtype=np.intp)
+        moving = np.flatnonzero(way[:, columns].any(axis=1))
+        if layout.rotatable and len(moving):
+            at = np.ix_(moving, columns)
+            values[at] = angles_near(layout.order, q[moving, joint], values[at])
+    return _rewritten(held, values)
 
 
 def rate_times(frames: int, frame_time: float, fps: float) -> Array:
