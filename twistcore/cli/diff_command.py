@@ -37,7 +37,7 @@ from twistcore.review.agreement import (
 
 def diff_command(arguments: argparse.Namespace) -> int:
     """Print the differences between two clips, two folders of clips, or two sessions."""
-    sessions = [path for path in (arguments.a, arguments.b) if ".json" in path.suffixes]
+    sessions = [path for path in (arguments.a, arguments.b) if _is_session(path)]
     if len(sessions) == 1 or (arguments.merge and not sessions):
         only = f"expected two sessions, but only {sessions[0]} is one" if sessions else ""
         raise TwistError(only or "--merge needs two sessions")
@@ -79,6 +79,10 @@ def _diff_clips(arguments: argparse.Namespace) -> int:
 
 
 # -- two reviews -----------------------------------------------------------------------------------
+
+
+def _is_session(path: Path) -> bool:
+    return ".json" in path.suffixes and not path.is_dir()  # also NAME.twist.json.earlier
 
 
 def _diff_sessions(arguments: argparse.Namespace) -> int:
