@@ -11,7 +11,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHeaderView, QWidget
 
 from inspector.language import of_core, plural, tr
-from inspector.panels.interval_rows import mark_of
+from inspector.panels.interval_rows import end_of, mark_of
 from inspector.panels.reject_reasons import shown_reason
 from inspector.reviewers.second_review import DifferenceRow, SecondReview
 from inspector.session.document import Document
@@ -54,9 +54,7 @@ class DifferencesModel(RowModel[DifferenceRow]):
         texts = [mark_of(judged) if judged else "–" for judged in sides]
         if pair.difference == PairDifference.CORRECTION:
             both = [self.correction(judged) for judged in sides if judged]
-            differing = [
-                k for k, values in enumerate(zip(*both, strict=True)) if len({*values}) > 1
-            ]
+            differing = [k for k, (a, b) in enumerate(zip(*both, strict=True)) if a != b]
             shown = [" ".join(one[k] for k in differing or (0, 1)) for one in both]
             texts = [f"{mark[0]} {text}" for mark, text in zip(texts, shown, strict=True)]
         colours = {
@@ -71,11 +69,11 @@ class DifferencesModel(RowModel[DifferenceRow]):
             beside=tr("settled") if thing.settled else "",
         )
 
-    def correction(self, judged: Judged) -> tuple[str, str]:
-        """Return the frames and the angle of an interval as text."""
+    def correction(self, judged: Judged) -> tuple[str, str, str]:
+        """Return the frames, the angle and the end of an interval as text."""
         interval, first = judged.interval, self._document.first_frame
         frames = f"{interval.start + first}–{interval.stop + first}"
-        return frames, angle_of(interval.kind, interval.shown)
+        return frames, angle_of(interval.kind, interval.shown), end_of(judged)
 
     def label(self, chain: str) -> str:
         """Return the label of a chain, or its name if only the other review has the chain."""
@@ -274,7 +272,7 @@ class ComparisonPanel(QWidget):
 
     def _decision(self, judged: Judged) -> str:
         """Return a decision in words, with correction, reviewer, time, reason and note."""
-        words = [" ".join((mark_of(judged), *self.model.correction(judged)))]
+        words = [" ".join((mark_of(judged), *self.model.correction(judged))).rstrip()]
         if decided_by_person(judged):
             words += [judged.reviewer, judged.decided_at[:16].replace("T", " ")]
         return ", ".join(filter(None, (*words, shown_reason(judged.reason), judged.note)))

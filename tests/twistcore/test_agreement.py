@@ -8,6 +8,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import refused
+from tests.twistcore.reviews import flip
 from twistcore.analysis.clip_analysis import detect
 from twistcore.cli import main
 from twistcore.errors import ClipMismatchError
@@ -90,6 +91,10 @@ def test_edits_differ_even_if_nobody_has_decided_but_not_of_what_both_reject():
     assert differences(START, edited) == {1: PairDifference.CORRECTION}
     both = [Decide((1,), R, name).apply(state) for name, state in (("a", START), ("b", edited))]
     assert differences(*both) == {}
+    turned, kept = (Insert(flip(carried=on)).apply(START) for on in (True, False))
+    assert differences(turned, kept) == {}  # nobody has decided
+    both = [Decide((9,), A, "a").apply(state) for state in (turned, kept)]
+    assert differences(*both) == {9: PairDifference.CORRECTION}
     fewer = START.with_intervals(START.intervals[1:])
     first = START.intervals[0].id
     assert differences(fewer, START) == {}
