@@ -11,7 +11,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHeaderView, QWidget
 
 from inspector.language import of_core, plural, tr
-from inspector.panels.interval_rows import mark_of
+from inspector.panels.interval_rows import end_of, mark_of
 from inspector.panels.reject_reasons import shown_reason
 from inspector.reviewers.second_review import DifferenceRow, SecondReview
 from inspector.session.document import Document
@@ -29,11 +29,15 @@ _BUTTONS = {  # short texts for buttons
     "next_difference": tr("Next"),
     "take_undecided": tr("Theirs for all I left undecided"),
 }
+_PAUSE_MS = 30  # without a change of the review; longer than between two steps of a drag
 _SELECT = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
 
 
 class DifferencesModel(RowModel[DifferenceRow]):
     """The rows of the differences: the interval, and the decisions of both reviewers."""
+
+    heads = ("", "", "")  # with the reviewers' names in a comparison
+    middle = (0,)
 
     def __init__(self, document: Document, colours: Colours) -> None:
         super().__init__(colours)
@@ -44,35 +48,32 @@ class DifferencesModel(RowModel[DifferenceRow]):
         return thing.key
 
     def describe(self, thing: DifferenceRow) -> TableRow:
-        """Return the texts of a row; the corrections only if these are what differs."""
-        pair, first = thing.pair, self._document.first_frame
-        interval = pair.either.interval
-        sides = [self._side(j, pair.difference) for j in (pair.mine, pair.theirs)]
+        """Return the texts of a row: both decisions, or what differs between the corrections."""
+        pair, sides = thing.pair, (thing.pair.mine, thing.pair.theirs)
+        name = f"{self.label(pair.either.interval.chain)} {self.correction(pair.either)[0]}"
+        texts = [mark_of(judged) if judged else "–" for judged in sides]
+        if pair.difference == PairDifference.CORRECTION:
+            both = [self.correction(judged) for judged in sides if judged]
+            differing = [k for k, (a, b) in enumerate(zip(*both, strict=True)) if a != b]
+            shown = [" ".join(one[k] for k in differing or (0, 1)) for one in both]
+            texts = [f"{mark[0]} {text}" for mark, text in zip(texts, shown, strict=True)]
         colours = {
             k: getattr(self.theme, str(judged.decision))
-            for k, judged in ((1, pair.mine), (2, pair.theirs))
+            for k, judged in enumerate(sides, start=1)
             if judged is not None
         }
-        frames = f"{interval.start + first}–{interval.stop + first}"
-        settled = tr("settled") if thing.settled else ""
         return TableRow(
-            texts=(f"{self.label(interval.chain)} {frames}", *sides),
+            texts=(name, *texts),
             colours={**colours, **({0: self.theme.soft} if thing.settled else {})},
-            secondary=settled,
+            tips=(name, *texts),
+            secondary=tr("settled") if thing.settled else "",
         )
 
-    def _side(self, judged: Judged | None, difference: PairDifference | None) -> str:
-        if judged is None:
-            return "–"
-        if difference != PairDifference.CORRECTION:
-            return mark_of(judged)
-        return f"{mark_of(judged)[0]} {self.correction(judged)}"
-
-    def correction(self, judged: Judged) -> str:
-        """Return the frames and the angle of an interval."""
+    def correction(self, judged: Judged) -> tuple[str, str, str]:
+        """Return the frames, the angle and the end of an interval as text."""
         interval, first = judged.interval, self._document.first_frame
-        angle = angle_of(interval.kind, interval.shown)
-        return f"{interval.start + first}–{interval.stop + first} {angle}"
+        frames = f"{interval.start + first}–{interval.stop + first}"
+        return frames, angle_of(interval.kind, interval.shown), end_of(judged)
 
     def label(self, chain: str) -> str:
         """Return the label of a chain, or its name if only the other review has the chain."""
@@ -107,7 +108,7 @@ class ComparisonPanel(QWidget):
         *one, every = map(action_button, self._actions, _BUTTONS.values())
         parts = self.summary, (self.table, 1), self.detail, hbox(*one, None), hbox(every, None)
         vbox(*parts, owner=self, margins=(4, 4, 4, 4), spacing=4)
-        self._later = QTimer(self, singleShot=True, interval=0)
+        self._later = QTimer(self, singleShot=True, interval=_PAUSE_MS)
         self._later.timeout.connect(self._refresh)
         document.intervals_changed.connect(self._later.start)
         document.interval_changed.connect(self._follow)
@@ -271,7 +272,7 @@ class ComparisonPanel(QWidget):
 
     def _decision(self, judged: Judged) -> str:
         """Return a decision in words, with correction, reviewer, time, reason and note."""
-        words = [f"{mark_of(judged)} {self.model.correction(judged)}"]
+        words = [" ".join((mark_of(judged), *self.model.correction(judged))).rstrip()]
         if decided_by_person(judged):
             words += [judged.reviewer, judged.decided_at[:16].replace("T", " ")]
         return ", ".join(filter(None, (*words, shown_reason(judged.reason), judged.note)))

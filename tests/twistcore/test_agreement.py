@@ -8,6 +8,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import refused
+from tests.twistcore.reviews import flip
 from twistcore.analysis.clip_analysis import detect
 from twistcore.cli import main
 from twistcore.errors import ClipMismatchError
@@ -90,6 +91,10 @@ def test_edits_differ_even_if_nobody_has_decided_but_not_of_what_both_reject():
     assert differences(START, edited) == {1: PairDifference.CORRECTION}
     both = [Decide((1,), R, name).apply(state) for name, state in (("a", START), ("b", edited))]
     assert differences(*both) == {}
+    turned, kept = (Insert(flip(carried=on)).apply(START) for on in (True, False))
+    assert differences(turned, kept) == {}  # nobody has decided
+    both = [Decide((9,), A, "a").apply(state) for state in (turned, kept)]
+    assert differences(*both) == {9: PairDifference.CORRECTION}
     fewer = START.with_intervals(START.intervals[1:])
     first = START.intervals[0].id
     assert differences(fewer, START) == {}
@@ -169,6 +174,9 @@ def test_their_decision_comes_with_their_correction_and_the_id_of_mine():
     assert (state.find(9).by_hand, state.find(9).reviewer, state.next_id) == (True, "Ben", 10)
     assert differences(state, BEN).keys() == {4, 5}
     assert pairs[7].taken(10) is None
+    noted = Annotate(3, "my note").apply(ADA)
+    [pair] = (p for p in paired(noted.intervals, BEN.intervals) if p.either.id == 3)
+    assert pair.taken(10).note == "my note"
     with pytest.raises(ValueError, match="no chain"):
         Settle(BEN.intervals).apply(replace(ADA, tau={}))
 
@@ -282,3 +290,15 @@ def test_what_cannot_be_compared_is_refused(sessions, tmp_path, capsys):
     fewer = replace(ADA, tau={k: v for k, v in ADA.tau.items() if k != "LeftArm"})
     with refused(ClipMismatchError, "different chains"):
         merged_review(Agreement(paired(ADA.intervals, BEN.intervals)), fewer)
+
+
+def test_the_report_names_the_reviewer_of_each_decision(sessions, tmp_path, capsys):
+    pairs = paired(ADA.intervals, BEN.intervals)
+    state = Settle(left_to_second(pairs, ADA.next_id)).apply(ADA)
+    state = Decide((3,), R, "Carla", LATER).apply(state)
+    write_session(read_bvh(tmp_path / "walk.bvh"), state, sessions[0])
+    assert main(["report", str(sessions[0]), "-o", str(tmp_path / "out"), "--no-pictures"]) == 0
+    page = (tmp_path / "out" / "walk.report.html").read_text(encoding="utf-8")
+    for count, name in (("4 decisions", "Ada"), ("2 decisions", "Ben"), ("1 decision", "Carla")):
+        assert f"{count} by {name}, " in page
+        assert page.count(f"<td>{name}</td>") == int(count[0])

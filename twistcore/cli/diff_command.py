@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from twistcore.cli.clip_inputs import clip_name, open_clip, tell_clip
 from twistcore.cli.diff_sessions import diff_sessions
@@ -15,7 +16,7 @@ from twistcore.report.report_difference import is_report, report_difference
 
 def diff_command(arguments: argparse.Namespace) -> int:
     """Print the differences between two clips, folders of clips, sessions or reports."""
-    documents = [path for path in (arguments.a, arguments.b) if ".json" in path.suffixes]
+    documents = [path for path in (arguments.a, arguments.b) if _is_document(path)]
     if any(map(is_report, documents)):
         return _diff_reports(arguments)
     if len(documents) == 1:
@@ -27,6 +28,10 @@ def diff_command(arguments: argparse.Namespace) -> int:
     if arguments.a.is_dir() or arguments.b.is_dir():
         return diff_folders(arguments)
     return _diff_clips(arguments)
+
+
+def _is_document(path: Path) -> bool:
+    return ".json" in path.suffixes and not path.is_dir()  # also NAME.twist.json.earlier
 
 
 def _diff_clips(arguments: argparse.Namespace) -> int:
