@@ -183,3 +183,13 @@ def test_without_pictures_or_three_js_there_is_no_figure(session, tmp_path, monk
     clip = read_clip(FLIPPED)
     figure = figure_of(clip.motion, clip.motion, analyse(clip).chains_and_limbs, [])
     assert report_figure.FigureToDraw(figure).player() == {"problem": "no three.js"}
+
+
+def test_pages_of_a_folder_play_if_that_is_asked_for(tmp_path):
+    assert main(["batch", str(FLIPPED), "-o", str(tmp_path / "out")]) == 0
+    for words, plays in (([], False), (["--play"], True)):
+        pages = tmp_path / f"pages{len(words)}"
+        assert main(["report", str(tmp_path / "out"), "-o", str(pages), *words]) == 0
+        (text,) = [p.read_text("utf-8") for p in (pages / "clips").rglob("*.html")]
+        assert "data:image/jpeg" in text
+        assert ('id="play-data"' in text) == plays
