@@ -45,6 +45,7 @@ def gate(monkeypatch):
     gate.set()
 
 
+@pytest.mark.thorough
 def test_a_journal_is_counted_while_the_window_is_free(qtbot, show_window, left, gate):
     window = show_window(Settings(turn_ms=0, recent=[str(left)]))
     window.files.offer_unsaved()

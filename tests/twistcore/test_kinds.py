@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import twistcore as tc
-from tests.tiers import parametrize
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
+from tests.tiers import parametrize
 from tests.twistcore.test_registry import run
 from twistcore.detection.finding import finder_of
 from twistcore.detection.interval import Interval
