@@ -324,6 +324,7 @@ def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
         all_tests.run_part(["tests/test_core.py"])
 
 
+@pytest.mark.thorough
 def test_a_failure_is_listed_with_the_first_line_of_its_reason(bare_project, monkeypatch):
     monkeypatch.setattr(all_tests, "screen", lambda: contextlib.nullcontext(dict(os.environ)))
     text = """
@@ -362,6 +363,7 @@ class Forked:
         self.wait = self.terminate = None
 
 
+@pytest.mark.thorough
 def test_tests_run_although_what_they_are_forked_off_is_gone(bare_project, monkeypatch):
     monkeypatch.setattr(all_tests, "screen", lambda: contextlib.nullcontext(dict(os.environ)))
     (bare_project / "test_a.py").write_text("def test_a(): pass\n")

@@ -16,8 +16,9 @@ from tests.twistcore.test_amc import LIMB, dirty
 from twistcore.cli import main
 from twistcore.formats.bvh import read_bvh
 
+pytestmark = pytest.mark.thorough
 
-@pytest.mark.thorough
+
 def test_an_amc_is_reviewed_and_exported(qtbot, window, tmp_path, capsys):
     path, out, again = dirty(tmp_path / "in", False), tmp_path / "out.amc", tmp_path / "again.amc"
     open_clip(qtbot, window, path)
@@ -34,7 +35,6 @@ def test_an_amc_is_reviewed_and_exported(qtbot, window, tmp_path, capsys):
     document.review.mark_saved()
 
 
-@pytest.mark.thorough
 def test_its_angles_are_told_about_the_axes_of_the_bone(qtbot, window, tmp_path):
     open_clip(qtbot, window, written(tmp_path / "in", True))
     window.document.select_chain("lhumerus")
@@ -49,7 +49,6 @@ def test_its_angles_are_told_about_the_axes_of_the_bone(qtbot, window, tmp_path)
     assert shown == pytest.approx([z, y, x], abs=0.006)
 
 
-@pytest.mark.thorough
 def test_the_export_says_before_what_the_figure_cannot_turn(qtbot, window, tmp_path):
     open_clip(qtbot, window, dirty(tmp_path / "in", False))
     act(window, "next_interval")
@@ -61,7 +60,6 @@ def test_the_export_says_before_what_the_figure_cannot_turn(qtbot, window, tmp_p
     window.document.review.mark_saved()
 
 
-@pytest.mark.thorough
 def test_clips_of_other_skeletons_open_one_after_the_other(qtbot, window, tmp_path):
     """While rows of the old chains go, the table's current row is no choice of a person."""
     clips = (
@@ -80,7 +78,6 @@ def test_clips_of_other_skeletons_open_one_after_the_other(qtbot, window, tmp_pa
     assert chosen == []
 
 
-@pytest.mark.thorough
 def test_knobs_greyed_from_the_start_say_nothing_and_keep_their_room(qtbot, window):
     open_clip(qtbot, window, INJECTED)
     data = window.document.data

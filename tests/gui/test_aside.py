@@ -19,6 +19,8 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
 from twistcore.study.class_exercise import read_handed_in
 
+pytestmark = pytest.mark.thorough
+
 
 def begin(qtbot, window, what):
     """Begin a lesson or an exercise and wait for its clip."""
@@ -45,7 +47,6 @@ def proposed(window):
     return paths
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("what", ["lesson", "exercise"])
 def test_what_is_written_of_a_borrowed_clip_lies_beside_the_persons_own(qtbot, at_forearm, what):
     own = at_forearm.document.data.clip.path.parent
@@ -64,7 +65,6 @@ def test_what_is_written_of_a_borrowed_clip_lies_beside_the_persons_own(qtbot, a
     assert proposed(at_forearm) == beside
 
 
-@pytest.mark.thorough
 def test_without_a_clip_of_ones_own_it_lies_at_home(qtbot, show_window, tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
     window = show_window()
@@ -81,7 +81,6 @@ def test_without_a_clip_of_ones_own_it_lies_at_home(qtbot, show_window, tmp_path
 # -- nothing is kept ------------------------------------------------------------------------------
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("what", ["lesson", "exercise"])
 def test_nothing_of_a_borrowed_clip_is_kept_unasked(qtbot, at_forearm, what):
     """Neither by keys that save without a question, nor as a record in somebody's name."""
@@ -138,7 +137,6 @@ def of_a_class(qtbot, at_forearm, tmp_path):
     return at_forearm
 
 
-@pytest.mark.thorough
 def test_who_does_an_exercise_of_a_class_is_asked(of_a_class):
     at_forearm = of_a_class
     at_forearm.document.decide(Decision.ACCEPTED, [at_forearm.document.intervals[0].id])
@@ -148,7 +146,6 @@ def test_who_does_an_exercise_of_a_class_is_asked(of_a_class):
     assert at_forearm.lesson_actions.hidden_errors._class is not None
 
 
-@pytest.mark.thorough
 def test_verdicts_for_a_class_are_not_given_up_unasked(qtbot, of_a_class, tmp_path):
     window, document = of_a_class, of_a_class.document
     exercise, data = window.lesson_actions.hidden_errors, document.data
@@ -183,7 +180,6 @@ def test_verdicts_for_a_class_are_not_given_up_unasked(qtbot, of_a_class, tmp_pa
     assert document.borrowed is None
 
 
-@pytest.mark.thorough
 def test_verdicts_for_a_class_are_asked_about_where_they_are_newer(of_a_class, tmp_path):
     window, document = of_a_class, of_a_class.document
     exercise, first = window.lesson_actions.hidden_errors, document.intervals[0].id
@@ -201,7 +197,6 @@ def test_verdicts_for_a_class_are_asked_about_where_they_are_newer(of_a_class, t
     assert document.borrowed is None
 
 
-@pytest.mark.thorough
 def test_handing_in_on_the_way_out_closes_the_window(qtbot, of_a_class, tmp_path):
     window = of_a_class
     window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
@@ -225,7 +220,6 @@ def answer(window, text):
 # -- without a clip of one's own -------------------------------------------------------------------
 
 
-@pytest.mark.thorough
 def test_what_a_lesson_leaves_open_without_a_clip_of_ones_own_is_to_look_at(
     qtbot, show_window, tmp_path, monkeypatch
 ):
@@ -257,7 +251,6 @@ def test_what_a_lesson_leaves_open_without_a_clip_of_ones_own_is_to_look_at(
     assert not window.bar.asks
 
 
-@pytest.mark.thorough
 def test_a_borrowed_clip_with_other_chains_is_still_borrowed(
     qtbot, show_window, tmp_path, monkeypatch
 ):
@@ -276,7 +269,6 @@ def test_a_borrowed_clip_with_other_chains_is_still_borrowed(
     assert document.borrowed is not None
 
 
-@pytest.mark.thorough
 def test_the_own_clip_is_saved_by_itself_after_a_lesson(qtbot, at_forearm):
     window, document = at_forearm, at_forearm.document
     document.decide(Decision.ACCEPTED, [document.intervals[0].id])
@@ -301,7 +293,6 @@ def said(at_forearm):
     return told
 
 
-@pytest.mark.thorough
 def test_an_exercise_that_was_left_before_its_clip_was_there_can_be_started(qtbot, at_forearm):
     exercise, own = at_forearm.lesson_actions.hidden_errors, at_forearm.document.data
     act(at_forearm, "exercise")
@@ -319,7 +310,6 @@ def test_an_exercise_that_was_left_before_its_clip_was_there_can_be_started(qtbo
     exercise.leave.click()
 
 
-@pytest.mark.thorough
 def test_why_an_exercise_cannot_start_is_told(qtbot, at_forearm, said, tmp_path):
     exercise = at_forearm.lesson_actions.hidden_errors
     exercise._clips = (tmp_path / "gone.bvh",)
@@ -344,7 +334,6 @@ def fail_to_open(qtbot, window, said, folder):
     said.clear()
 
 
-@pytest.mark.thorough
 def test_the_own_clip_is_saved_by_itself_while_no_other_is_there(qtbot, at_forearm, said, tmp_path):
     document = at_forearm.document
     fail_to_open(qtbot, at_forearm, said, tmp_path / "class")
@@ -354,7 +343,6 @@ def test_the_own_clip_is_saved_by_itself_while_no_other_is_there(qtbot, at_forea
     qtbot.waitUntil(lambda: document.review.saved, timeout=10_000)
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("when", ["failed", "begun"])
 def test_an_exercise_for_a_class_is_of_the_own_clip(qtbot, at_forearm, said, tmp_path, when):
     own = at_forearm.document.data
@@ -372,7 +360,6 @@ def test_an_exercise_for_a_class_is_of_the_own_clip(qtbot, at_forearm, said, tmp
     assert np.median(np.abs(written - own.clip.values)) < 1e-3
 
 
-@pytest.mark.thorough
 def test_a_damaged_file_of_a_student_is_told(qtbot, at_forearm, said, tmp_path):
     _, key = write_for_class(ASSETS / "walk.bvh", tmp_path / "class.json", 3, "find")
     (tmp_path / "kim.json").write_text("[" * 200_000)

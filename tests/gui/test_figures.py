@@ -110,6 +110,7 @@ def test_svg_of_everything_needs_nothing_that_readers_pass_over(figure):
     )
 
 
+@pytest.mark.thorough
 def test_qt_draws_the_svg_as_the_png(figure):
     contents = Contents(view=False, equations=True)
     png = QImage(str(figure("same.png", contents=contents, paper=Paper(96.0, 8.0, white=True),
@@ -196,6 +197,7 @@ def test_lines_of_the_view_are_as_thick_on_paper_at_any_resolution(sheet):
     assert shares[1] == pytest.approx(shares[0], rel=0.5)
 
 
+@pytest.mark.thorough
 def test_pdf_has_fonts_inside_lines_as_lines_and_one_picture(figure):
     data = figure("all.pdf", size=(pixels(90.0), 0)).read_bytes()
     assert data.startswith(b"%PDF-")

@@ -196,6 +196,7 @@ def test_a_joint_without_three_rotations_is_shown_but_not_written(qtbot, window,
     assert changed.any()
 
 
+@pytest.mark.thorough
 def test_the_source_is_never_overwritten(qtbot, window, tmp_path):
     path = tmp_path / "walk.bvh"
     shutil.copy(INJECTED, path)

@@ -5,6 +5,8 @@ from PySide6.QtGui import QAccessible
 
 from tests.gui.windows import act, wait_until_active
 
+pytestmark = pytest.mark.thorough
+
 
 @pytest.fixture
 def teaching(qtbot, at_forearm):
@@ -20,7 +22,6 @@ def heard(widget):
     return told.text(QAccessible.Text.Name), told.text(QAccessible.Text.Description)
 
 
-@pytest.mark.thorough
 def test_a_symbol_is_heard_with_its_meaning_and_value(qtbot, at_forearm, teaching):
     button, value = (
         of["theta_p"] for of in (teaching.equations.buttons, teaching.equations.values)
@@ -37,7 +38,6 @@ def test_a_symbol_is_heard_with_its_meaning_and_value(qtbot, at_forearm, teachin
     assert heard(button)[1] == value.text()
 
 
-@pytest.mark.thorough
 def test_a_slider_is_heard_with_its_value_not_its_steps(qtbot, at_forearm, teaching):
     slider = teaching.what_if.sliders["twist"]
     slider.setFocus()
@@ -46,7 +46,6 @@ def test_a_slider_is_heard_with_its_value_not_its_steps(qtbot, at_forearm, teach
     assert heard(slider) == ("Twist parent", "+60.5°")
 
 
-@pytest.mark.thorough
 def test_the_plots_of_five_trackers_say_what_they_show(qtbot, at_forearm):
     act(at_forearm, "why_quaternions")
     five = at_forearm.lesson_actions.five_trackers

@@ -1,9 +1,13 @@
 """Large clips, as large as a test bears, worked on in the window: nothing goes wrong."""
 
+import pytest
+
 from benchmarks.alive import heard
 from benchmarks.large_clips import long_clip, many_joints, measure
 from tests.tiers import parametrize
 from twistcore.review import Decision
+
+pytestmark = pytest.mark.thorough
 
 STEPS = 12
 

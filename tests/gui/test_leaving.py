@@ -14,6 +14,8 @@ from tests.gui.folders import two_takes
 from tests.gui.windows import close_and_answer, export, open_clip
 from twistcore.review import Decision
 
+pytestmark = pytest.mark.thorough
+
 Button = QMessageBox.StandardButton
 
 
@@ -43,7 +45,6 @@ def full_disk(monkeypatch):
         yield patch
 
 
-@pytest.mark.thorough
 def test_what_was_not_saved_when_a_clip_was_left_is_read_in_the_next(
     qtbot, decided, other, full_disk
 ):
@@ -55,7 +56,6 @@ def test_what_was_not_saved_when_a_clip_was_left_is_read_in_the_next(
     assert decided.bar.property("wrong")
 
 
-@pytest.mark.thorough
 def test_it_takes_nothing_away_that_the_next_one_has_to_say(qtbot, decided, clip, full_disk):
     broken = clip.with_name("broken.bvh")
     broken.write_bytes(b"HIERARCHY\nROOT")
@@ -65,7 +65,6 @@ def test_it_takes_nothing_away_that_the_next_one_has_to_say(qtbot, decided, clip
     assert "broken.bvh" in decided.bar.label.text()
 
 
-@pytest.mark.thorough
 def test_what_was_saved_needs_no_word(qtbot, decided, other):
     mine = decided.document.data.clip.path
     with qtbot.waitSignal(decided.document.opened, timeout=20_000):
@@ -79,7 +78,6 @@ def test_what_was_saved_needs_no_word(qtbot, decided, other):
     assert session_path(other).exists()
 
 
-@pytest.mark.thorough
 def test_it_is_read_beside_the_offer_to_go_back_to_the_last_clip(
     qtbot, show_window, tmp_path, full_disk
 ):
@@ -92,7 +90,6 @@ def test_it_is_read_beside_the_offer_to_go_back_to_the_last_clip(
     assert window.bar.buttons()
 
 
-@pytest.mark.thorough
 def test_closing_says_what_cannot_be_saved_and_may_be_given_up(decided, full_disk):
     told = close_and_answer(decided, Button.Cancel)
     assert "No space left" in told
@@ -104,7 +101,6 @@ def test_closing_says_what_cannot_be_saved_and_may_be_given_up(decided, full_dis
     assert journal.exists()
 
 
-@pytest.mark.thorough
 def test_what_comes_with_the_program_is_left_without_a_word(decided, clip, monkeypatch):
     monkeypatch.setattr(saving, "ASSETS", clip.parent)
     assert close_and_answer(decided, Button.Cancel) == ""

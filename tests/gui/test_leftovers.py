@@ -12,6 +12,8 @@ from inspector.widgets.background import wait_for_tasks
 from tests.gui.windows import close_window, open_clip
 from twistcore.review import Decision, LeaveOut
 
+pytestmark = pytest.mark.thorough
+
 
 @pytest.fixture
 def left(qtbot, show_window, clip):
@@ -55,7 +57,6 @@ def test_a_journal_is_counted_while_the_window_is_free(qtbot, show_window, left,
     assert "2 decisions" in window.bar.label.text()
 
 
-@pytest.mark.thorough
 def test_who_has_opened_a_clip_meanwhile_is_not_asked_about_others(qtbot, show_window, left, gate):
     window = show_window(Settings(turn_ms=0, recent=[str(left)]))
     window.files.offer_unsaved()
@@ -85,7 +86,6 @@ def press_answer(qtbot, window, text):
     qtbot.mouseClick(answer, Qt.MouseButton.LeftButton)
 
 
-@pytest.mark.thorough
 def test_frames_that_were_left_out_come_along_beside_what_was_done_since(
     qtbot, show_window, left_out
 ):
@@ -99,7 +99,6 @@ def test_frames_that_were_left_out_come_along_beside_what_was_done_since(
     assert document.keeper.leftovers == []
 
 
-@pytest.mark.thorough
 def test_frames_left_out_of_another_version_stay_in_their_journal(qtbot, show_window, left_out):
     clip, journal = left_out
     text = clip.read_bytes()

@@ -311,6 +311,7 @@ def test_a_session_from_before_gets_the_flips_and_loses_nothing(qtbot, window, k
     assert len(read_session(session_path(kick)).state.intervals) == 1 + len(others)
 
 
+@pytest.mark.thorough
 def test_a_journal_from_before_is_restored_with_the_flips(kick, start):
     clip, state = reviewed_before(kick)
     Journal(Path(f"{session_path(kick)}.journal"), clip, state, 2).close()
@@ -334,6 +335,7 @@ def test_a_journal_from_before_is_restored_with_the_flips(kick, start):
     assert not journals(session_path(kick))
 
 
+@pytest.mark.thorough
 def test_killed_with_a_flip_decided(kick, start):
     first = start(kick)
     kinds = [i.kind for i in core.analyse(read_bvh(kick)).detect()]

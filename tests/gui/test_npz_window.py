@@ -33,6 +33,7 @@ def arrays_in(path):
         return dict(found)
 
 
+@pytest.mark.thorough
 def test_it_is_dropped_judged_exported_and_opened_again(qtbot, window, walk, tmp_path, capsys):
     mime = QMimeData()
     mime.setUrls([QUrl.fromLocalFile(str(walk))])

@@ -259,6 +259,7 @@ def test_a_clip_that_changed_on_disk_keeps_the_chains_of_its_session(qtbot, revi
     assert own.decision == Decision.ACCEPTED
 
 
+@pytest.mark.thorough
 def test_own_chains_survive_kill_9(start, clip):
     program = start(clip)
     program.tell("add Spine Spine1 Neck1", "remove LeftForeArm", "accept 0", "undo", "accept 0")

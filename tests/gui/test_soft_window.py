@@ -44,6 +44,7 @@ def test_its_card_and_row_tell_the_largest_offset_and_how_it_sets_in(ramped):
     assert abs(np.degrees(document.offset("RightShoulder")[seen])) >= 39.0
 
 
+@pytest.mark.thorough
 def test_the_strength_plot_shows_what_tau_acts_on(ramped):
     act(ramped, "next_interval")
     document, timeline = ramped.document, ramped.timeline

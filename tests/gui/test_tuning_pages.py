@@ -84,6 +84,7 @@ def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_pa
     window.tuning_actions.compare_with([path])
     qtbot.waitUntil(lambda: cells(window)[6][6] == "…", timeout=5_000)
     wait_measured(qtbot, window, "paper")
+    remember(window.tuning.costs)
     fsr, counts = by_paper.at(np.radians(1.5))[0], by_paper.counts_at(np.radians(1.5))
     ours = tuning.costs.curves["RightArm"].at(np.radians(1.5))[0]
     assert abs(fsr - ours) > 0.01

@@ -105,6 +105,7 @@ def test_verdicts_are_counted_by_kind():
     assert rows[0]["from"] < 75.0 < rows[0]["to"]
 
 
+@pytest.mark.thorough
 def test_sheets_show_every_find_of_the_sample(folder, capsys):
     pictures = folder / "sheets"
     main([str(folder), "--workers", "1", "--pictures", str(pictures), "--most", "2"])

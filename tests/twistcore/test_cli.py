@@ -339,6 +339,7 @@ def test_refine_applies_what_is_confident_and_closed(capsys, tmp_path, doubtful)
         out.unlink()
 
 
+@pytest.mark.thorough
 def test_a_session_of_refine_gives_the_same_bytes_and_keys(capsys, tmp_path, doubtful):
     refined, replayed, keys = (tmp_path / n for n in ("r.bvh", "a.bvh", "k.py"))
     session = tmp_path / "walk.twist.json"
@@ -517,6 +518,7 @@ def test_the_core_starts_without_qt_or_vtk():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+@pytest.mark.thorough
 def test_a_terminal_without_greek_and_a_closed_pipe_are_no_errors():
     code = "import sys; from twistcore.cli import main; sys.exit(main(sys.argv[1:]))"
     words = [sys.executable, "-c", code, "info", str(WALK)]

@@ -14,6 +14,7 @@ import pytest
 import twistcore as tc
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
+from tests.tiers import parametrize
 from tests.twistcore.test_registry import run
 from twistcore.detection.finding import finder_of
 from twistcore.detection.interval import Interval
@@ -239,7 +240,7 @@ def test_a_kind_that_cannot_be_loaded_is_left_out_with_a_warning(tmp_path, targe
     assert "is ignored" in err
 
 
-@pytest.mark.parametrize(
+@parametrize(
     "finder",
     [
         "def find(search): raise ValueError('no feet')",
