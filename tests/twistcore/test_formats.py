@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from tests.twistcore.reviews import CARRIED, CLIP, LIMBS, flip, flipped, spun
+from tests.twistcore.reviews import CARRIED, CLIP, LIMBS, flip, flipped, fresh, spun
+from tests.twistcore.test_report_difference import written
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.export.folder_compare import compare_folders, folder_difference_to_json
 from twistcore.export.folder_replay import WRITTEN, note_written, read_written
 from twistcore.formats.clip import write_clip
-from twistcore.review import Command, Decision, Judged
+from twistcore.report.report_difference import report_difference
+from twistcore.review import Command, Decide, Decision, Judged
 from twistcore.review.journal import REDO, SCHEMA, UNDO, command_from_json, command_to_json
 from twistcore.study.class_exercise import (
     ClassExercise,
@@ -109,11 +111,19 @@ def real(tmp_path_factory):
         *documents_of_many(folder, printed),
         *documents_of_sessions(folder, printed),
         *documents_of_tuning(folder, printed),
+        report_differences(folder),
         *exercise_documents(folder),
         *benchmark_documents(folder),
         *quamo_documents(folder, printed),
     ]
     return {d["schema"]: d for d in documents}
+
+
+def report_differences(folder):
+    state = fresh().state
+    said = Decide((2,), Decision.ACCEPTED, "Kim", "2026-01-02T10:00:00+00:00").apply(state)
+    reports = [written(folder / name, of) for name, of in (("before", state), ("after", said))]
+    return report_difference(*map(Path, reports))
 
 
 def documents_of_many(folder, printed):
