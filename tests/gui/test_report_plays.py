@@ -169,7 +169,7 @@ def test_without_scripts_the_pictures_and_the_table_are_there(page, tmp_path):
     said = browser.words()
     browser.close()
     assert "The worst 3" in said
-    assert "Every find in motion" not in said
+    assert "Every interval in motion" not in said
 
 
 def test_without_pictures_or_three_js_there_is_no_figure(session, tmp_path, monkeypatch):

@@ -1,4 +1,4 @@
-// Plays the finds of a clip: two figures, before and after, with one camera and one playhead.
+// Plays the intervals of a clip: two figures, before and after, with one camera and one playhead.
 (function () {
   "use strict";
 
@@ -81,7 +81,7 @@
     requestAnimationFrame(draw);
   }
 
-  function aim() { // the view that shows this find best
+  function aim() { // the view that shows this interval best
     camera = new OrbitCamera.Camera(page.span.figure.room.up, page.ahead);
     const [wide, high] = views[0].size;
     Object.assign(camera, {
