@@ -1,14 +1,19 @@
-"""A clock-like drawing of a turn along its axis: hands before and after, and the degrees."""
+"""A clock-like drawing of a turn along its axis: hands before and after, and the degrees.
+
+The hand after the correction can be dragged to change the offset (see `dial.py`).
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
+from inspector.language import tr
 from inspector.viewport.bodies import carried_normal
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.limb_turn import Turn
@@ -37,6 +42,12 @@ class Hands:
     way: Array
     degrees: float
 
+    @property
+    def sense(self) -> float:
+        """The degrees that a turn of the last hand by one degree, clockwise in the image, adds."""
+        x, y = self.way[0], self.way[1]
+        return math.copysign(1.0, self.degrees * float(x[0] * y[1] - x[1] * y[0]))
+
     def look_like(self, other: Hands) -> bool:
         """True if the two drawings would look the same."""
         near = np.abs(self.way[[0, -1]] - other.way[[0, -1]]).max() < _SAME
@@ -63,13 +74,56 @@ def hands_of(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
 
 
 class Clock(QWidget):
-    """The small drawing of a turn along its axis."""
+    """The small drawing of a turn along its axis. A drag with the mouse turns the last hand.
+
+    The signal `turned` is emitted with the change of the offset in degrees.
+    """
+
+    grasped = Signal()
+    turned = Signal(float)
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
-        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.hands: Hands | None = None
+        self._grasp: tuple[float, float] | None = None  # degrees of the mouse, and the sense
+        self.setCursor(Qt.CursorShape.OpenHandCursor)
+        self.setToolTip(tr("Drag the hand to change the offset δ of the selected interval."))
+        self.offer(False)
         self.hide()
+
+    @property
+    def held(self) -> bool:
+        """True while the user drags the hand."""
+        return self._grasp is not None
+
+    def offer(self, on: bool) -> None:
+        """Let the user drag the hand (`on`), or let the mouse pass through."""
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents, not (on or self.held))
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin a drag with the left button."""
+        if event.button() != Qt.MouseButton.LeftButton or self.hands is None:
+            event.ignore()
+            return
+        self._grasp = self._degrees_at(event.position()), self.hands.sense
+        self.setCursor(Qt.CursorShape.ClosedHandCursor)
+        self.grasped.emit()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Turn the hand with the mouse about the centre."""
+        if self._grasp is not None:
+            (before, sense), now = self._grasp, self._degrees_at(event.position())
+            self._grasp = now, sense
+            self.turned.emit(sense * math.remainder(now - before, 360.0))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """End the drag."""
+        self._grasp = None
+        self.setCursor(Qt.CursorShape.OpenHandCursor)
+
+    def _degrees_at(self, position: QPointF) -> float:
+        arm = position - QRectF(self.rect()).center()
+        return math.degrees(math.atan2(arm.y(), arm.x()))  # clockwise, since y points down
 
     def colour(self, theme: Theme) -> None:
         """Apply the theme's colours."""
@@ -79,7 +133,8 @@ class Clock(QWidget):
     def show_hands(self, hands: Hands, at: QRect) -> None:
         """Show the hands in a rectangle of the view."""
         known, self.hands = self.hands, hands
-        self.setGeometry(at)
+        if not self.held:  # it must not move away under the mouse
+            self.setGeometry(at)
         self.show()
         if known is None or not hands.look_like(known):
             self.update()

@@ -30,7 +30,7 @@ EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")
 
 
 class Overlays:
-    """The widgets over a view. They ignore the mouse."""
+    """The widgets over a view. All but the clock ignore the mouse."""
 
     def __init__(self, view: QWidget) -> None:
         # Between two images; created first, so that it is below the other widgets.
@@ -165,11 +165,14 @@ class Overlays:
         Returns True if the clock is shown.
         """
         corner = None if hands is None else self._emptiest_corner(size, crowding)
-        if hands is None or corner is None:
+        if self.clock.held:
+            corner = self.clock.geometry()
+        elif hands is None or corner is None:
             self.clock.hide()
             return False
-        self.clock.show_hands(hands, corner)
-        crowding.add_box(corner, _SOLID)
+        if hands is not None and corner is not None:
+            self.clock.show_hands(hands, corner)
+            crowding.add_box(corner, _SOLID)
         return True
 
     def _emptiest_corner(self, size: QSize, crowding: Crowding) -> QRect | None:

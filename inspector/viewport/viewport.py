@@ -18,6 +18,7 @@ from inspector.viewport.bone_under_mouse import Pointing
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.camera_moves import Aim, Steering
 from inspector.viewport.dashed_figure import Companion
+from inspector.viewport.dial import Dial
 from inspector.viewport.frame_drawing import FrameDrawing, Guest
 from inspector.viewport.lights import background, make_plotter
 from inspector.viewport.mesh_actor import Piece, specimens
@@ -65,6 +66,7 @@ class Viewport(Steering):
         self._warmer.timeout.connect(self._warm_up)
         self._make_view()
         self.overlays = Overlays(self)  # created after the view, to be on top
+        self.dial = Dial(document, self.overlays.clock, self)
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
         self._rest.timeout.connect(self._describe)
         self.setAccessibleName(tr("3D view of the figure"))

@@ -1,12 +1,14 @@
 """What the picture shows without words: the front, the side, the bone, and how far it is turned."""
 
+import math
 import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QRect
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtTest import QTest
 
 from inspector.bundled import FLIPPED
 from inspector.session.opening import analyse_file
@@ -99,6 +101,38 @@ def test_the_hands_point_where_the_fins_do_in_the_picture(qtbot, document, show_
         start, stop = view.camera.project(ends, *view.picture_size())[0]
         arm = (stop - start) / np.linalg.norm(stop - start)
         assert arm @ hands.way[0] > 0.7
+
+
+@pytest.mark.parametrize("degrees", [70.0, -70.0])
+def test_the_hand_of_the_clock_follows_the_mouse(qtbot, document, show_view, degrees):
+    insert_twist(document, degrees=degrees)
+    document.select_interval(document.intervals[-1].id)
+    view = show_view(document)
+    view.focus_chain()
+    settle(qtbot, view)
+    clock, before = view.overlays.clock, document.interval.interval
+    middle, radius = np.array(clock.rect().center().toTuple()), 0.4 * clock.width()
+    first = math.atan2(*clock.hands.way[-1][::-1])
+    places = [
+        QPoint(*np.round(middle + radius * np.array([math.cos(a), math.sin(a)])).astype(int))
+        for a in first + np.radians(np.linspace(0.0, 40.0, 9))
+    ]
+    assert view.childAt(clock.geometry().center()) is clock
+    QTest.mousePress(clock, Qt.MouseButton.LeftButton, pos=places[0])
+    for place in places[1:]:
+        QTest.mouseMove(clock, place)
+        settle(qtbot, view)
+    QTest.mouseRelease(clock, Qt.MouseButton.LeftButton, pos=places[-1])
+    settle(qtbot, view)
+    last = math.atan2(*clock.hands.way[-1][::-1])
+    assert math.remainder(last - first, math.tau) == pytest.approx(math.radians(40.0), abs=0.06)
+    change = math.degrees(document.interval.interval.delta - before.delta)
+    assert abs(change) == pytest.approx(40.0, abs=3.0)
+    document.undo()  # the whole drag
+    assert document.interval.interval.delta == pytest.approx(before.delta)
+    document.go_to(FRAME + 30)
+    settle(qtbot, view)
+    assert view.childAt(clock.geometry().center()) is not clock
 
 
 def test_the_corrected_fin_and_limb_are_drawn_before_the_correction(qtbot, document, show_view):

@@ -1,0 +1,52 @@
+"""The clock as a dial: dragging its hand changes the offset of the selected interval."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QObject
+
+from inspector.session.document import Document
+from inspector.viewport.clock import Clock
+from twistcore.review import Judged
+from twistcore.review.model import levelled
+
+
+class Dial(QObject):
+    """Edits the selected interval while the user drags the clock. A drag is one undo step."""
+
+    def __init__(self, document: Document, clock: Clock, parent: QObject) -> None:
+        super().__init__(parent)
+        self._document, self._clock, self._drag = document, clock, 0
+        clock.grasped.connect(self._begin)
+        clock.turned.connect(self._turn)
+        for signal in (
+            document.opened,
+            document.frame_changed,
+            document.interval_changed,
+            document.intervals_changed,
+        ):
+            signal.connect(self._offer)
+        self._offer()
+
+    @property
+    def _edited(self) -> Judged | None:
+        """The selected interval, if its offset is shown in this frame and can be changed."""
+        judged, frame = self._document.interval, self._document.frame
+        if judged is None or not judged.interval.kind.by_angle:
+            return None
+        return judged if judged.interval.start <= frame < judged.interval.stop else None
+
+    def _offer(self, *_: object) -> None:
+        self._clock.offer(self._edited is not None)
+
+    def _begin(self) -> None:
+        self._drag = self._document.begin_drag()
+
+    def _turn(self, degrees: float) -> None:
+        if (judged := self._edited) is None:
+            return
+        interval = judged.interval
+        now = interval.largest if interval.soft_ended else interval.delta
+        delta = math.remainder(now + math.radians(degrees), math.tau)
+        self._document.edit(judged.id, levelled(interval, delta), self._drag)
