@@ -41,7 +41,7 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--scale",
-        type=positive,
+        type=_factor,
         metavar="FACTOR",
         help="multiply offsets and positions, such as by 0.01 for cm to m (default: 1)",
     )
@@ -59,7 +59,11 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
         f"namings {' and '.join(NAMINGS)} (default: as they are)",
     )
     parser.add_argument(
-        "--fps", type=rate, metavar="HZ", help="resample to this frame rate (default: as it is)"
+        "--fps",
+        type=rate,
+        metavar="HZ",
+        help="resample to this frame rate; in other commands, --fps corrects the rate of the file "
+        "(default: as it is)",
     )
     add_json(parser)
     parser.set_defaults(run=deferred("clean_command", "clean_command"))
@@ -73,3 +77,10 @@ def _order(text: str) -> tuple[str, str]:
             f"expected the three axes in any order, such as ZXY or Hips=ZXY, found {text!r}"
         )
     return joint, order.upper()
+
+
+def _factor(text: str) -> float:
+    """Return a factor that keeps enough digits of all lengths."""
+    if not 1e-6 <= (value := positive(text)) <= 1e6:
+        raise argparse.ArgumentTypeError(f"expected a factor from 1e-6 to 1e6, found {text!r}")
+    return value
