@@ -25,8 +25,9 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
         "--order",
         type=_order,
         action="append",
-        metavar="[JOINT=]ZXY",
-        help="rotation order of all joints or of one joint; may be repeated (default: as it is)",
+        metavar="ORDER",
+        help="rotation order of all joints, such as ZXY, or of one joint, such as Hips=YXZ; may be "
+        "repeated (default: as it is)",
     )
     parser.add_argument(
         "--channels",
