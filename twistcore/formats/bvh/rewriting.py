@@ -105,7 +105,7 @@ def in_axes(clip: BvhClip, matrix: Array) -> Rewriting:
     """Express a clip in other axes and units.
 
     `matrix`, (3, 3), is a rotation by multiples of 90° times a factor. The rotation only renames
-    axes and changes signs, so that no number is rounded.
+    axes and changes signs; numbers with exponents are rounded when they are written.
     """
     axes, sizes = np.abs(matrix).argmax(axis=0), matrix.sum(axis=0)  # of the images of x, y, z
     values, letters = clip.values.copy(), {}
