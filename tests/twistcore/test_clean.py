@@ -387,7 +387,9 @@ def test_the_known_namings_lead_to_each_other(capsys, tmp_path):
     assert cmu.read_bytes() == WALK.read_bytes()
 
 
-@pytest.mark.parametrize("text", ['{"Hips": "root", "Tail": "t"}', "Hips,root\r\n\r\nTail,t\r\n"])
+@pytest.mark.parametrize(
+    "text", ['{"Hips": "root", "Tail": "t"}', "Hips,root\r\n\r\nTail,t\r\n", "Hips;root\nTail;t"]
+)
 def test_a_map_renames_the_joints_that_there_are(text, capsys, tmp_path):
     table, out = tmp_path / "map", tmp_path / "o.bvh"
     table.write_text(text)
@@ -405,6 +407,7 @@ def test_a_map_renames_the_joints_that_there_are(text, capsys, tmp_path):
         (("--order", "Tail=XYZ"), ("'Tail'",)),
         (("--order", "XXY"), ("'XXY'",)),
         (("--scale", "-1"), ("'-1'",)),
+        (("--scale", "1e-300"), ("1e-6", "1e6", "'1e-300'")),
         (("--fps", "0"), ("'0'",)),
         (("--up", "x"), ("'X'", "Y", "Z")),
         (("--channels", "4"), ("'4'", "3")),

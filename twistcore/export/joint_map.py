@@ -23,11 +23,13 @@ def read_joint_map(path: Path) -> Mapping[str, str]:
         if data.lstrip()[:1] in (b"{", b"["):
             document = has(parsed_json(data))
             return {old: text(new, f"the new name of {old}") for old, new in document.items()}
-        rows = [*csv.reader(data.decode("utf-8-sig", "surrogateescape").splitlines())]
+        lines = data.decode("utf-8-sig", "surrogateescape").splitlines()
+        between = next((mark for mark in ",;\t" if any(mark in line for line in lines)), ",")
+        rows = [*csv.reader(lines, delimiter=between)]
         if wrong := [row for row in rows if row and len(row) != 2]:
             raise FormatError(
                 "expected a JSON object, or a CSV with two columns, the old and the new names; "
-                f"found {','.join(wrong[0])[:80]!r}"
+                f"found {between.join(wrong[0])[:80]!r}"
             )
         return dict(row for row in rows if row)
 

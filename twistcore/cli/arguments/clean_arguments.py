@@ -25,8 +25,9 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
         "--order",
         type=_order,
         action="append",
-        metavar="[JOINT=]ZXY",
-        help="rotation order of all joints or of one joint; may be repeated (default: as it is)",
+        metavar="ORDER",
+        help="rotation order of all joints, such as ZXY, or of one joint, such as Hips=YXZ; may be "
+        "repeated (default: as it is)",
     )
     parser.add_argument(
         "--channels",
@@ -41,7 +42,7 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--scale",
-        type=positive,
+        type=_factor,
         metavar="FACTOR",
         help="multiply offsets and positions, such as by 0.01 for cm to m (default: 1)",
     )
@@ -59,7 +60,11 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
         f"namings {' and '.join(NAMINGS)} (default: as they are)",
     )
     parser.add_argument(
-        "--fps", type=rate, metavar="HZ", help="resample to this frame rate (default: as it is)"
+        "--fps",
+        type=rate,
+        metavar="HZ",
+        help="resample to this frame rate; in other commands, --fps corrects the rate of the file "
+        "(default: as it is)",
     )
     add_json(parser)
     parser.set_defaults(run=deferred("clean_command", "clean_command"))
@@ -73,3 +78,10 @@ def _order(text: str) -> tuple[str, str]:
             f"expected the three axes in any order, such as ZXY or Hips=ZXY, found {text!r}"
         )
     return joint, order.upper()
+
+
+def _factor(text: str) -> float:
+    """Return a factor that keeps enough digits of all lengths."""
+    if not 1e-6 <= (value := positive(text)) <= 1e6:
+        raise argparse.ArgumentTypeError(f"expected a factor from 1e-6 to 1e6, found {text!r}")
+    return value

@@ -76,7 +76,7 @@ def unrolled(clip: BvhClip) -> Rewriting:
 def in_order(clip: BvhClip, orders: Mapping[str, str]) -> Rewriting:
     """Give joints another rotation order. The key '' applies to all other joints.
 
-    Raises TwistError if a named joint is missing or has no three rotation channels.
+    Raises TwistError if a named joint is missing or does not have three rotation channels.
     """
     names = clip.skeleton.names
     if unknown := sorted(orders.keys() - {"", *names}):
@@ -105,7 +105,7 @@ def in_axes(clip: BvhClip, matrix: Array) -> Rewriting:
     """Express a clip in other axes and units.
 
     `matrix`, (3, 3), is a rotation by multiples of 90° times a factor. The rotation only renames
-    axes and changes signs, so that no number is rounded.
+    axes and changes signs; numbers with exponents are rounded when they are written.
     """
     axes, sizes = np.abs(matrix).argmax(axis=0), matrix.sum(axis=0)  # of the images of x, y, z
     values, letters = clip.values.copy(), {}
@@ -168,8 +168,8 @@ def without_positions(clip: BvhClip, *, keep_moving: bool) -> Rewriting:
 def at_rate(clip: BvhClip, fps: float) -> Rewriting:
     """Resample a clip. Rotations turn on the shorter arc, positions move on straight lines.
 
-    A frame at the time of a source frame has its bytes. In other frames, the numbers of joints that
-    do not move between the two source frames around it stay the same.
+    Frames at the time of a source frame keep its bytes. In other frames, the numbers of joints that
+    do not move between the two source frames stay the same.
     """
     if abs(fps * clip.frame_time - 1.0) < _SAME_RATE:
         return Rewriting(clip, (), (f"the rate is {clip.fps:.6g} frames per second already",))
