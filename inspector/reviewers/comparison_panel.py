@@ -20,6 +20,7 @@ from inspector.widgets.labels import Caption
 from inspector.widgets.signed_numbers import angle_of
 from inspector.widgets.tables import RowModel, RowTable, SecondaryTextDelegate, TableRow
 from inspector.widgets.theme import Colours
+from twistcore.files.encoding import legible
 from twistcore.review import Decision, Judged, Settle
 from twistcore.review.agreement import PairDifference, decided_by_person
 
@@ -29,6 +30,7 @@ _BUTTONS = {  # short texts for buttons
     "next_difference": tr("Next"),
     "take_undecided": tr("Theirs for all I left undecided"),
 }
+_MOST = 300  # letters of a decision with its note
 _PAUSE_MS = 30  # without a change of the review; longer than between two steps of a drag
 _SELECT = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
 
@@ -267,7 +269,8 @@ class ComparisonPanel(QWidget):
             return ""
         sides = (tr("Mine"), row.pair.mine), (tr("Theirs"), row.pair.theirs)
         lines = [f"<b>{escape(_sentence(of_core(difference)))}</b>"]
-        lines += [escape(f"{side}: {self._decision(judged)}") for side, judged in sides if judged]
+        words = [f"{side}: {self._decision(judged)}" for side, judged in sides if judged]
+        lines += [escape(legible(text, most=_MOST)) for text in words]
         return "<br>".join(lines)
 
     def _decision(self, judged: Judged) -> str:

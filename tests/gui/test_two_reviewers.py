@@ -44,7 +44,7 @@ def written(clip, name, accepted, rejected, at, *more):
     review.do(Decide(rejected, R, name, at))
     for command in more:
         review.do(command)
-    path = clip.path.with_name(f"{name.lower()}.twist.json")
+    path = clip.path.with_name(f"{name.lower().strip(chr(0x202E))}.twist.json".replace("<b>", ""))
     write_session(clip, review, path)
     return path
 
@@ -231,3 +231,21 @@ def test_it_speaks_german(qtbot, show_window, ada, ben):
         assert window.comparison.model.heads[1:] == ("Meine\nAda", "Andere\nBen")
     finally:
         use_language("en")
+
+
+def test_names_and_notes_of_strangers_are_shown_as_they_are_written(
+    qtbot, show_window, ada, clip, tmp_path
+):
+    note = "<img src=x>\x1b[31m" + 100_000 * "x"
+    stranger = written(clip, "<b>Eve\u202e", (4,), (3,), LATER, Annotate(3, note))
+    window = show_window(Settings(turn_ms=0))
+    open_clip(qtbot, window, ada)
+    window.part(feature).compare_with(stranger)
+    qtbot.waitUntil(lambda: bool(window.comparison.rows))
+    [key] = (r.key for r in window.comparison.rows if r.pair.either.id == 3)
+    while window.comparison.current.key != key:
+        act(window, "next_difference")
+    shown = window.comparison.detail.text()
+    assert "&lt;img src=x&gt;\\x1b[31mxxx" in shown
+    assert "&lt;b&gt;Eve\\u202e" in shown
+    assert len(shown) < 1_000
