@@ -225,6 +225,7 @@ def test_a_group_that_is_in_part_decided_is_gone_to_once(qtbot, kick):
     assert document.interval_id in seen[0]
 
 
+@pytest.mark.thorough
 def test_groups_are_turned_off_and_this_is_remembered(qtbot, show_window, tmp_path, kick):
     go_to_series(qtbot, kick)
     act(kick, "group_errors")
