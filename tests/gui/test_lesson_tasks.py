@@ -15,6 +15,7 @@ from tests.gui.windows import act
 from twistcore.errors import FormatError
 from twistcore.formats.bvh import read_bvh
 
+ONE_WINDOW = True
 PAGE = """# A page
 
 > Do it.
