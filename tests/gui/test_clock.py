@@ -31,6 +31,7 @@ def decided(window, count):
     window.document.decide(Decision.ACCEPTED, ids)
 
 
+@pytest.mark.thorough
 def test_the_session_that_was_saved_last_is_the_latest(qtbot, show_window, clip, later):
     window = show_window()
     open_clip(qtbot, window, clip)

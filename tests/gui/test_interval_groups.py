@@ -152,6 +152,7 @@ def test_an_arrow_is_clicked(qtbot, kick):
     assert len(things(kick)) == 3
 
 
+@pytest.mark.thorough
 def test_an_interval_of_an_unfolded_group_is_decided_alone(qtbot, kick):
     table = kick.intervals.table
     go_to_series(qtbot, kick)
@@ -304,6 +305,7 @@ def test_an_exercise_has_no_groups(open_document, qtbot):
     assert panel.table.model().rowCount() == FOUND
 
 
+@pytest.mark.thorough
 def test_a_group_is_named_in_the_language_of_the_window(qtbot, show_window):
     use_language("de")
     try:

@@ -11,6 +11,7 @@ from tests.twistcore.test_joint_repairs import SKELETON, WALK, spiked, the_only,
 from twistcore.review import Decision, read_session
 from twistcore.skeleton.rotation import geodesic_angle
 
+ONE_WINDOW = True
 FOOT = SKELETON.index("LeftFoot")
 
 
@@ -73,6 +74,7 @@ def test_a_stretch_is_reviewed_like_any_other_error(qtbot, opened):
     assert document.review.state is before
 
 
+@pytest.mark.thorough
 def test_accepting_it_corrects_the_exported_file(qtbot, opened):
     document = opened.document
     stretch, spike = (the_only(document.review.state, k) for k in (tc.Kind.STRETCH, tc.Kind.SPIKE))
@@ -139,6 +141,7 @@ def test_insert_at_a_lone_jump_makes_the_stretch_that_it_may_begin(opened):
     assert document.found(made.id) is None
 
 
+@pytest.mark.thorough
 def test_an_earlier_version_s_session_gets_the_offset_that_it_lacks(qtbot, opened, show_window):
     """Only where nobody has decided: an accepted one stays as it was seen."""
     import json

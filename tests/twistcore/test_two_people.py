@@ -215,6 +215,7 @@ def test_detect_tells_whose_each_interval_is(file, alone, capsys):
     assert of_one.out.splitlines()[0].split()[0] == "chain"
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("batch_here")
 def test_person_chooses_in_every_command_that_takes_chains(file, alone, tmp_path, capsys):
     code, text = said(capsys, "detect", file, "--person", "A", "--json")
