@@ -52,6 +52,7 @@ def exceptions():
     return found
 
 
+@pytest.mark.thorough
 def test_every_exception_comes_out_of_a_process_as_it_went_in():
     found = exceptions()
     assert found.keys() == EXAMPLES.keys(), "a new exception needs an example here"

@@ -253,10 +253,10 @@ MADE_BEFORE = {
 }
 # The README's are run, and what comes of them is looked at, in tests/twistcore/test_notebook.py.
 SCRIPTED = [n for n in NAMES if n != "README.md" and list(blocks(ROOT / n, "python"))]
-SCRIPTED.sort(key="docs/report.md".__eq__)  # takes longest: thorough
+SCRIPTED.sort(key="docs/report.md".__eq__)  # takes longest
 
 
-@parametrize("name", SCRIPTED, quick=-1)
+@parametrize("name", SCRIPTED, quick=2)
 def test_python_runs(name, place, monkeypatch):
     monkeypatch.setattr(
         picture_job, "draw_figures", lambda figures, *_: [Drawn({}, "not now")] * len(figures)
@@ -275,6 +275,7 @@ def test_a_loss_followed_downhill_finds_the_offset(place):
     assert np.degrees(float(str(names["offset"]))) == pytest.approx(error["offset_deg"][0], abs=5.0)
 
 
+@pytest.mark.thorough
 def test_scripts_of_a_table_name_its_columns(place):
     """Where pandas is not there to run them."""
     main(["batch", "captures", "-o", "out", "--workers", "1", "--parquet", "results.parquet"])

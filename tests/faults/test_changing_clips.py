@@ -8,7 +8,6 @@ import threading
 import pytest
 
 from tests.conftest import ASSETS
-from tests.tiers import parametrize
 from tests.twistcore.batch_folders import clips
 from twistcore.batch import clip_result
 from twistcore.batch.clip_task import process
@@ -71,7 +70,8 @@ def results_of(out):
         }
 
 
-@parametrize("change", [replaced, rewritten, removed, appended], quick=1)
+@pytest.mark.thorough
+@pytest.mark.parametrize("change", [replaced, rewritten, removed, appended])
 def test_a_result_is_that_of_the_bytes_that_it_names(change, tmp_path):
     folder, out, done = tmp_path / "in", tmp_path / "out", threading.Event()
     made = clips(folder, DIRTY, CLIPS, frames=60)

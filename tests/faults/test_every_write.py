@@ -176,6 +176,7 @@ def _writes(tree):
             yield call.lineno
 
 
+@pytest.mark.thorough
 def test_every_other_write_goes_through_the_one_home():
     found = {}
     for house in ("twistcore", "inspector"):

@@ -162,6 +162,7 @@ def test_no_command_waits_for_a_writer(odd, tmp_path, ran, words):
     assert not (out / "x.bvh").exists()
 
 
+@pytest.mark.thorough
 def test_a_folder_with_all_of_them_is_a_batch_of_what_can_be_read(odd, tmp_path, ran):
     code, said = ran("batch", odd, "-o", tmp_path / "out", "--workers", "1")
     assert code == 1

@@ -31,6 +31,7 @@ def decided(window, count):
     window.document.decide(Decision.ACCEPTED, ids)
 
 
+@pytest.mark.thorough
 def test_the_session_that_was_saved_last_is_the_latest(qtbot, show_window, clip, later):
     window = show_window()
     open_clip(qtbot, window, clip)
@@ -52,6 +53,7 @@ def test_the_session_that_was_saved_last_is_the_latest(qtbot, show_window, clip,
     assert len(read_session(away).state.chosen()) == 1
 
 
+@pytest.mark.thorough
 def test_what_earlier_runs_left_is_offered_whatever_its_time(qtbot, show_window, clip, later):
     window = show_window()
     open_clip(qtbot, window, clip)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from inspector.bundled import FLIPPED, SAMPLE
 from inspector.language import catalogue, of_core, tr, use_language
 from tests.gui.untranslated import code_texts, waits
+from tests.tiers import parametrize
 from twistcore import analyse, read_bvh
 from twistcore.analysis.why_not import peaks_without_interval, why_not
 from twistcore.errors import TwistError
@@ -34,7 +35,7 @@ def german():
     use_language(before)
 
 
-@pytest.mark.parametrize(
+@parametrize(
     ("clip", "method", "tau"),
     [
         (SAMPLE, "consistency", None),

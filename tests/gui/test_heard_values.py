@@ -5,6 +5,7 @@ from PySide6.QtGui import QAccessible
 
 from tests.gui.windows import act, wait_until_active
 
+ONE_WINDOW = True
 pytestmark = pytest.mark.thorough
 
 

@@ -28,6 +28,7 @@ from tests.gui.pictures import INJECTED
 from tests.gui.said_texts import Said
 from tests.gui.windows import act, open_clip
 from tests.hostile_texts import as_file_name, hostile_clip, hostile_texts, shares
+from tests.tiers import parametrize
 from twistcore.files.encoding import legible
 from twistcore.review import Annotate
 from twistcore.tuning import Tuned, write_profile
@@ -259,7 +260,7 @@ def test_a_note_longer_than_its_line_is_kept(opened):
     assert many < 30.0 * few
 
 
-@pytest.mark.parametrize("text", hostile_texts("/hostile-trap"))
+@parametrize("text", hostile_texts("/hostile-trap"), quick=16)
 def test_each_way_to_show_a_text_shows_it(qapp, text):
     """As a tool tip, in rich text, in a menu, in a sentence."""
     tip = as_tip(text)

@@ -194,6 +194,7 @@ def test_an_arrow_is_clicked(qtbot, kick):
     assert len(things(kick)) == 3
 
 
+@pytest.mark.thorough
 def test_an_interval_of_an_unfolded_group_is_decided_alone(qtbot, kick):
     table = kick.intervals.table
     go_to_series(qtbot, kick)
@@ -267,6 +268,7 @@ def test_a_group_that_is_in_part_decided_is_gone_to_once(qtbot, kick):
     assert document.interval_id in seen[0]
 
 
+@pytest.mark.thorough
 def test_groups_are_turned_off_and_this_is_remembered(qtbot, show_window, tmp_path, kick):
     go_to_series(qtbot, kick)
     act(kick, "group_errors")
@@ -345,6 +347,7 @@ def test_an_exercise_has_no_groups(open_document, qtbot):
     assert panel.table.model().rowCount() == FOUND
 
 
+@pytest.mark.thorough
 def test_a_group_is_named_in_the_language_of_the_window(qtbot, show_window):
     use_language("de")
     try:

@@ -43,6 +43,7 @@ def test_what_was_not_examined_is_named_above_the_chains(odd):
     assert not odd.chains.people.isVisible()
 
 
+@pytest.mark.thorough
 def test_a_hand_is_named_and_its_arm_is_examined(qtbot, odd):
     act(odd, "joint_names")
     dialog = odd.chain_actions.names

@@ -19,6 +19,7 @@ from tests.twistcore.test_joint_repairs import (
 from twistcore.review import Decision, read_session
 from twistcore.skeleton.rotation import geodesic_angle
 
+ONE_WINDOW = True
 FOOT = SKELETON.index("LeftFoot")
 
 
@@ -81,6 +82,7 @@ def test_a_stretch_is_reviewed_like_any_other_error(qtbot, opened):
     assert document.review.state is before
 
 
+@pytest.mark.thorough
 def test_accepting_it_corrects_the_exported_file(qtbot, opened):
     document = opened.document
     stretch, spike = (the_only(document.review.state, k) for k in (tc.Kind.STRETCH, tc.Kind.SPIKE))
@@ -169,6 +171,7 @@ def test_insert_at_a_joint_jump_makes_what_fits_or_says_that_nothing_does(
         assert (made.interval.kind, made.interval.start, made.interval.stop) == ("spike", 100, 110)
 
 
+@pytest.mark.thorough
 def test_an_earlier_version_s_session_gets_the_offset_that_it_lacks(qtbot, opened, show_window):
     """Only where nobody has decided: an accepted one stays as it was seen."""
     import json

@@ -61,6 +61,7 @@ def test_a_catalogue_has_every_text_of_the_code_translated_and_no_other(code):
     assert_translated(code)
 
 
+@pytest.mark.thorough
 def test_a_text_that_waits_for_its_translation_is_a_warning_and_with_ci_an_error(monkeypatch):
     texts = [("", "Nobody translated {n} of this.", ""), *code_texts()]
     monkeypatch.setattr(untranslated, "code_texts", lambda: texts)

@@ -32,6 +32,7 @@ def session(tmp_path):
     return session
 
 
+@pytest.mark.thorough
 def test_it_is_shown_kept_and_never_corrected(qtbot, window, session):
     before = json.loads(session.read_text("utf-8"))["intervals"][1]
     messages = []

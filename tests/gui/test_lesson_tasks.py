@@ -12,9 +12,11 @@ from inspector.session.opening import analyse_clip
 from tests.conftest import ASSETS
 from tests.gui.test_tour import play
 from tests.gui.windows import act
+from tests.tiers import parametrize
 from twistcore.errors import FormatError
 from twistcore.formats.bvh import read_bvh
 
+ONE_WINDOW = True
 PAGE = """# A page
 
 > Do it.
@@ -51,7 +53,7 @@ def lesson(tmp_path, *tasks, clip="walk_injected.bvh", chain="LeftArm", more="ta
     return path
 
 
-@pytest.mark.parametrize("tab", ["teaching", "intervals"])
+@parametrize("tab", ["teaching", "intervals"])
 def test_show_me_leaves_all_of_a_task_done(qtbot, at_forearm, tmp_path, tab):
     player = play(qtbot, at_forearm, lesson(tmp_path, *TASKS, more=f"tab: {tab}"))
     for page in player.pages:
@@ -148,6 +150,7 @@ def test_each_page_has_a_threshold_and_a_detector_of_its_own(qtbot, at_forearm, 
     assert shown == [*pages, *pages[1::-1]]
 
 
+@pytest.mark.thorough
 def test_a_lesson_is_given_to_a_room(qtbot, at_forearm):
     """In a presentation, the page is readable from the last row, and Page Down turns it."""
     player = play(qtbot, at_forearm, LESSONS / "3-3-refinement.md")

@@ -2,6 +2,8 @@
 
 import shutil
 
+import pytest
+
 from inspector.session.export_files import ExportChoice
 from inspector.session.session_files import journals, refuge_path
 from inspector.session.settings import Settings
@@ -9,6 +11,8 @@ from tests.gui.pictures import INJECTED
 from tests.gui.windows import export, open_clip
 from tests.tiers import parametrize
 from twistcore.review import Decision, read_session, recover
+
+pytestmark = pytest.mark.thorough
 
 
 @parametrize("name", ["w" * 232, "ü" * 125 + "w"], ids=["232 bytes", "251 bytes"])

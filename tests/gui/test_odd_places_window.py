@@ -33,6 +33,7 @@ def odd(tmp_path):
     return folder
 
 
+@pytest.mark.thorough
 def test_the_start_and_a_folder_and_every_entry_are_told(qtbot, show_window, odd):
     entries = sorted(path for path in odd.iterdir() if not path.is_dir())
     window = show_window(Settings(turn_ms=0, recent=[str(path) for path in entries]))

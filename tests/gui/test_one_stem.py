@@ -17,6 +17,8 @@ from twistcore.formats.clip_files import clips_in
 from twistcore.review import Decision
 from twistcore.tuning.folder_sessions import sessions_in
 
+pytestmark = pytest.mark.thorough
+
 
 def two_of_one_stem(folder):
     """The same walk as BVH and as AMASS would have it."""
@@ -58,7 +60,6 @@ def test_two_clips_of_one_stem_share_neither_session_nor_exports(qtbot, show_win
     assert not [text for text in said if "has changed" in text or "another review" in text]
 
 
-@pytest.mark.thorough
 def test_a_journal_left_of_one_is_offered_for_that_one(qtbot, show_window, tmp_path):
     bvh, npz = two_of_one_stem(tmp_path)
     window = show_window()
@@ -77,7 +78,6 @@ def test_a_journal_left_of_one_is_offered_for_that_one(qtbot, show_window, tmp_p
     assert "1 step" in window.bar.label.text()
 
 
-@pytest.mark.thorough
 def test_a_session_of_another_format_is_not_an_earlier_version(qtbot, window, tmp_path):
     """One that got its name from the stem alone is still found, by the clip that it is of."""
     bvh, npz = two_of_one_stem(tmp_path)

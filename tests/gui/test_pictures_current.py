@@ -50,6 +50,7 @@ def taken(qapp, tmp_path, monkeypatch):
     return folder
 
 
+@pytest.mark.thorough
 def test_the_window_is_as_pictured(taken):
     for name in TAKEN:
         share = changed(DOCS / "images" / f"{name}.png", taken / f"{name}.png")

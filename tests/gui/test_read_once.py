@@ -89,6 +89,7 @@ def test_an_export_at_once_waits_until_long_files_were_read(qtbot, exported, rea
     assert {where for _, where in reads}.isdisjoint({threading.main_thread()})
 
 
+@pytest.mark.thorough
 def test_at_once_pressed_twice_exports_once_and_as_the_review_is_then(
     qtbot, exported, all_are_long, monkeypatch
 ):

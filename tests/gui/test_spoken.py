@@ -20,6 +20,7 @@ from inspector.widgets.labels import ElidedLine
 from inspector.widgets.theme import DARK, Colours
 from twistcore.review import Decision
 
+ONE_WINDOW = True
 SPOKEN = Qt.ItemDataRole.AccessibleTextRole
 
 

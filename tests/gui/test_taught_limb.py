@@ -18,6 +18,7 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 
+ONE_WINDOW = True
 CHAINS = ("LeftArm", "RightUpLeg", "LeftForeArm")
 
 

@@ -22,6 +22,7 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 
+ONE_WINDOW = True
 DEGREE = np.radians(1.0)
 PI = np.pi
 

@@ -40,6 +40,7 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.skeleton.signals import twist_signals
 
+ONE_WINDOW = True
 FRAMES = 20
 CLIPS, CHAINS = 5, 10
 
@@ -278,7 +279,6 @@ def test_another_chain_or_clip_starts_as_captured(taught):
     assert not taught.taught.what_if.changes
 
 
-@pytest.mark.thorough
 def test_counter_twist_shows_the_products_sign_turn(taught):
     box, values = taught.teaching.what_if, taught.teaching.equations.values
     box.sliders["twist"].setValue(600)
@@ -415,7 +415,6 @@ def test_apply_goes_from_wrong_to_right(qtbot, taught):
     assert box.sliders["applied"].value() == 0
 
 
-@pytest.mark.thorough
 def test_undefined_is_said_and_no_number(taught):
     values, frame = taught.teaching.equations.values, taught.taught
     frame.set_what_if(WhatIf(swing=np.pi))

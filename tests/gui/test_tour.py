@@ -45,6 +45,7 @@ def play(qtbot, window, path):
 # -- tour -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     document = at_forearm.document
     mine = document.data.clip.path

@@ -14,6 +14,7 @@ from inspector.widgets.signed_numbers import plain
 from inspector.widgets.theme import LIGHT, Colours
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import open_clip
+from tests.tiers import parametrize
 from tests.twistcore.test_quantities import MOTIONS, WALK
 from twistcore import read_clip, write_clip
 from twistcore.detection import Kind
@@ -59,7 +60,7 @@ def words(timeline):
     return "".join(text for text, _ in timeline.panes["why"].front.title)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in MOTIONS if kind != Kind.HELPER_ROLL])
+@parametrize("kind", [kind for kind in MOTIONS if kind != Kind.HELPER_ROLL], quick=2)
 def test_it_is_the_first_plot_and_shows_the_number_on_the_card(qtbot, show_timeline, kind):
     timeline = show_timeline(kind)
     quantity, pane = shown(qtbot, timeline), timeline.panes["why"]

@@ -268,6 +268,7 @@ def test_undo_and_redo_say_and_show_what_they_change(qtbot, opened):
     assert opened.statusBar().currentMessage().startswith("Redone")
 
 
+@pytest.mark.thorough
 def test_looks_are_remembered(qtbot, show_window, tmp_path):
     file = tmp_path / "looks.json"
     first = show_window(Settings(turn_ms=0), file)

@@ -61,6 +61,7 @@ def test_judges_see_numbers_and_the_key_tells_the_rest(sheets, capsys, tmp_path)
     assert {r["set"] for r in rows} == {"good"}
 
 
+@pytest.mark.thorough
 def test_a_word_that_is_no_verdict_is_named(sheets):
     _say(sheets, "first.csv", (E, E, "wrong", E))
     _say(sheets, "second.csv", (E, E, E, E))

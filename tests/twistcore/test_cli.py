@@ -11,6 +11,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
+from tests.tiers import parametrize
 from tests.twistcore.reviews import CARRIED, CLIP, find_flips, flip, flipped
 from tests.twistcore.test_capture_faults import faulty_clip
 from twistcore.analysis.clip_analysis import analyse
@@ -178,7 +179,7 @@ def test_faults_of_the_capture_have_rows_and_are_counted_where_asked(capsys, tmp
     assert (tmp_path / "out.bvh").read_bytes() == clip.read_bytes()
 
 
-@pytest.mark.parametrize(
+@parametrize(
     ("words", "found", "counts"),
     [
         ([], (8, 2), [10, 10, 8, 2]),
@@ -190,6 +191,7 @@ def test_faults_of_the_capture_have_rows_and_are_counted_where_asked(capsys, tmp
         (["--chain", "RightUpLeg-RightFoot"], (0, 1), [1, 1, 1]),
         (["--chain", "RightUpLeg", "--kinds", "limb-flip"], (0, 1), [1, 1, 1]),
     ],
+    quick=2,
 )
 def test_kinds_and_chains_say_what_is_looked_for(capsys, monkeypatch, words, found, counts):
     find_flips(monkeypatch, flip(), CARRIED)

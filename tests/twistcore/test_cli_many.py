@@ -205,6 +205,7 @@ def test_verbose_says_steps_and_times_on_standard_error_alone(capsys):
 # -- what a terminal gets --------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @given(st.text())
 def test_nothing_that_a_terminal_obeys_is_left(text):
     kinds = {unicodedata.category(c) for c in terminal_text(text)}

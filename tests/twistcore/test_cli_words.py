@@ -12,6 +12,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
+from tests.tiers import parametrize
 from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import ALL_KINDS
 from twistcore.analysis.correction import SURE_ENOUGH
@@ -159,8 +160,10 @@ def test_what_carries_a_command_out_is_there():
             assert callable(getattr(import_module(f"twistcore.cli.{module}"), name))
 
 
-@pytest.mark.parametrize(
-    "words", ["--version", "--help", "", "help", "detect --help", "help refine", "quamo -h"]
+@parametrize(
+    "words",
+    ["--version", "--help", "", "help", "detect --help", "help refine", "quamo -h"],
+    quick=2,
 )
 def test_help_and_version_load_no_numpy(words):
     code = f"""

@@ -174,7 +174,7 @@ def test_the_price_of_an_alarm_and_the_smallest_errors_are_a_persons():
     assert np.degrees(c.suggested(price=0.0, smallest=math.radians(1.0))) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("method", ["consistency", "paper"])
+@parametrize("method", ["consistency", "paper"])
 def test_in_frames_left_out_nothing_counts(dirty_walk, method):
     """What a person called natural is a false alarm, unless it lies in what is left out."""
     motion = dirty_walk.motion

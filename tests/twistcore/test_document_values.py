@@ -8,6 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.messages import refused
+from tests.tiers import parametrize
 from tests.twistcore.reviews import CLIP, fresh
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.replay import check_belongs
@@ -40,7 +41,7 @@ LOOKS = [
 ]
 
 
-@pytest.mark.parametrize("look", LOOKS)
+@parametrize("look", LOOKS, quick=4)
 @given(value=ANYTHING)
 @example(value=[[None] * 4, *[dict.fromkeys(("\U0002fa1e" * 9, "1" * 50), -(10**30))] * 3])
 def test_anything_is_what_was_expected_or_told_in_a_short_sentence(look, value):

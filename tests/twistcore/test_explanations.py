@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.tiers import parametrize
 from tests.twistcore.test_surprise import FRAMES, made
 from twistcore.detection.soft_errors.explanations import (
     Explanations,
@@ -238,7 +239,7 @@ def explained_alike(surprise, place, fit_below):
     return True
 
 
-@pytest.mark.parametrize(("fps", "case"), [(120.0, c) for c in CASES] + [(30.0, CASES[1])])
+@parametrize(("fps", "case"), [(120.0, c) for c in CASES] + [(30.0, CASES[1])], quick=3)
 def test_what_explains_a_seed_best(case, fps):
     seed, degrees, shape, start, frames = case
     s = erring(seed, degrees, shape, start, frames, fps=fps)

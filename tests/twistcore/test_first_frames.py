@@ -55,7 +55,7 @@ def backwards(motion):
 
 @pytest.mark.parametrize("moving", [True, False])
 @pytest.mark.parametrize("channels", [True, False])
-@pytest.mark.parametrize("course", COURSES)
+@parametrize("course", COURSES, quick=4)
 @parametrize("length", [8, 2, 3, 5, 10, 15, 20], quick=2)
 def test_a_blend_is_left_out_and_little_else(capture, length, course, channels, moving):
     clip = blended(capture, length, course, channels, moving)

@@ -274,6 +274,7 @@ def test_a_flip_of_the_clips_own_takes_its_neighbours_out_of_the_audit():
     assert with_events(WALK.skeleton, CHAINS, LIMBS, []) == frozenset()
 
 
+@pytest.mark.thorough
 def test_a_benchmark_of_flips(monkeypatch):
     asked = ClipAnalysis.detect
 

@@ -40,7 +40,7 @@ def clips(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("name", ["-", "/dev/stdout"])
+@parametrize("name", ["-", "/dev/stdout"])
 def test_refined_bytes_alone_come_out_and_words_beside(clips, tmp_path, name):
     code, out, err = run(tmp_path, "refine", clips / "c.bvh", "-o", name, "--method", "paper")
     assert code == 0
@@ -49,7 +49,7 @@ def test_refined_bytes_alone_come_out_and_words_beside(clips, tmp_path, name):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
+@parametrize(
     ("words", "parse"),
     [
         (("signals", DIRTY, "--csv", "-"), lambda out: out.startswith(b"chain,frame") or 1 / 0),
@@ -76,6 +76,7 @@ def test_of_a_benchmark_too(clips, tmp_path):
     assert (code, out.split(b",")[0]) == (0, b"protocol")
 
 
+@pytest.mark.thorough
 def test_a_profile_too(clips, tmp_path):
     words = ("tune", clips / "c.bvh", "-o", "-", "--method", "paper", "--seeds", "1")
     code, out, err = run(tmp_path, *words, "--workers", "1")
@@ -100,6 +101,7 @@ def test_standard_output_takes_one_thing(tmp_path, words):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_a_file_called_minus(clips, tmp_path):
     words = ("refine", clips / "c.bvh", "-o", "./-", "--method", "paper")
     code, out, _ = run(tmp_path, *words)
@@ -107,6 +109,7 @@ def test_a_file_called_minus(clips, tmp_path):
     assert (tmp_path / "-").read_bytes() == (clips / "r.bvh").read_bytes()
 
 
+@pytest.mark.thorough
 def test_a_reader_that_leaves_is_no_error(tmp_path):
     command = [sys.executable, "-m", "twistcore", "refine", str(DIRTY), "-o", "-"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -118,6 +121,7 @@ def test_a_reader_that_leaves_is_no_error(tmp_path):
         assert process.wait() == 0
 
 
+@pytest.mark.thorough
 def test_what_is_appended_to_keeps_what_it_had(clips, tmp_path):
     with (tmp_path / "log").open("ab") as log:
         log.write(b"before\n")

@@ -128,8 +128,8 @@ def test_parts_that_are_no_poses_are_refused_in_a_sentence(other, said, tmp_path
 # -- AIST++ ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("protocol", [3, 4, 5])
-@pytest.mark.parametrize("dtype", [np.float32, np.float64, ">f8"])
+@parametrize("protocol", [3, 4, 5], quick=2)
+@parametrize("dtype", [np.float32, np.float64, ">f8"], quick=2)
 def test_a_pickle_of_aist_is_read_and_rewritten_in_place(dtype, protocol, tmp_path, capsys):
     path, out = tmp_path / "gBR_sBM.pkl", tmp_path / "out.pkl"
     files.write_aist(path, WALK.motion, protocol, dtype)
@@ -257,7 +257,7 @@ def test_where_the_bytes_of_arrays_are_is_known(protocol):
 # -- ROMP ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("packed", [False, True], ids=["stored", "packed"])
+@parametrize("packed", [False, True], ids=["stored", "packed"])
 @parametrize("others", [(7,), (), (3, 9)], ids=["two persons", "alone", "three"])
 def test_a_video_of_romp_is_read_and_rewritten_in_place(others, packed, tmp_path, capsys):
     path, out = tmp_path / "video_results.npz", tmp_path / "out.npz"

@@ -12,6 +12,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
+from tests.tiers import parametrize
 from tests.twistcore.process_work import dies_once, prints, unsendable, work
 from twistcore.cli import main
 from twistcore.tuning import read_profile
@@ -169,7 +170,7 @@ def listed(err, names):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="links, permissions")
-@pytest.mark.parametrize("workers", ["1", "2"])
+@parametrize("workers", ["1", "2"])
 def test_tune_goes_on(folder, tmp_path, capsys, workers):
     words = ["tune", str(folder), "-o", str(tmp_path / "p.toml"), "--method", "paper"]
     assert main([*words, "--seeds", "1", "--workers", workers]) == 1
@@ -195,7 +196,7 @@ def test_benchmark_and_quamo_go_on(folder, capsys):
     listed(capsys.readouterr().err, BAD)
 
 
-@pytest.mark.parametrize(
+@parametrize(
     "words",
     [
         ("tune", "{}", "-o", "p.toml", "--workers", "2"),

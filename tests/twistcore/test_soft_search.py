@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.tiers import parametrize
 from tests.twistcore.test_surprise import FRAMES, made
 from twistcore.detection.soft_errors import soft_search
 from twistcore.detection.soft_errors.explanations import LEVELS, TO_BEGIN, Explanations, Seed
@@ -143,7 +144,7 @@ def plain_run(s, limb, in_vain):
     return found, every
 
 
-@pytest.mark.parametrize("seed", range(14))
+@parametrize("seed", range(14), quick=4)
 def test_the_search_finds_what_a_plain_one_does(seed, monkeypatch):
     in_vain = (20, 3, 1)[seed % 3]
     monkeypatch.setattr(soft_search, "IN_VAIN", in_vain)

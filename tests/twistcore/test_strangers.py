@@ -12,6 +12,7 @@ import pytest
 from benchmarks._rig_families import RIGS
 from benchmarks._rigs import rigged
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, remove_twist
 from twistcore.batch.clip_result import processed
@@ -123,7 +124,7 @@ def farthest(one, other):
     return np.degrees(geodesic_angle(one.rotations, other.rotations).max())
 
 
-@pytest.mark.parametrize("family", NAMES)
+@parametrize("family", NAMES, quick=2)
 def test_five_errors_are_found_and_corrected_whatever_the_joints_are_called(family):
     motion = renamed(DIRTY, NAMES[family])
     refined, found = corrected(motion)
@@ -169,7 +170,7 @@ IN_CHAIN = {  # rig, P, C, and the label of the find
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("case", IN_CHAIN)
+@parametrize("case", IN_CHAIN, quick=4)
 def test_of_a_bone_in_pieces_the_piece_that_c_hangs_on_is_corrected(case, share):
     name, parent, child, label = IN_CHAIN[case]
     clean = rigged(WALK, replace(BY_NAME[name], share=share))

@@ -66,7 +66,7 @@ def test_every_limb_of_both_has_its_chains_and_limb(pattern, root, names):
         np.testing.assert_allclose(chain.axis, same.axis, atol=1e-9)
 
 
-@pytest.mark.parametrize(("pattern", "root"), [("*_B", False), ("B:*", True), ("*", False)])
+@parametrize(("pattern", "root"), [("*_B", False), ("B:*", True), ("*", False)])
 def test_the_second_person_s_errors_are_found_and_nothing_else(pattern, root, alone):
     clip = parse_bvh(two_people(pattern, root=root), "pair.bvh")
     found = detect(clip)
@@ -215,6 +215,7 @@ def test_detect_tells_whose_each_interval_is(file, alone, capsys):
     assert of_one.out.splitlines()[0].split()[0] == "chain"
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("batch_here")
 def test_person_chooses_in_every_command_that_takes_chains(file, alone, tmp_path, capsys):
     code, text = said(capsys, "detect", file, "--person", "A", "--json")

@@ -119,6 +119,7 @@ def test_a_limb_that_is_not_examined_is_named_by_every_command(clips, tmp_path, 
             assert (err, out.count("eft arm")) == ("", 1)
 
 
+@pytest.mark.thorough
 def test_documents_have_what_was_not_examined(clips, tmp_path, capsys):
     for name in ("three", "one_arm", "whole"):
         for words in commands(clips / f"{name}.bvh", tmp_path):
