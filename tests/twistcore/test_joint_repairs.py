@@ -225,6 +225,24 @@ def test_at_another_joint_jump_a_spike_is_suggested_if_the_joint_soon_returns(st
             assert np.degrees(off).max() < 15.0
 
 
+def test_no_stretch_is_suggested_that_would_not_remove_the_jump():
+    """The roll differs, but the foot also swings to another side."""
+    foot = SKELETON.index("LeftFoot")
+    way = np.radians(100.0)
+    other = np.cos(way) * ACROSS + np.sin(way) * np.cross(BONE, ACROSS)
+    rotations = tilted("LeftFoot", 0, FRAMES, ACROSS).rotations.copy()
+    rotations[100:160, foot] = multiply(
+        tilted("LeftFoot", 100, 160, other).rotations[100:160, foot],
+        quaternion_from_axis_angle(BONE, np.radians(120.0)),
+    )
+    motion = MOTION.with_rotations(rotations)
+    roll = np.degrees(twist_angle(rotations[:, foot], BONE))
+    assert np.median(roll[100:160]) - np.median(np.delete(roll, slice(100, 160))) > 100.0
+    jumps = jumps_of(motion, tc.Kind.LONE_JUMP, tc.Kind.JOINT_JUMP, tc.Kind.STRETCH)
+    assert [(i.kind, i.start) for i in jumps] == [("joint jump", 100), ("joint jump", 160)]
+    assert [proposed_at_jump(search_in(motion), jump, jumps) for jump in jumps] == [None, None]
+
+
 def test_a_joint_that_is_kept_stays_where_it_is():
     motion = turned("RightHand", 100, 180, kept=True)
     refined = tc.refine(motion, accepted(motion, tc.Kind.STRETCH))

@@ -10,18 +10,27 @@ from scipy.signal import butter, sosfiltfilt
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.cli import main
+from twistcore.detection.lone_jumps import own_axis
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.skeleton.chain import Chain, find_chains
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.rotation import quaternion_from_axis_angle, rotate
+from twistcore.skeleton.rotation import (
+    conjugate,
+    geodesic_angle,
+    multiply,
+    quaternion_from_axis_angle,
+    rotate,
+    twist_angle,
+)
 from twistcore.study.benchmark.clip_run import BenchmarkSettings, run_clip
 from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.markdown import benchmark_to_markdown
+from twistcore.study.benchmark.passes import run_item
 from twistcore.study.benchmark.runner import BenchmarkSummary
 from twistcore.study.benchmark.tables import make_rows
-from twistcore.study.benchmark.tally import error_tally
-from twistcore.study.evaluation import measure_clip
+from twistcore.study.benchmark.tally import Tally, error_tally
+from twistcore.study.evaluation import measure_clip, summarise
 from twistcore.synthesis import (
     InjectedError,
     Truth,
@@ -31,6 +40,7 @@ from twistcore.synthesis import (
     inject,
     parse_protocol,
     read_truth,
+    write_truth,
 )
 from twistcore.synthesis.injection import LEAST
 from twistcore.synthesis.offset_shape import aligned_spells, shaped
@@ -409,3 +419,83 @@ def test_spells_in_line_begin_and_end_with_their_own_frames(straight, wanted, fi
     later = [(max(start, first), stop) for start, stop in wanted]
     assert list(aligned_spells(motion, Chain("B", 1, 2, 3, x, x), first)) == later
     assert list(aligned_spells(motion, Chain("B", 1, 2, -1, x, x), first)) == []
+
+
+# -- errors of a single joint ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("name", "about"), [("STR", 1.0), ("SP", 0.0)])
+def test_an_error_of_a_single_joint_turns_only_a_foot_or_a_hand(name, about):
+    """A stretch turns it about its bone, and a spike about an axis across the bone."""
+    scene = make_scene("walk.bvh", WALK, parse_protocol(name))
+    names = WALK.skeleton.names
+    assert {names[c.child] for c in scene.targets} == {
+        "LeftFoot", "RightFoot", "LeftHand", "RightHand",
+    }  # fmt: skip
+    for chain in scene.targets:
+        errors = draw_errors(scene.motion, [chain], generator(3, "walk"), scene.protocol)
+        assert errors
+        assert name == "SP" or len(errors) == 1
+        dirty = inject(scene.motion, [chain], errors)
+        changed = (dirty.rotations != scene.motion.rotations).any(axis=2)
+        assert np.flatnonzero(changed.any(axis=0)).tolist() == [chain.child]
+        for error in errors:
+            before, after = (
+                m.rotations[error.start : error.stop, chain.child] for m in (scene.motion, dirty)
+            )
+            turn = geodesic_angle(before, after)
+            np.testing.assert_allclose(turn, np.abs(error.offset), atol=1e-9)
+            axis = own_axis(WALK.skeleton, chain.child)
+            rolled = np.abs(twist_angle(multiply(conjugate(before), after), axis))
+            np.testing.assert_allclose(rolled, about * turn, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["STR", "SP"])
+def test_errors_of_a_single_joint_are_measured_as_if_all_findings_were_accepted(name):
+    scene = make_scene("walk.bvh", WALK, parse_protocol(name))
+    total = sum(run_item(scene, "consistency", 1).values(), Tally())
+    assert (total.matched, total.found) == (total.truths, total.truths)
+    assert total.repaired >= 0.9 * total.frames > 0
+    assert total.damaged == 0
+    nothing = sum(run_item(scene, "unroll", 1).values(), Tally())
+    assert (nothing.frames, nothing.repaired) == (total.frames, 0)
+
+
+@pytest.mark.parametrize("name", ["STR", "SP"])
+def test_a_truth_with_errors_of_a_single_joint_is_read_back(tmp_path, name):
+    scene = make_scene("walk.bvh", WALK, parse_protocol(name))
+    errors = draw_errors(scene.motion, scene.targets, generator(3, "walk"), scene.protocol)
+    truth = Truth("walk.bvh", name, 3, scene.motion.frames, WALK.fps, errors)
+    path = tmp_path / "truth.json"
+    write_truth(path, truth)
+    again = read_truth(path)
+    assert [(e.kind, e.carried, e.start) for e in again.errors] == [
+        (scene.protocol.single, True, e.start) for e in errors
+    ]
+    dirty = inject(scene.motion, scene.chains, again.errors)
+    untouched = summarise([measure_clip(again, scene.motion, dirty, scene.chains)])
+    assert (untouched.overall.fsr_percent, untouched.damage_share) == (0.0, 0.0)
+    perfect = summarise([measure_clip(again, scene.motion, scene.motion, scene.chains)])
+    assert perfect.overall.fsr_percent == 100.0
+    path.write_text(path.read_text("utf-8").replace('"carried": true', '"carried": false'))
+    with pytest.raises(TwistError, match="carried"):
+        read_truth(path)
+
+
+def test_errors_of_a_single_joint_fit_only_some_protocols():
+    assert all(parse_protocol(name).single for name in ("STR+P0", "SP+H1", "STR+H7"))
+    for name in ("STR+L0", "SP+CR", "SP+R8", "STR+M5"):
+        with pytest.raises(TwistError, match="single joint"):
+            parse_protocol(name)
+
+
+def test_inject_puts_an_error_of_a_single_joint_into_a_file(tmp_path, capsys):
+    out, truth = tmp_path / "out.bvh", tmp_path / "truth.json"
+    given = ["--protocol", "STR", "--seed", "2", "--truth", truth]
+    assert main(["inject", *map(str, (ASSETS / "walk.bvh", "-o", out, *given))]) == 0
+    errors = read_truth(truth).errors
+    names = WALK.skeleton.names
+    ends = {c.name: c.child for c in CHAINS if names[c.child].endswith(("Foot", "Hand"))}
+    assert {e.chain for e in errors} <= set(ends)
+    turn = geodesic_angle(read_bvh(out).motion.rotations, WALK.rotations) > 1e-6
+    assert {*np.flatnonzero(turn.any(axis=0)).tolist()} == {ends[e.chain] for e in errors}

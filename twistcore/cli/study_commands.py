@@ -7,6 +7,7 @@ libraries load slowly.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from twistcore.cli.output import (
@@ -20,7 +21,7 @@ from twistcore.cli.output import (
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.formats.bvh import decimated, parse_bvh, read_bvh
 from twistcore.formats.clip import rewritten, write_clip
-from twistcore.skeleton.chain import find_chains, uncorrectable_joints
+from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.skeleton.limb import find_limbs
 from twistcore.study.evaluation import (
     Sample,
@@ -36,6 +37,7 @@ from twistcore.synthesis import (
     enrich,
     generator,
     inject,
+    last_chains,
     parse_protocol,
     prepare,
     read_truth,
@@ -49,7 +51,9 @@ def inject_command(arguments: argparse.Namespace) -> int:
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output, arguments.truth], [arguments.clip])
     every = find_chains(clip.motion)
-    among = find_limbs(clip.motion, every) if protocol.limb else every
+    among: Sequence[Chain] = find_limbs(clip.motion, every) if protocol.limb else every
+    if protocol.single:
+        among = last_chains(clip.motion.skeleton, every)
     free = [c for c in among if not uncorrectable_joints(clip.motion, c)]
     if not free:
         what = "a limb for a flip" if protocol.limb else "a chain for a twist error"

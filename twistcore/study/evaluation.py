@@ -93,21 +93,22 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
         )
     dirty = inject(clean, every, truth.errors)
     wrong = np.zeros((clean.frames, len(clean.skeleton)), dtype=bool)
-    frames_of: dict[str, set[int]] = {}
+    frames_of: dict[tuple[str, tuple[int, ...]], set[int]] = {}
     for error in truth.errors:
         chain = by_name[error.chain]
         counted = error.start + np.flatnonzero(np.abs(error.offset) >= COUNTED)
-        frames_of.setdefault(chain.name, set()).update(counted.tolist())
+        measured = chain.name, error.measured_joints(chain)
+        frames_of.setdefault(measured, set()).update(counted.tolist())
         wrong[error.start : error.stop, error.changed_joints(chain, clean.skeleton)] = True
     errors = []
-    for name, frames in frames_of.items():
+    for (name, turned), frames in frames_of.items():
         chain, at = by_name[name], sorted(frames)
         errors.append(
             ErrorFrames(
                 chain.side,
                 segment_of(chain),
-                error_angle(clean.rotations[at], dirty.rotations[at], chain),
-                error_angle(clean.rotations[at], refined.rotations[at], chain),
+                error_angle(clean.rotations[at], dirty.rotations[at], turned),
+                error_angle(clean.rotations[at], refined.rotations[at], turned),
             )
         )
     joints = chain_joints(every)
@@ -115,14 +116,13 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
     return Sample(tuple(errors), change[~wrong[:, joints]])
 
 
-def error_angle(clean: Array, other: Array, chain: Chain) -> Array:
-    """Return the angle between two rotations of P or, for a limb, the larger angle of P and E.
+def error_angle(clean: Array, other: Array, joints: Sequence[int]) -> Array:
+    """Return the largest angle between two rotations of some joints, in radians, (frames,).
 
-    `clean` and `other` are rotations, shape (frames, joints, 4). The angle is in radians,
-    (frames,).
+    `clean` and `other` are rotations, shape (frames, joints, 4).
     """
-    joints = [chain.parent, chain.end] if isinstance(chain, Limb) else [chain.parent]
-    return np.asarray(geodesic_angle(clean[:, joints], other[:, joints]).max(axis=1))
+    at = list(joints)
+    return np.asarray(geodesic_angle(clean[:, at], other[:, at]).max(axis=1))
 
 
 def summarise(samples: Iterable[Sample]) -> Evaluation:

@@ -7,6 +7,7 @@ from twistcore.synthesis.injection import (
     generator,
     independent_chains,
     inject,
+    last_chains,
 )
 from twistcore.synthesis.protocol import (
     PROTOCOLS,
@@ -29,6 +30,7 @@ __all__ = [
     "generator",
     "independent_chains",
     "inject",
+    "last_chains",
     "parse_protocol",
     "prepare",
     "read_truth",

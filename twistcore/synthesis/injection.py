@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from twistcore.analysis.correction import remove_twist
 from twistcore.detection import Kind
 from twistcore.detection.carried_rolls import bent_frames
+from twistcore.detection.lone_jumps import own_axis
 from twistcore.errors import TwistError
 from twistcore.files.encoding import encoded
 from twistcore.skeleton.chain import Chain, chain_named
@@ -45,10 +46,11 @@ class InjectedError:
     leak : ndarray, shape (stop − start,), optional
         The angle by which the compensation of the child, or of a limb's end, is wrong, in radians.
     kind : Kind
-        A counter-twist, a limb flip or a carried roll.
+        A counter-twist, a limb flip, a carried roll or, for an error of C alone, a stretch or a
+        spike.
     carried : bool
-        True for a flip in which the limb's end turns with the limb, and for a carried roll, in
-        which C rolls with P.
+        True for a flip in which the limb's end turns with the limb, for a carried roll, in which C
+        rolls with P, and for an error of C alone.
 
     Examples
     --------
@@ -73,9 +75,22 @@ class InjectedError:
 
         The end of a limb that is carried along is not among them.
         """
+        if self.single:
+            return (chain.child,)
         joints = chain.changed_joints(skeleton)
         end_stays = self.kind == Kind.LIMB_FLIP and self.carried and self.leak is None
         return joints[:1] if end_stays else joints
+
+    @property
+    def single(self) -> bool:
+        """True for an error of C alone."""
+        return bool(self.kind.info.repairer)
+
+    def measured_joints(self, chain: Chain) -> tuple[int, ...]:
+        """Return the joints whose angles from the clean clip are the size of the error."""
+        if self.single:
+            return (chain.child,)
+        return (chain.parent, chain.end) if isinstance(chain, Limb) else (chain.parent,)
 
 
 def generator(seed: int, clip: str, *more: int) -> np.random.Generator:
@@ -118,6 +133,13 @@ def independent_chains(chains: Sequence[Chain], first: int, most: int) -> tuple[
         if len(chosen) < most and not turned & {chain.parent, chain.child}:
             chosen.append(chain)
     return tuple(chosen)
+
+
+def last_chains(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[Chain, ...]:
+    """Return the chains that end in a foot or a hand that has a bone."""
+    parents = {chain.parent for chain in chains}
+    last = (chain for chain in chains if chain.child not in parents)
+    return tuple(chain for chain in last if own_axis(skeleton, chain.child) is not None)
 
 
 def _joints(chain: Chain) -> set[int]:
@@ -172,11 +194,18 @@ def _places(
     taken = np.zeros(motion.frames, dtype=bool)
     if protocol.carried:  # a straight limb rolls as a whole, which is visible in no signal
         taken |= ~bent_frames(motion, chain)
-    for k in range(2 if protocol.persists else int(rng.integers(2, 6))):
+    for k in range(_number(rng, protocol)):
         place = _place(taken, first, rng, protocol, motion.fps, k)
         if place is not None:
             taken[max(0, place[0] - 2 * margin) : place[1] + 2 * margin] = True
             yield place
+
+
+def _number(rng: np.random.Generator, protocol: Protocol) -> int:
+    """Return the number of a chain's errors; several stretches may cover most of a clip."""
+    if protocol.single == Kind.STRETCH.value:
+        return 1
+    return 2 if protocol.persists else int(rng.integers(2, 6))
 
 
 def _place(
@@ -235,8 +264,8 @@ def _drawn(
     if protocol.compensated < 1.0:
         leak = (1.0 - protocol.compensated) * offset + (0.0 if leak is None else leak)
     kind = Kind.LIMB_FLIP if protocol.limb else Kind.COUNTER_TWIST
-    if protocol.carried:
-        kind, carried = Kind.CARRIED_ROLL, True
+    if protocol.carried or protocol.single:
+        kind, carried = Kind(protocol.single) if protocol.single else Kind.CARRIED_ROLL, True
     return InjectedError(chain.name, start, stop, offset, leak, kind, carried)
 
 
@@ -259,7 +288,8 @@ def inject(
 
     The rotation of P becomes q_P ⊗ R_a(δ), and the rotation of every child X of P becomes R_a(−δ +
     leak) ⊗ q_X. In a limb flip, a is the limb's line and X is its end, unless the end is carried
-    along. In a carried roll, C turns by R_b(δ) about its own bone as well. The function is called
+    along. In a carried roll, C turns by R_b(δ) about its own bone as well. In a stretch or a spike,
+    only C turns, by R_b(δ) or about an axis across its bone. The function is called
     as ``inject(clip, errors)`` or as ``inject(clip, chains, errors)``.
 
     Parameters
@@ -307,7 +337,8 @@ def inject(
     along: dict[str, Array] = {}
     by_name = {chain.name: chain for chain in chains}
     leaking = []
-    for error in errors:
+    single = [error for error in errors if error.single]
+    for error in (error for error in errors if not error.single):
         at = slice(error.start, error.stop)
         offsets.setdefault(error.chain, np.zeros(motion.frames))[at] -= error.offset
         is_limb = isinstance(by_name.get(error.chain), Limb)
@@ -319,12 +350,29 @@ def inject(
         elif error.leak is not None:
             leaking.append((error, error.leak))
     dirty = remove_twist(motion, chains, offsets, along)
-    if not leaking:
+    if not (leaking or single):
         return dirty
     rotations = dirty.rotations.copy()
+    for error in single:
+        joint, at = by_name[error.chain].child, slice(error.start, error.stop)
+        turn = quaternion_from_axis_angle(_axis_of(error, motion.skeleton, joint), error.offset)
+        rotations[at, joint] = normalise(multiply(rotations[at, joint], turn))
     for error, leak in leaking:
         chain, at = by_name[error.chain], slice(error.start, error.stop)
         axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
         turn = quaternion_from_axis_angle(axis, leak)
         rotations[at, chain.child] = normalise(multiply(turn, rotations[at, chain.child]))
     return dirty.with_rotations(rotations)
+
+
+def _axis_of(error: InjectedError, skeleton: Skeleton, joint: int) -> Array:
+    """Return the axis about which an error of a single joint turns it, (3,).
+
+    Raises TwistError if the joint has no bone.
+    """
+    axis = own_axis(skeleton, joint)
+    if axis is None:
+        raise TwistError(f"expected a joint with a bone, found {skeleton.names[joint]!r}")
+    if error.kind == Kind.STRETCH:
+        return axis
+    return normalise(np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())]))

@@ -24,6 +24,7 @@ from twistcore.work.frozen import dataclass
 _RICH_DELAY = 37  # frames, enough to keep the two sides of a gait from coinciding
 _RICH_SHARE = 0.5
 _RICH_LIMIT = 0.2  # radians per frame
+_OF_SINGLE = {"name", "text", "single", "step", "length", "delta", "clean"}
 
 
 @dataclass(frozen=True)
@@ -73,6 +74,9 @@ class Protocol:
         half of the errors, at random.
     carried
         True if C rolls with P while the limb is bent.
+    single
+        The kind of an error of C alone, 'stretch' or 'spike', which moves all joints below. A
+        stretch turns C about its own bone, and a spike turns it about an axis across the bone.
     fill
         How P's twist in a gap is filled, 'held' or 'interpolated'. δ is the missing twist.
     straight
@@ -95,6 +99,7 @@ class Protocol:
     clean: bool = False
     limb: bool = False
     carried: bool = False
+    single: str = ""
     low_pass: float = 0.0
     stairs: int = 1
     flicker: bool = False
@@ -154,6 +159,20 @@ PROTOCOLS = {
         Protocol("NB", "bursts of 5° noise", length=(10, 40), delta=(0.0, 0.0), jitter=5.0),
         Protocol("M5", "errors in five chains in the same frames", together=5),
         Protocol("CR", "carried rolls of 1-20 frames, ±5…±180°", carried=True),
+        Protocol(
+            "STR",
+            "a foot or hand turned about its bone for 40-180 frames, ±90…±180°",
+            length=(40, 180),
+            delta=(90.0, 180.0),
+            single="stretch",
+        ),
+        Protocol(
+            "SP",
+            "a foot or hand off its path for 1-3 frames, ±20…±120°",
+            length=(1, 3),
+            delta=(20.0, 120.0),
+            single="spike",
+        ),
         Protocol("GH", "gaps over which the twist is held", length=(10, 40), fill="held"),
         Protocol("GI", "gaps filled by interpolated twist", length=(10, 40), fill="interpolated"),
         Protocol(
@@ -201,6 +220,11 @@ def parse_protocol(name: str) -> Protocol:
         raise TwistError(
             f"protocol {name!r}: CR can be combined only with protocols that shift the "
             "twist of one chain"
+        )
+    if knobs.get("single") and not knobs.keys() <= _OF_SINGLE:
+        raise TwistError(
+            f"protocol {name!r}: errors of a single joint can be combined only with protocols that "
+            "change the frame rate, the length or the angle"
         )
     if knobs.get("limb") and knobs.get("both"):
         raise TwistError(

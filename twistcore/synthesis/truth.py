@@ -37,7 +37,8 @@ from twistcore.synthesis.protocol import parse_protocol
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.truth/1"
-_KINDS = Kind.COUNTER_TWIST.value, Kind.LIMB_FLIP.value, Kind.CARRIED_ROLL.value
+_ALWAYS_CARRIED = Kind.CARRIED_ROLL, Kind.STRETCH, Kind.SPIKE
+_KINDS = tuple(k.value for k in (Kind.COUNTER_TWIST, Kind.LIMB_FLIP, *_ALWAYS_CARRIED))
 _LONGEST_NAME = 200  # maximum length of a name, for several joined protocols
 _MOST_ERRORS = 20_000  # limits the time, since each error is compared with a review's intervals
 SUCCESS = 0.2  # a frame is repaired if at most this share of its error remains [Choi26 §4.2.1]
@@ -125,8 +126,8 @@ def _error(entry: Any, frames: int) -> InjectedError:
     carried = flag(entry.get("carried", False), "carried")
     if carried and kind == Kind.COUNTER_TWIST:
         raise unexpected("a limb flip or a carried roll", "an error with 'carried'", kind.value)
-    if kind == Kind.CARRIED_ROLL and not carried:
-        raise unexpected("'carried' with the value true", "a carried roll", "none")
+    if kind in _ALWAYS_CARRIED and not carried:
+        raise unexpected("'carried' with the value true", f"a {kind.value}", "none")
     leak = None
     if "leak_deg" in entry:
         leak = _angles(entry["leak_deg"], "leak_deg", stop - start)

@@ -122,15 +122,15 @@ def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
     tallies: Tallies = {}
     kept: dict[str, Fidelity] = {}
     for method in settings.methods:
-        runs: dict[tuple[bool, int], CleanRun] = {(False, 1): clean_run(base, method)}
-        if measured := fidelity(base, runs[False, 1].outcome.rotations):
+        runs: dict[tuple[bool, int, str], CleanRun] = {(False, 1, ""): clean_run(base, method)}
+        if measured := fidelity(base, runs[False, 1, ""].outcome.rotations):
             kept[method] = measured
         for scene in scenes:
-            how = scene.protocol.rich, scene.protocol.step
-            if how not in runs:
-                runs[how] = clean_run(scene, method)
-            add_tallies(tallies, clean_tallies(scene, method, runs[how]))
+            run = scene.protocol.rich, scene.protocol.step, scene.protocol.single
+            if run not in runs:
+                runs[run] = clean_run(scene, method)
+            add_tallies(tallies, clean_tallies(scene, method, runs[run]))
             for seed in settings.seeds:
-                add_tallies(tallies, run_item(scene, method, seed, runs[how]))
+                add_tallies(tallies, run_item(scene, method, seed, runs[run]))
     micros = round(base.motion.frames * base.motion.frame_time * MICRO)
     return ClipResult(name, micros, base.dropped, tallies, kept, base.events, tuple(problems))

@@ -23,7 +23,7 @@ from twistcore.skeleton.chain import Chain, find_chains, limbs, uncorrectable_jo
 from twistcore.skeleton.limb import Limb, find_limbs
 from twistcore.skeleton.motion import Motion
 from twistcore.study.evaluation import chain_joints
-from twistcore.synthesis import Protocol, independent_chains, prepare
+from twistcore.synthesis import Protocol, independent_chains, last_chains, prepare
 
 SHORTEST = 16  # frames, enough for two intervals and some frames around them
 AUDITOR = DEFAULT_METHOD
@@ -57,9 +57,15 @@ class CleanScene:
 
     @property
     def targets(self) -> tuple[Chain, ...]:
-        """Return the protocol's targets: all chains, all limbs, or chains that can be straight."""
+        """Return the chains or limbs in which the protocol injects errors.
+
+        These are all chains, all limbs, or the chains that can be straight, that can have carried
+        rolls, or that end in a foot or a hand.
+        """
         if self.protocol.straight:
             return tuple(c for c in self.chains if c.grandchild >= 0 and c.segment in STRAIGHTENS)
+        if self.protocol.single:
+            return last_chains(self.motion.skeleton, self.chains)
         if self.protocol.carried:
             return tuple(c for c in self.chains if may_carry(c))
         return self.limbs if self.protocol.limb else self.chains

@@ -18,7 +18,8 @@ from twistcore.analysis.correction import (
     offsets_by_chain,
     remove_twist,
 )
-from twistcore.detection import DETECTORS
+from twistcore.analysis.correction.joint_repairs import JointRepairs
+from twistcore.detection import DETECTORS, Kind
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
@@ -72,6 +73,7 @@ def apply_method(
     chains: Sequence[Chain],
     wrong: Sequence[InjectedError] = (),
     tau: Taus = AUTOMATIC,
+    accepted: str = "",
 ) -> MethodResult:
     """Apply a method to a motion, changing only joints of `chains`.
 
@@ -86,6 +88,9 @@ def apply_method(
         The frames with errors, for methods that are given the truth.
     tau
         τ in radians, keyed by chain name, by default the automatic τ.
+    accepted
+        A kind of error of single joints, such as 'stretch'. A detector's findings of this kind are
+        corrected, as if a person had accepted all of them.
     """
     if method in BASELINES:
         return MethodResult(_filtered(BASELINES[method], motion, chains, wrong), {})
@@ -94,17 +99,21 @@ def apply_method(
         return MethodResult(remove_twist(motion, bones, hinge_offsets(motion, bones)).rotations, {})
     clip = ClipAnalysis(motion, chains if DETECTORS.info(method).limb_flips else bones)
     given = {c.name: tau[c.name] for c in clip.chains_and_limbs if c.name in tau}
-    found_at = clip.detect(method, kinds=REPAIRED, tau_radians=given)
+    also = {Kind(accepted)} if accepted else set()
+    found_at = clip.detect(method, kinds={*REPAIRED, *also}, tau_radians=given)
     intervals, analysis = automatic_corrections(found_at), clip.by(method)
     if removed := getattr(analysis, "removed", None):
         offsets = {c.name: removed(c.name, found_at.tau[c.name]) for c in bones}
     else:
         offsets = offsets_by_chain(intervals, motion.frames)
     carried = carried_by_limb(intervals, motion.frames)
+    own = {motion.skeleton.names[c.child] for c in bones}
+    single = [i.for_review for i in found_at if i.kind in also and i.joint in own]
     found: dict[str, list[Gap]] = {chain.name: [] for chain in chains}
-    for i in intervals:
+    for i in (*intervals, *single):
         found.setdefault(i.chain, []).append((i.start, i.stop))
-    return MethodResult(remove_twist(motion, chains, offsets, carried).rotations, found)
+    refined = remove_twist(motion, chains, offsets, carried)
+    return MethodResult(JointRepairs(single).applied(refined).rotations, found)
 
 
 def _filtered(
@@ -140,7 +149,8 @@ def _replaced(
 
 def clean_run(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun:
     """Return the result of a method on the clean motion."""
-    outcome = apply_method(method, scene.motion, (*scene.chains, *scene.limbs), tau=tau)
+    every, accepted = (*scene.chains, *scene.limbs), scene.protocol.single
+    outcome = apply_method(method, scene.motion, every, tau=tau, accepted=accepted)
     return CleanRun(outcome, _change(scene.motion.rotations, outcome.rotations, scene.joints))
 
 
@@ -211,7 +221,7 @@ def _run_pass(
 ) -> Tallies:
     reach = _reach(scene, method, targets)
     dirty = inject(scene.motion, reach, errors)
-    outcome = apply_method(method, dirty, reach, errors, tau)
+    outcome = apply_method(method, dirty, reach, errors, tau, scene.protocol.single)
     total: Tallies = {}
     first = _key(scene, method, targets[0])
     truth = _without_own_flips(scene, clean)
@@ -224,8 +234,9 @@ def _run_pass(
         counted = [e.start + np.flatnonzero(np.abs(e.offset) >= COUNTED) for e in true]
         rows = np.concatenate(counted) if counted else np.zeros(0, dtype=np.int64)
         source = scene.motion.rotations[rows]
-        before = error_angle(source, dirty.rotations[rows], chain)
-        after = error_angle(truth[rows], outcome.rotations[rows], chain)
+        joints = true[0].measured_joints(chain) if true else (chain.parent,)
+        before = error_angle(source, dirty.rotations[rows], joints)
+        after = error_angle(truth[rows], outcome.rotations[rows], joints)
         add_tallies(total, {key: error_tally(before, after)})
     for chain in reach:
         true = [e for e in errors if e.chain == chain.name]
