@@ -17,7 +17,7 @@ from twistcore.analysis.correction.protected_measures import (
 
 _NAMES: Mapping[str, tuple[str, str]] = {  # with the unit
     HINGE: (tr("sideways bend"), "°"),
-    TURNS: (tr("turns faster than any body can"), tr(" frames")),
+    TURNS: (tr("impossibly fast turns"), tr(" frames")),
     ROLL: (tr("peak roll speed of the next joint"), tr("° per frame")),
     PATH: (tr("path of the middle joint"), tr(" % of the limb")),
     ENDS: (tr("displacement of hands and feet"), tr(" % of the height")),
