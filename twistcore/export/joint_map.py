@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,12 +19,12 @@ def read_joint_map(path: Path) -> Mapping[str, str]:
 
     Raises FormatError if it is neither, and TwistError if it cannot be read.
     """
-    data = bytes_of(path)
+    data = bytes_of(path).removeprefix(codecs.BOM_UTF8)
     with saying(path):
         if data.lstrip()[:1] in (b"{", b"["):
             document = has(parsed_json(data))
             return {old: text(new, f"the new name of {old}") for old, new in document.items()}
-        rows = [*csv.reader(data.decode("utf-8-sig", "surrogateescape").splitlines())]
+        rows = [*csv.reader(data.decode("utf-8", "surrogateescape").splitlines())]
         if wrong := [row for row in rows if row and len(row) != 2]:
             raise FormatError(
                 "expected a JSON object, or a CSV with two columns, the old and the new names; "
