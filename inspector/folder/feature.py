@@ -55,7 +55,7 @@ _FILE: tuple[ActionRow[Folder] | None, ...] = (
                do=lambda p: p.folder_actions.write_report()),
 )
 _GO: tuple[ActionRow[Folder] | None, ...] = (
-    ActionSpec("next_informative", tr("Next informative interval"), ("Shift+M",),
+    ActionSpec("next_informative", tr("Next informative interval"), ("Ctrl+Shift+M",),
                tr("The automatic correction in the folder whose verdict tells most about the rest"),
                do=lambda p: p.informative_step.next()),
 )

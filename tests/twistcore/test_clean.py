@@ -388,11 +388,18 @@ def test_the_known_namings_lead_to_each_other(capsys, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text", ['{"Hips": "root", "Tail": "t"}', "Hips,root\r\n\r\nTail,t\r\n", "Hips;root\nTail;t"]
+    "text",
+    [
+        '{"Hips": "root", "Tail": "t"}',
+        '\ufeff{"Hips": "root", "Tail": "t"}',
+        "Hips,root\r\n\r\nTail,t\r\n",
+        "Hips;root\nTail;t",
+        "\ufeffHips,root\r\n\r\nTail,t\r\n",
+    ],
 )
 def test_a_map_renames_the_joints_that_there_are(text, capsys, tmp_path):
     table, out = tmp_path / "map", tmp_path / "o.bvh"
-    table.write_text(text)
+    table.write_text(text, encoding="utf-8")
     code, told, err = run(capsys, "clean", WALK, "-o", out, "--rename", table)
     assert (code, read_bvh(out).skeleton.names[0]) == (0, "root")
     assert "Hips → root" in told
@@ -426,6 +433,23 @@ def test_bad_words_are_one_sentence_and_write_nothing(words, facts, capsys, tmp_
     assert (code, out) == (2, "")
     assert names_in_one_line(err, *facts)
     assert not (tmp_path / "o.bvh").exists()
+
+
+def test_joints_that_share_a_name_are_renamed_only_together(capsys, tmp_path):
+    clip, table, out = tmp_path / "w.bvh", tmp_path / "map.json", tmp_path / "o.bvh"
+    clip.write_bytes(WALK.read_bytes().replace(b"JOINT RightArm", b"JOINT LeftArm"))
+    second = read_bvh(clip).skeleton.names.index("LeftArm #2")
+    table.write_text('{"LeftArm": "upper"}')
+    code, _, err = run(capsys, "clean", clip, "-o", out, "--rename", table)
+    assert code == 2
+    assert names_in_one_line(err, "LeftArm #2")
+    assert not out.exists()
+    table.write_text('{"LeftArm": "upper", "LeftArm #2": "other"}')
+    assert run(capsys, "clean", clip, "-o", out, "--rename", table)[0] == 0
+    assert read_bvh(out).skeleton.names[second] == "other"
+    table.write_text('{"Hips": "root"}')
+    assert run(capsys, "clean", clip, "-o", out, "--rename", table)[0] == 0
+    assert read_bvh(out).skeleton.names[second] == "LeftArm #2"
 
 
 def test_neither_the_clip_nor_the_map_is_replaced(capsys, tmp_path):

@@ -59,6 +59,13 @@ def test_new_gone_and_differently_decided_errors_are_listed(reports, capsys):
     assert capsys.readouterr().out.startswith("0 differences")
 
 
+def test_reports_cannot_be_merged(reports, tmp_path, capsys):
+    a, b, _ = reports
+    capsys.readouterr()
+    assert main(["diff", a, b, "--merge", str(tmp_path / "both.twist.json")]) == 2
+    assert "--merge needs two sessions" in capsys.readouterr().err
+
+
 REPORT = b'{"schema": "twistcore.report/1"'
 
 

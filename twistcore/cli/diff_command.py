@@ -17,12 +17,13 @@ from twistcore.report.report_difference import is_report, report_difference
 def diff_command(arguments: argparse.Namespace) -> int:
     """Print the differences between two clips, folders of clips, sessions or reports."""
     documents = [path for path in (arguments.a, arguments.b) if _is_document(path)]
-    if any(map(is_report, documents)):
-        return _diff_reports(arguments)
-    if len(documents) == 1:
+    reports = any(map(is_report, documents))
+    if len(documents) == 1 and not reports:
         raise TwistError(f"expected two sessions, but only {documents[0]} is one")
-    if arguments.merge and not documents:
+    if arguments.merge and (reports or not documents):
         raise TwistError("--merge needs two sessions")
+    if reports:
+        return _diff_reports(arguments)
     if documents:
         return diff_sessions(arguments)
     if arguments.a.is_dir() or arguments.b.is_dir():

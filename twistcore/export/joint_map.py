@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,7 +19,7 @@ def read_joint_map(path: Path) -> Mapping[str, str]:
 
     Raises FormatError if it is neither, and TwistError if it cannot be read.
     """
-    data = bytes_of(path)
+    data = bytes_of(path).removeprefix(codecs.BOM_UTF8)
     with saying(path):
         if data.lstrip()[:1] in (b"{", b"["):
             document = has(parsed_json(data))

@@ -129,6 +129,12 @@ def with_joint_names(clip: BvhClip, names: Mapping[str, str]) -> Rewriting:
     places = [p for p in _header(clip) if p.kind == "name" and new[p.joint] != old[p.joint]]
     parts = [(p.start, p.stop, new[p.joint].encode("utf-8", "surrogateescape")) for p in places]
     found = reparsed(clip, _spliced(clip.text, parts))
+    pairs = zip(new, found.skeleton.names, strict=True)
+    if lost := [name for name, again in pairs if name != again]:
+        raise TwistError(
+            f"{clip.path}: expected new names for all joints that share a name, found none for "
+            f"{lost[0]!r}"
+        )
     nothing = np.zeros(clip.values.shape, dtype=np.bool_)
     return Rewriting(found, _changes(clip, nothing, [p.joint for p in places]))
 
