@@ -24,7 +24,7 @@ def read_joint_map(path: Path) -> Mapping[str, str]:
         if data.lstrip()[:1] in (b"{", b"["):
             document = has(parsed_json(data))
             return {old: text(new, f"the new name of {old}") for old, new in document.items()}
-        lines = data.decode("utf-8-sig", "surrogateescape").splitlines()
+        lines = data.decode("utf-8", "surrogateescape").splitlines()
         between = next((mark for mark in ",;\t" if any(mark in line for line in lines)), ",")
         rows = [*csv.reader(lines, delimiter=between)]
         if wrong := [row for row in rows if row and len(row) != 2]:
