@@ -37,6 +37,7 @@ def test_every_picture_of_every_page_is_found(guide):
             assert image.deviceIndependentSize().width() <= room, (name, picture)
 
 
+@pytest.mark.thorough
 def test_every_link_of_every_page_leads_to_its_heading(guide):
     """Each place is gone to once, however many links lead there: to show a page takes a while."""
     followed = set()

@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 
 import twistcore as tc
 from inspector.session.open_clip import Show
+from inspector.session.settings import Settings
 from tests.gui.windows import act, open_clip, press
 from tests.twistcore.test_joint_repairs import (
     ACROSS,
@@ -24,14 +25,14 @@ FOOT = SKELETON.index("LeftFoot")
 
 
 @pytest.fixture
-def opened(qtbot, show_window, tmp_path):
+def opened(qtbot, window_for_clips, tmp_path):
     """A clip with a foot that stays turned, and a spike of a forearm; the stretch is selected."""
     path = tmp_path / "clip.bvh"
     both = turned("LeftFoot", 200, 260).rotations.copy()
     arm = SKELETON.index("LeftForeArm")
     both[:, arm] = spiked("LeftForeArm", 150, 152).rotations[:, arm]
     tc.write_clip(WALK, WALK.motion.with_rotations(both), path)
-    window = show_window(size=(1280, 800))
+    window = window_for_clips(Settings(turn_ms=0), (1280, 800))
     open_clip(qtbot, window, path)
     select(window, tc.Kind.STRETCH)
     return window

@@ -251,6 +251,7 @@ def test_no_second_interval_is_inserted_on_the_same_frames(opened):
     assert len(document.intervals) == len(state.intervals) + 1
 
 
+@pytest.mark.thorough
 def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, tmp_path, capsys):
     press(qtbot, opened, Qt.Key.Key_C)
     opened.document.decide(Decision.ACCEPTED, [judged.id for judged in flips(opened)[:-1]])

@@ -20,14 +20,15 @@ from twistcore.cli import main
 from twistcore.review import Decision, read_session
 from twistcore.skeleton.rig import OwnChain, Rig, read_rig
 
+ONE_WINDOW = True
 SPINE = OwnChain(("Spine", "Spine1", "Neck1"))
 Key = Qt.Key
 
 
 @pytest.fixture
-def reviewed(qtbot, show_window, clip, tmp_path):
+def reviewed(qtbot, window_for_clips, clip):
     """A copy of the walk with errors in a window with default settings."""
-    window = show_window(Settings(), tmp_path / "settings.json")
+    window = window_for_clips(Settings())
     open_clip(qtbot, window, clip)
     return window
 

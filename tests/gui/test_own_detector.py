@@ -90,6 +90,7 @@ def clip(tmp_path):
     return Path(shutil.copy(INJECTED, tmp_path / "walk.bvh"))
 
 
+@pytest.mark.thorough
 def test_a_package_is_in_menus_columns_and_plots(clip, tmp_path):
     site = tmp_path / "site"
     info = site / "twist_steps-0.1.dist-info"
@@ -168,6 +169,7 @@ def test_a_review_by_a_detector_that_is_not_here_is_gone_on_with(qtbot, window, 
     assert document.review.state.tau[document.chain] == 0.5
 
 
+@pytest.mark.thorough
 def test_its_steps_of_an_earlier_run_are_taken_up(qtbot, show_window, clip):
     first = show_window()
     open_clip(qtbot, first, clip)

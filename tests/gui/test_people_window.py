@@ -8,15 +8,16 @@ from tests.gui.windows import act, open_clip
 from tests.twistcore.two_people import two_people
 from twistcore.skeleton.rig import Rig
 
+ONE_WINDOW = True
 APART = 60.0  # length units between the two
 
 
 @pytest.fixture
-def pair(qtbot, show_window, tmp_path):
+def pair(qtbot, window_for_clips, tmp_path):
     """The walk and the walk with errors next to it, in a window."""
     clip = tmp_path / "pair.bvh"
     clip.write_bytes(two_people(apart=APART, backwards=True))
-    window = show_window(Settings(), tmp_path / "settings.json")
+    window = window_for_clips(Settings())
     open_clip(qtbot, window, clip)
     return window
 

@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 
+from tests.tiers import parametrize
 from tests.twistcore.test_convert import MOTION, NAMES, PARENTS, handover
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.rotation import geodesic_angle
@@ -34,7 +35,7 @@ def blender(tmp_path, monkeypatch):
     return program
 
 
-@pytest.mark.parametrize("name", ["walk.fbx", "Walk.GLB", "walk.blend"])
+@parametrize("name", ["walk.fbx", "Walk.GLB", "walk.blend"])
 def test_a_scene_is_opened_as_the_clip_that_blender_makes_of_it(
     qtbot, window, tmp_path, blender, name
 ):

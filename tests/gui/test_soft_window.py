@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from inspector.panels.detail_card import explanation
+from inspector.session.settings import Settings
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
@@ -12,17 +13,19 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.skeleton.chain import find_chains
 
+ONE_WINDOW = True
 RAMP = np.radians(np.concatenate([np.arange(1, 13), np.full(10, 13), np.arange(12, 0, -1)]) * 6.0)
 
 
 @pytest.fixture
-def ramped(qtbot, window, tmp_path):
+def ramped(qtbot, window_for_clips, tmp_path):
     """The window with the walk, whose right shoulder ramps off and back."""
     clip = read_bvh(ASSETS / "walk.bvh")
     offset = np.zeros(clip.motion.frames)
     offset[80 : 80 + len(RAMP)] = -RAMP
     wrong = remove_twist(clip.motion, find_chains(clip.motion), {"RightShoulder": offset})
     write_clip(clip, wrong, tmp_path / "ramped.bvh")
+    window = window_for_clips(Settings(turn_ms=0))
     open_clip(qtbot, window, tmp_path / "ramped.bvh")
     return window
 
