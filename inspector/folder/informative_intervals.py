@@ -112,10 +112,10 @@ class InformativeIntervals(QObject):
             self._show(())
             self._answer()
             return
-        data, state = self._document.data, self._document.review.state
+        data = self._document.data
         clips = sorted((c for c in self._queue.clips.values() if c.automatic), key=lambda c: c.path)
         own = {
-            c.path: verdicts_on(c.automatic, state)
+            c.path: verdicts_on(c.automatic, self._document.review.state)
             for c in clips
             if data is not None and c.path == data.clip.path
         }

@@ -6,7 +6,7 @@ from inspector.folder.informative_intervals import _judged
 from inspector.folder.queued_clip import QueuedClip
 from inspector.session.session_files import session_path
 from inspector.session.settings import Settings
-from tests.gui.folders import two_takes
+from tests.gui.folders import put_errors, two_takes
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act
 from twistcore.analysis.clip_analysis import detect
@@ -73,6 +73,17 @@ def test_verdicts_do_not_move_to_other_corrections_after_a_new_analysis(tmp_path
         rows, known = _judged(clips, {}, known, lambda _: None)
         wanted = zip(automatic, verdicts_on(automatic, review.state), strict=True)
         assert {one.correction: one.verdict for one in rows} == dict(wanted)
+
+
+def test_a_folder_is_ordered_while_no_clip_is_open(qtbot, show_window, tmp_path):
+    window = show_window(Settings())
+    put_errors(tmp_path / "b.bvh", 3)
+    window.queue.open(tmp_path)
+    qtbot.waitUntil(lambda: bool(window.informative.ordered), timeout=60_000)
+    assert window.document.data is None
+    with qtbot.waitSignal(window.informative.found, timeout=60_000) as found:
+        window.informative.look()
+    assert found.args[0].path == tmp_path / "b.bvh"
 
 
 def test_without_a_folder_the_reason_is_shown(qtbot, show_window):
