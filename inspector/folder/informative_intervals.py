@@ -31,7 +31,8 @@ from twistcore.work.progress import Tell
 _SETTLE_MS = 400  # wait until a series of verdicts or results has ended
 
 _Verdicts = tuple[bool | None, ...]
-_Known = dict[tuple[Path, int], _Verdicts]  # by session and time
+# By session, its time, and the corrections, which a new analysis of the folder may change.
+_Known = dict[tuple[Path, int, tuple[AutomaticCorrection, ...]], _Verdicts]
 
 
 @dataclass(frozen=True)
@@ -111,10 +112,10 @@ class InformativeIntervals(QObject):
             self._show(())
             self._answer()
             return
-        data, state = self._document.data, self._document.review.state
+        data = self._document.data
         clips = sorted((c for c in self._queue.clips.values() if c.automatic), key=lambda c: c.path)
         own = {
-            c.path: verdicts_on(c.automatic, state)
+            c.path: verdicts_on(c.automatic, self._document.review.state)
             for c in clips
             if data is not None and c.path == data.clip.path
         }
@@ -151,7 +152,7 @@ def _judged(
         tell(k / len(clips))
         verdicts = own.get(clip.path, (None,) * len(clip.automatic))
         if clip.path not in own and (sessions := kept_sessions(clip.path)):
-            key = sessions[0], written(sessions[0])
+            key = sessions[0], written(sessions[0]), clip.automatic
             if key not in known:
                 try:
                     known[key] = verdicts_on(clip.automatic, read_session(sessions[0]).state)
@@ -159,7 +160,7 @@ def _judged(
                     known[key] = verdicts
             verdicts = still[key] = known[key]
         rows += (
-            Informative(clip.path, *pair) for pair in zip(clip.automatic, verdicts, strict=False)
+            Informative(clip.path, *pair) for pair in zip(clip.automatic, verdicts, strict=True)
         )
     order = informative_order(np.array([one.correction.confidence for one in rows]))
     return tuple(rows[k] for k in order), still

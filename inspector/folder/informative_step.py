@@ -50,14 +50,8 @@ class InformativeStep:
         if wanted is None or data is None or data.clip.path != wanted.path:
             return
         self._wanted = None
-        own = wanted.correction
         for judged in document.intervals:
-            interval = judged.interval
-            if (
-                interval.chain == own.chain
-                and own.start < interval.stop
-                and interval.start < own.stop
-            ):
+            if wanted.correction.is_in(judged.interval):
                 document.select_interval(judged.id, jump=True)
                 return
         self._window.bar.show_message(

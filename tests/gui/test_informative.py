@@ -1,10 +1,18 @@
 """Judge a folder in the order in which verdicts say most about its automatic corrections."""
 
+import shutil
+
+from inspector.folder.informative_intervals import _judged
+from inspector.folder.queued_clip import QueuedClip
+from inspector.session.session_files import session_path
 from inspector.session.settings import Settings
-from tests.gui.folders import two_takes
+from tests.gui.folders import put_errors, two_takes
+from tests.gui.pictures import INJECTED
 from tests.gui.windows import act
-from twistcore.review import Decision
-from twistcore.tuning.stated_precision import informative_order
+from twistcore.analysis.clip_analysis import detect
+from twistcore.formats.bvh import read_bvh
+from twistcore.review import Decide, Decision, Review, write_session
+from twistcore.tuning.stated_precision import corrections_in, informative_order, verdicts_on
 
 
 def test_the_next_informative_interval_is_opened_in_any_clip(qtbot, show_window, tmp_path):
@@ -50,6 +58,32 @@ def test_the_precision_of_the_rest_is_stated_after_enough_verdicts(
     assert informative.stated.left == len(informative.ordered) - 2
     assert window.clips.precision.isVisible()
     assert f"{informative.stated.left}" in window.clips.precision.text()
+
+
+def test_verdicts_do_not_move_to_other_corrections_after_a_new_analysis(tmp_path):
+    clip = read_bvh(shutil.copy(INJECTED, tmp_path / "walk.bvh"))
+    found = detect(clip)
+    review = Review(found)
+    review.do(Decide((1,), Decision.ACCEPTED, "Ada", "2026-11-01T09:00:00+00:00"))
+    write_session(clip, review, session_path(clip.path))
+    every = corrections_in(found)
+    known = {}
+    for automatic in (every, every[1:], every[::-1]):
+        clips = [QueuedClip(clip.path, automatic=automatic)]
+        rows, known = _judged(clips, {}, known, lambda _: None)
+        wanted = zip(automatic, verdicts_on(automatic, review.state), strict=True)
+        assert {one.correction: one.verdict for one in rows} == dict(wanted)
+
+
+def test_a_folder_is_ordered_while_no_clip_is_open(qtbot, show_window, tmp_path):
+    window = show_window(Settings())
+    put_errors(tmp_path / "b.bvh", 3)
+    window.queue.open(tmp_path)
+    qtbot.waitUntil(lambda: bool(window.informative.ordered), timeout=60_000)
+    assert window.document.data is None
+    with qtbot.waitSignal(window.informative.found, timeout=60_000) as found:
+        window.informative.look()
+    assert found.args[0].path == tmp_path / "b.bvh"
 
 
 def test_without_a_folder_the_reason_is_shown(qtbot, show_window):

@@ -211,6 +211,12 @@ def test_what_the_first_left_undecided_is_taken_unless_it_would_be_added_twice()
     # Mine is the pair of one, and overlaps the other of the same chain as well.
     mine = Insert(constant("LeftArm", 305, 330, 0.4)).apply(ADA)
     assert taken(mine, two).keys() == {4}
+    # Theirs is the pair of one that I left undecided, and overlaps another of mine as well.
+    stop = ADA.find(4).interval.stop
+    mine = Insert(constant(ADA.find(4).interval.chain, stop + 5, stop + 15, 0.4)).apply(ADA)
+    longer_by_six = Edit(4, resized(ADA.find(4).interval, ADA.find(4).interval.start, stop + 6))
+    assert 4 in taken(ADA, longer_by_six.apply(BEN))
+    assert 4 not in taken(mine, longer_by_six.apply(BEN))
 
 
 # -- merging ---------------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import twistcore as tc
 from tests.conftest import ASSETS
+from twistcore.detection import Kind
 from twistcore.review import Decision, start_review
 from twistcore.tuning.stated_precision import (
     ENOUGH_STATED,
@@ -86,3 +87,19 @@ def test_only_a_persons_own_verdicts_count():
     assert by_frames[first.chain, first.start] is True
     assert by_frames[second.chain, second.start] is False
     assert by_frames[third.chain, third.start] is None
+
+
+def test_a_verdict_on_another_kind_of_error_does_not_count():
+    found = tc.analyse(tc.read_clip(ASSETS / "walk_injected.bvh")).detect()
+    corrections = corrections_in(found)
+    state = start_review(found.method, dict(found.tau), found.intervals, dict(found.tau))
+    jumps = [
+        replace(
+            judged,
+            interval=replace(judged.interval, kind=Kind.LONE_JUMP),
+            decision=Decision.REJECTED,
+            reviewer="A",
+        )
+        for judged in state.intervals
+    ]
+    assert set(verdicts_on(corrections, state.with_intervals(jumps))) == {None}

@@ -190,12 +190,12 @@ def left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> tuple[Judge
     """Return the second reviewer's decisions on all intervals that the first has left undecided.
 
     Their ids are those of the first review, or `new_id` and above. Left out are intervals that the
-    first reviewer has edited, and intervals of the second review alone that overlap one on which
+    first reviewer has edited, and intervals of the second review that overlap another one on which
     the first reviewer has worked, because both corrections would be added.
     """
     kept = [p.mine.interval for p in pairs if p.mine is not None and p.mine.kept]
-    alone = [p.theirs for p in pairs if p.mine is None and p.theirs is not None]
-    clashing = {alone[n] for _, _, n in overlaps(kept, [judged.interval for judged in alone])}
+    theirs = [p.theirs for p in pairs if p.theirs is not None]
+    clashing = {theirs[n] for _, _, n in overlaps(kept, [judged.interval for judged in theirs])}
     out: list[Judged] = []
     for pair in pairs:
         free = pair.theirs not in clashing and not (pair.mine is not None and pair.mine.kept)

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from twistcore.analysis.correction.twist_removal import automatic_corrections
-from twistcore.detection.interval import Interval
+from twistcore.detection.interval import Interval, Kind
 from twistcore.review.model import APPLIED, Decision, ReviewState
 from twistcore.skeleton.rotation import Array
 from twistcore.tuning.learned_confidence import Seen, learned
@@ -30,6 +30,12 @@ class AutomaticCorrection:
     start: int
     stop: int
     confidence: float
+    kind: Kind = Kind.COUNTER_TWIST
+
+    def is_in(self, interval: Interval) -> bool:
+        """Return True if an interval may be the same error: same chain and kind, common frames."""
+        same = (self.chain, self.kind) == (interval.chain, interval.kind)
+        return same and self.start < interval.stop and interval.start < self.stop
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,7 @@ class StatedPrecision:
 def corrections_in(found: Iterable[Interval]) -> tuple[AutomaticCorrection, ...]:
     """Return the intervals that are corrected automatically and have a confidence."""
     return tuple(
-        AutomaticCorrection(i.chain, i.start, i.stop, i.confidence)
+        AutomaticCorrection(i.chain, i.start, i.stop, i.confidence, i.kind)
         for i in automatic_corrections(found)
         if i.confidence is not None
     )
@@ -77,9 +83,7 @@ def verdicts_on(
     ]
     out: list[bool | None] = []
     for one in corrections:
-        own = (j for j in decided if j.interval.chain == one.chain)
-        meets = (j for j in own if j.interval.start < one.stop and one.start < j.interval.stop)
-        verdict = next(meets, None)
+        verdict = next((j for j in decided if one.is_in(j.interval)), None)
         out.append(None if verdict is None else verdict.decision == Decision.ACCEPTED)
     return tuple(out)
 
@@ -87,8 +91,8 @@ def verdicts_on(
 def informative_order(confidence: Array) -> list[int]:
     """Return the order, as indices, in which verdicts on corrections say most about the others.
 
-    The first verdicts are always spread evenly over the corrections sorted by `confidence`, (n,).
-    the sequence of van der Corput. Corrections of equal confidence keep their order.
+    The first verdicts are always spread evenly over the corrections sorted by `confidence`, (n,),
+    in the sequence of van der Corput. Corrections of equal confidence keep their order.
     """
     if not (count := len(confidence)):
         return []
