@@ -394,7 +394,7 @@ class TrackPage(QWidget):
         parts = zip((tr("before"), tr("tracked")), result.accelerations, _CHANGE_ROLES, strict=True)
         values = [(f"{word} {_written(a[frame, joint])}", role) for word, a, role in parts]
         self.change_words.set_text(
-            f"{bold(self._joint)} {tr('acceleration of the end')} "
+            f"{bold(self._joint)} {tr('acceleration of the tip')} "
             + " ".join(self._key(role, text) for text, role in values)
             + " m/s²"
         )

@@ -23,6 +23,8 @@ from inspector.widgets.background import OneTask
 from inspector.widgets.building import bring_to_front
 from inspector.widgets.file_dialog import ask_files
 from twistcore.errors import TwistError
+from twistcore.export.replay import chains_of
+from twistcore.formats.clip import Clip
 from twistcore.review import Judged, Session, read_session
 from twistcore.review.agreement import check_same_clip
 
@@ -54,7 +56,10 @@ class Reviewers(FeatureParts):
 
     def compare_with(self, path: Path) -> None:
         """Compare the review in a session file with the open one."""
-        self._reading.run(lambda _: read_session(path), partial(self._compare, path), self._failed)
+        if (data := self._window.document.data) is not None:
+            clip = data.clip
+            then = partial(self._compare, path)
+            self._reading.run(lambda _: _read(path, clip), then, self._failed)
 
     def _compare(self, path: Path, session: Session) -> None:
         document = self._window.document
@@ -86,6 +91,14 @@ class Reviewers(FeatureParts):
     def close(self) -> None:
         """Stop reading."""
         self._reading.cancel()
+
+
+def _read(path: Path, clip: Clip) -> Session:
+    """Read a session. Raises TwistError if it is damaged, or is of the clip but does not fit it."""
+    session = read_session(path)
+    if session.sha256 == clip.sha256:
+        chains_of(session, clip)
+    return session
 
 
 # fmt: off

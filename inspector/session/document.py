@@ -279,9 +279,9 @@ class Document(OpenClip):
     def accept_undecided(self, at_least: float | None = None) -> bool:
         """Accept undecided intervals of high confidence in one step. Returns False if that failed.
 
-        If a person has chosen the lowest confidence `at_least`, they are recorded as decisions of
-        this person. Without it, the detector's limit for automatic corrections is used, and they
-        are recorded as automatic corrections.
+        `at_least` is a minimum confidence that the reviewer chose; the intervals are then recorded
+        as the reviewer's decisions. Without it, the detector's limit for automatic corrections is
+        used, and the intervals are recorded as automatic corrections.
         """
         ids = self.automatic_ids(at_least)
         if at_least is None:

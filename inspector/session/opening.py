@@ -107,7 +107,7 @@ class Analysed:
     def proposed_at(
         self, jump: Interval, others: Iterable[Interval], method: str
     ) -> Interval | None:
-        """Return an interval of which a jump may be the beginning or the end, or None.
+        """Return an interval that may begin or end at the given jump, or None.
 
         `others` are all other intervals of the clip.
         """
@@ -464,7 +464,10 @@ def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
     if now == then:
         return ""
     if now is None:
-        return tr("{clip} was moved or deleted. The open clip does not change.", clip=clip.name)
+        return tr(
+            "{clip} was moved or deleted on disk. The clip in this window is not affected.",
+            clip=clip.name,
+        )
     try:
         same = file_mark(clip.path) == clip.sha256
     except OSError as error:

@@ -106,7 +106,7 @@ def _of_person(
 def _chest_and_head(
     skeleton: Skeleton, arms: Sequence[int], positions: Array, rise: Array
 ) -> tuple[int, int]:
-    """Return the last joint above both arms, and the head's joint or −1."""
+    """Return the chest, the lowest common ancestor of both arms, and the head or −1."""
     above = [set(joint_path(skeleton, -1, joint)) for joint in arms]
     chest, on_the_way = max(set.intersection(*above)), set.union(*above)
     upright = normalise(rise)

@@ -130,7 +130,7 @@ class Piece:
 
 
 def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
-    """Add a small mesh of every kind, invisible in the background colour `paper`, (3,).
+    """Add a small mesh of every kind in the background colour `paper`, (3,), to be invisible.
 
     Drawing these before the first clip makes the driver compile its shaders early.
     """

@@ -1,5 +1,6 @@
 """Two people review one clip: the window lists where they differ, and keys settle it."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -214,6 +215,16 @@ def test_another_clip_s_session_is_refused_and_another_clip_ends_the_comparison(
     assert "Compare with another review" in compared.comparison.summary.text()
     for name in ("next_difference", "take_theirs", "keep_mine", "take_undecided"):
         assert not compared.actions_by_id[name].isEnabled()
+
+
+def test_a_session_that_does_not_fit_the_clip_is_not_compared(qtbot, compared, ben):
+    rows = keys(compared)
+    document = json.loads(ben.read_text(encoding="utf-8"))
+    document["intervals"][-1] |= {"start": 9_000, "stop": 9_010}
+    ben.write_text(json.dumps(document), encoding="utf-8")
+    compared.part(feature).compare_with(ben)
+    qtbot.waitUntil(lambda: "last frame" in compared.bar.label.text())
+    assert keys(compared) == rows
 
 
 def test_it_speaks_german(qtbot, show_window, ada, ben):

@@ -298,6 +298,16 @@ def test_what_cannot_be_compared_is_refused(sessions, tmp_path, capsys):
         merged_review(Agreement(paired(ADA.intervals, BEN.intervals)), fewer)
 
 
+def test_a_session_that_does_not_fit_the_clip_is_not_merged(sessions, tmp_path, capsys):
+    document = json.loads(sessions[1].read_text(encoding="utf-8"))
+    document["intervals"][-1] |= {"start": 9_000, "stop": 9_010}
+    sessions[1].write_text(json.dumps(document), encoding="utf-8")
+    out = tmp_path / "both.twist.json"
+    assert main(["diff", *map(str, sessions), "--merge", str(out)]) == 2
+    assert "last frame" in capsys.readouterr().err
+    assert not out.exists()
+
+
 def test_the_report_names_the_reviewer_of_each_decision(sessions, tmp_path, capsys):
     pairs = paired(ADA.intervals, BEN.intervals)
     state = Settle(left_to_second(pairs, ADA.next_id)).apply(ADA)

@@ -17,7 +17,7 @@ from twistcore.cli.output import (
     terminal_text,
 )
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.replay import check_bytes
+from twistcore.export.replay import chains_of
 from twistcore.files.marks import found_file
 from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Session, read_session, write_session
@@ -61,7 +61,8 @@ def _merge(path: Path, a: Session, b: Session, found: Agreement, output: Path) -
     if (clip_path := found_file(places, a.sha256)) is None:
         raise TwistError(f"{path}: the clip of this session was not found; put it next to it")
     clip = read_clip(clip_path, fps=a.fps)
-    check_bytes(a, clip)
+    for session in (a, b):
+        chains_of(session, clip)  # a damaged session must not damage the merged one
     write_session(clip, merged_review(found, a.state), output)
     if a.state.tracking != b.state.tracking:
         note(f"{output}: note: the sessions differ in tracking; the tracking of {path} was kept")

@@ -123,7 +123,7 @@ class _Clip:
         ]
 
     def _too_fast(self, turns: Array) -> list[int]:
-        """Return the frames, except at cuts, in which a joint turns too fast for a body.
+        """Return the frames, except at cuts, in which the joint turns too fast for a body.
 
         `turns` are its turns since the previous frame, in radians, (frames,).
         """

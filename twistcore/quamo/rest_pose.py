@@ -179,7 +179,7 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _shortest(a: Array, b: Array) -> Array:
-    """Return the smallest rotation from a unit vector a to b, which is not opposite, (4,)."""
+    """Return the smallest rotation from unit vector a to b, (4,). They must not be opposite."""
     axis = np.cross(a, b)
     size = float(np.linalg.norm(axis))
     if size == 0.0:

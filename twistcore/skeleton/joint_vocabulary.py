@@ -204,7 +204,10 @@ class _WordsError(FormatError):
 
 
 def _place(data: bytes, at: tuple[str, ...]) -> str:
-    """Return text such as 'line 7: ' for the first lines with these words in this order, or ''."""
+    """Search for the words in order; return the line of the last one, such as 'line 7: '.
+
+    If a word is missing, return an empty text.
+    """
     found = 0
     lines = data.decode("utf-8", "replace").splitlines()
     for word in at:

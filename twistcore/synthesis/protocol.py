@@ -75,13 +75,13 @@ class Protocol:
     carried
         True if C rolls with P while the limb is bent.
     single
-        The kind of an error of C alone, 'stretch' or 'spike', which moves all joints below. A
-        stretch turns C about its own bone, and a spike turns it about an axis across the bone.
+        The kind of error of C alone, 'stretch' or 'spike'. It moves all joints below C. A stretch
+        turns C about its own bone, and a spike turns it about an axis across the bone.
     fill
         How P's twist in a gap is filled, 'held' or 'interpolated'. δ is the missing twist.
     straight
-        Range of seconds over which δ begins and ends. There is an error in every interval in which
-        the limb is straight.
+        Range of durations, in seconds, over which δ rises and falls. There is an error in every
+        interval in which the limb is straight.
     """
 
     name: str

@@ -193,7 +193,11 @@ def _explained_joint(own: ChainAnalysis, t: int, tau: float) -> int:
 
 
 def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge | None:
-    """Return the edge above τ at the frame or, if there is none, the clearest edge."""
+    """Return the edge above τ that covers the frame, or None.
+
+    Of several edges, the one whose peak is shown at this frame is preferred, then the one with the
+    largest gain.
+    """
     e, t = table.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop) & (np.abs(e.jump) >= place.tau))
     if not len(at):

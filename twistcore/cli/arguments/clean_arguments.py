@@ -81,7 +81,7 @@ def _order(text: str) -> tuple[str, str]:
 
 
 def _factor(text: str) -> float:
-    """Return a factor that keeps enough digits of all lengths."""
+    """Parse a scale factor. Beyond 1e-6 to 1e6, lengths would lose too many digits."""
     if not 1e-6 <= (value := positive(text)) <= 1e6:
         raise argparse.ArgumentTypeError(f"expected a factor from 1e-6 to 1e6, found {text!r}")
     return value

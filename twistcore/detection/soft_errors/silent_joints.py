@@ -43,12 +43,12 @@ BESIDE = 8  # minimum number of frames nearby to measure P's own motion
 
 
 def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
-    """Return the level of a joint minus its constant value, in radians, (frames,).
+    """Return the summed twist of a joint relative to its usual level, in radians, (frames,).
 
-    The result is None if the level is not constant. `increments` and `other` are the twist
-    increments of the joint and of the other joint of its chain, radians, shape (frames,). `cut` is
-    the mask of the cuts of the clip. The change of the level across a cut is unknown, so the
-    constant value is determined separately for each part between cuts.
+    The result is None if the joint does not stay at one level most of the time. `increments` and
+    `other` are the twist increments of the joint and of the other joint of its chain, radians,
+    shape (frames,). `cut` is the mask of the cuts of the clip. The change of the level across a cut
+    is unknown, so the usual level is determined separately for each part between cuts.
     """
     moving = np.abs(other) > MOVES
     still = np.abs(increments) < STILL

@@ -213,7 +213,7 @@ class Surprise:
         return WEIGHT * span.step / max(span.length / 4.0, 1.0)
 
     def price_of_a_frame(self, length: int) -> float:
-        """Return the total weight of all departures per frame, for a stretch of a given length."""
+        """Return the total weight of all departures per frame, for a span of a given length."""
         return sum(
             len(PROBES) * self._weight(a) / a.natural.span.step for a in self._similar_spans(length)
         )

@@ -130,7 +130,7 @@ def read_scene(
         last = _run(_command(blender, script, job), folder, source, time_limit)
         answer = folder / "answer.json"
         if not answer.is_file():
-            raise TwistError(f"{source}: Blender ended without an answer ({last})")
+            raise TwistError(f"{source}: Blender exited without a result ({last})")
         found = json.loads(answer.read_text("utf-8"))
         if "error" in found:
             raise TwistError(f"{source}: {' '.join(found['error'].split())}")
