@@ -131,7 +131,7 @@ def test_what_is_not_as_locked_is_not_installed_and_not_gone_round(index, tmp_pa
     monkeypatch.setattr(environment, "quietly", by_pip)
     monkeypatch.setattr(environment, "fetch_uv", lambda: "none here")
     monkeypatch.setattr(places, "LOCK", tmp_path / "a.lock")
-    with pytest.raises(starting.SetupError, match=r"not what a\.lock expects") as error:
+    with pytest.raises(starting.SetupError, match=r"does not match its hash in a\.lock") as error:
         environment.install_project(None)
     assert "DO NOT MATCH" in str(error.value)
     assert not any("--editable" in command for command in commands), "installed without hashes"
