@@ -1,1 +1,1 @@
-"""The parts of the window that teach the program: the tour, lessons and exercises."""
+"""The parts of the window that teach: the tour, lessons, exercises and the scores of a class."""

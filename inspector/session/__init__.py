@@ -1,1 +1,1 @@
-"""The open document, and classes and functions to read, save, export and play it."""
+"""The open document: settings, opening and saving, proposed intervals, export and playing."""

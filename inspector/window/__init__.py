@@ -1,1 +1,1 @@
-"""The main window: its table of actions, their implementations, and the dialogs."""
+"""The main window: its table of actions, their implementations, and all dialogs."""

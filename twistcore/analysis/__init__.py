@@ -1,4 +1,4 @@
-"""Analysis of one clip: detections, corrections, explanations and quality."""
+"""Analysis of one clip: detections, corrections, quality, decomposition and what-if poses."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Detectors and finders: counter-twists, carried rolls, limb flips, jumps, spikes and noise.
+"""Find errors: counter-twists, rolls, flips, jumps, spikes and noise, with notes about them.
 
 A detector analyses a motion once, without a threshold. The resulting analysis returns the intervals
 for any τ, fast enough for a person to drag the threshold line.

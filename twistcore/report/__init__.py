@@ -1,1 +1,1 @@
-"""Write reports as web pages, for a single clip or for a whole batch folder."""
+"""Write reports as web pages, for a clip (with a figure that plays) or for a batch folder."""

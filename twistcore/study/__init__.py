@@ -1,1 +1,1 @@
-"""Benchmarks, exercises and training of networks. Reviewing clips does not need this package."""
+"""Benchmarks, evaluation and training of networks. Reviewing clips does not need this package."""
