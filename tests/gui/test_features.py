@@ -81,6 +81,12 @@ def test_every_name_is_given_once():
         assert len(given) == len(set(given))
 
 
+def test_no_two_actions_have_the_same_key():
+    """Qt runs neither of two actions with the same key."""
+    keys = [key for row in rows(MENUS) for key in row.keys]
+    assert sorted(keys) == sorted(set(keys))
+
+
 def test_preferences_ask_for_the_settings_of_features(qapp, show_window):
     window = show_window()
     ticks = [tick for f in features.FEATURES for tick in f.settings]
