@@ -1,6 +1,6 @@
 """Blender add-on: review the active action in Twist Inspector, and set keys for the decisions.
 
-Install this file with Edit → Preferences → Add-ons → Install from Disk. Its tab, Twist, is in the 3D
+Install this file with Edit → Preferences → Add-ons → Install from Disk. Its tab Twist is in the 3D
 view's sidebar (N). If Twist Inspector is not on the path, choose its programs in the preferences.
 """
 
@@ -63,7 +63,7 @@ def export_command(twistcore, take, script, dry_run):
 
 
 def run(command, seconds=math.inf):
-    """Run a program, and yield until it ends or the time is over. Returns exit code and messages."""
+    """Run a program; yield until it ends or the time is over. Returns exit code and messages."""
     utf8 = {**os.environ, "PYTHONIOENCODING": "utf-8"}
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as output:
         quiet = {"stdin": subprocess.DEVNULL, "stdout": output, "stderr": output}
