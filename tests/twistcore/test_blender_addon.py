@@ -196,6 +196,10 @@ if {refused}:
     raise RuntimeError("c.bvh: another scene; nothing was keyed")"""
 
 
+def test_a_dry_run_is_the_default(addon):
+    assert addon.TakeDecisions.__annotations__["dry_run"]["default"] is True
+
+
 @pytest.mark.parametrize("refused", [False, True])
 def test_the_scripts_messages_are_reported(addon, stand_in, tmp_path, refused, capsys):
     """A script that is written with exit code 1 is run, too."""
