@@ -7,6 +7,7 @@ import contextlib
 import json
 import os
 import sys
+import time
 import traceback
 
 import bpy
@@ -17,9 +18,13 @@ def empty():
     bpy.ops.wm.read_factory_settings(use_empty=True)
 
 
-def bvh(path, mode="NATIVE", scale=1.0):
+def bvh(path, mode="NATIVE", scale=1.0, start=1):
     bpy.ops.import_anim.bvh(
-        filepath=path, rotate_mode=mode, frame_start=1, update_scene_fps=True, global_scale=scale
+        filepath=path,
+        rotate_mode=mode,
+        frame_start=start,
+        update_scene_fps=True,
+        global_scale=scale,
     )
 
 
@@ -53,7 +58,35 @@ def second_take(name):
 
 
 def rig():
-    return next(o for o in bpy.data.objects if o.type == "ARMATURE")
+    """The active armature, or the first."""
+    active = bpy.context.view_layer.objects.active
+    rigs = [o for o in bpy.data.objects if o.type == "ARMATURE"]
+    return active if active in rigs else rigs[0]
+
+
+def activate(name):
+    bpy.context.view_layer.objects.active = bpy.data.objects[name]
+
+
+def addon(path, **programs):
+    """Install an add-on for this user, and set its preferences."""
+    bpy.ops.preferences.addon_install(filepath=path, overwrite=True)
+    name = os.path.basename(path).removesuffix(".py")  # noqa: PTH119
+    bpy.ops.preferences.addon_enable(module=name)
+    for which, program in programs.items():
+        setattr(bpy.context.preferences.addons[name].preferences, which, program)
+
+
+def click(operator, **words):
+    """Run an operator of the add-on; Blender prints its reports."""
+    with contextlib.suppress(RuntimeError):  # what is reported as an error, too
+        getattr(bpy.ops.twist_inspector, operator)(**words)
+
+
+def wait(path):
+    end = time.monotonic() + 60.0
+    while not os.path.exists(path) and time.monotonic() < end:  # noqa: PTH110
+        time.sleep(0.05)
 
 
 def turn(degrees, scale):
@@ -127,11 +160,10 @@ def main():
     code = 0
     try:
         for what, *words in jobs:
-            if what == "script":
-                script(*words)
-                continue
-            with contextlib.redirect_stdout(sys.stderr):
-                globals()[what](*words)
+            named = words.pop() if words and isinstance(words[-1], dict) else {}
+            printed = sys.stdout if what in ("script", "click") else sys.stderr
+            with contextlib.redirect_stdout(printed):
+                globals()[what](*words, **named)
     except Exception:
         traceback.print_exc()
         code = 1
