@@ -44,7 +44,7 @@ def test_the_worst_so_far_waits_for_a_tenth_and_a_worse_one_is_offered(
     qtbot, show_window, tmp_path, monkeypatch
 ):
     monkeypatch.setattr("inspector.window.file_actions._FIRST_MS", 0)
-    monkeypatch.setattr(FolderQueue, "_look", lambda _: None)  # the test says what is known
+    monkeypatch.setattr(FolderQueue, "_poll_workers", lambda _: None)  # the test says what is known
     for k in range(30):
         shutil.copy(INJECTED, tmp_path / f"{k:02}.bvh")
     window = show_window()
