@@ -161,7 +161,7 @@ def test_insert_at_a_joint_jump_makes_what_fits_or_says_that_nothing_does(
     document, before = window.document, window.document.review.state
     jump = next(j for j in before.intervals if j.interval.kind == tc.Kind.JOINT_JUMP)
     document.select_interval(jump.id, jump=True)
-    assert "Press Insert" in window.detail.why.text()
+    assert "press Insert" in window.detail.why.text()
     act(window, "insert_interval")
     if stop == 160:
         assert "No correction fits this jump: LeftFoot" in window.bar.label.text()

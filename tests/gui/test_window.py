@@ -436,7 +436,7 @@ def test_esc_closes_a_message_unless_something_else_needs_it(qtbot, opened):
     opened.bar.show_message("Something went wrong.", True)
     act(opened, "next_interval")
     wait_until_active(opened)
-    opened.detail.write("note")
+    opened.detail.focus_field("note")
     qtbot.waitUntil(opened.detail.note.hasFocus)
     assert escape(opened.detail.note) == "Something went wrong."
     act(opened, "presentation")
