@@ -143,7 +143,7 @@ class IntervalsPanel(QWidget):
         """Expand or collapse a group after a click on its arrow or, if it is visible, a key."""
         if isinstance(event, QShortcutEvent):
             on, group = _FOLDING.get(event.key().toString()), self._groups.selected
-            if on is False and self.table.hasFocus():
+            if on is False and self.window().focusWidget() is self.table:
                 group = group or self._groups.entered
             seen = not self.table.visibleRegion().isEmpty()
             if seen and on is not None and group is not None and group.unfolded != on:
