@@ -18,6 +18,13 @@ def teaching(qtbot, at_forearm):
     return at_forearm.teaching
 
 
+def focus(qtbot, window, widget):
+    """Give a widget the focus of the keys, also if another window was active."""
+    window.activateWindow()
+    widget.setFocus()
+    qtbot.waitUntil(widget.hasFocus)
+
+
 def heard(widget):
     told = QAccessible.queryAccessibleInterface(widget)
     return told.text(QAccessible.Text.Name), told.text(QAccessible.Text.Description)
@@ -27,7 +34,7 @@ def test_a_symbol_is_heard_with_its_meaning_and_value(qtbot, at_forearm, teachin
     button, value = (
         of["theta_p"] for of in (teaching.equations.buttons, teaching.equations.values)
     )
-    button.setFocus()
+    focus(qtbot, at_forearm, button)
     assert heard(button) == ("the twist of P about its bone", value.text())
     before = value.text()
     at_forearm.document.go_to(at_forearm.document.frame + 20)
@@ -41,7 +48,7 @@ def test_a_symbol_is_heard_with_its_meaning_and_value(qtbot, at_forearm, teachin
 
 def test_a_slider_is_heard_with_its_value_not_its_steps(qtbot, at_forearm, teaching):
     slider = teaching.what_if.sliders["twist"]
-    slider.setFocus()
+    focus(qtbot, at_forearm, slider)
     assert heard(slider) == ("Twist parent", "0.0°")
     slider.setValue(605)
     assert heard(slider) == ("Twist parent", "+60.5°")

@@ -95,6 +95,7 @@ def test_the_keyboard_is_the_review_s_unless_a_text_is_written(screen, tmp_path,
         p.until("window.document.review.state.tau[window.document.chain] < 0.1")
         screen.key("ctrl+e")
         p.until("app.activeModalWidget() is not None")
+        p.until("app.activeWindow() is app.activeModalWidget()")  # it gets the keys
         screen.key("Escape")
         p.until("app.activeModalWidget() is None")
 
