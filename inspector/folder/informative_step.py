@@ -47,9 +47,11 @@ class InformativeStep:
         """Select the wanted interval once its clip is open."""
         wanted, document = self._wanted, self._window.document
         data = document.data
-        if wanted is None or data is None or data.clip.path != wanted.path:
+        if wanted is None or data is None:
             return
         self._wanted = None
+        if data.clip.path != wanted.path:  # another clip was opened instead
+            return
         for judged in document.intervals:
             if wanted.correction.is_in(judged.interval):
                 document.select_interval(judged.id, jump=True)
