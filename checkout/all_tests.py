@@ -33,8 +33,8 @@ LONG = (
     *("recording", "test_tuning", "folder", "in_browser", "quality", "by_hand", "language"),
     *("switched_clips", "test_tour", "test_teaching", "uncovered", "test_looks", "test_video"),
 )
-QUICK_MINUTES = "about 5 minutes on two cores"
-ALL_MINUTES = "about 20 minutes on two cores"
+QUICK_MINUTES = "about 6 minutes on two cores"
+ALL_MINUTES = "about 25 minutes on two cores"
 EXAMPLES = "TWIST_INSPECTOR_EXAMPLES"  # set by the user, it overrides the tier's profile
 NO_TESTS = 5  # the exit status of pytest if no test was selected
 CORE_PARTS = 8
