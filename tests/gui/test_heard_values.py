@@ -5,7 +5,6 @@ from PySide6.QtGui import QAccessible
 
 from tests.gui.windows import act, wait_until_active
 
-ONE_WINDOW = True
 pytestmark = pytest.mark.thorough
 
 
@@ -19,10 +18,14 @@ def teaching(qtbot, at_forearm):
 
 
 def focus(qtbot, window, widget):
-    """Give a widget the focus of the keys, also if another window was active."""
-    window.activateWindow()
-    widget.setFocus()
-    qtbot.waitUntil(widget.hasFocus)
+    """Give a widget the focus of the keys, as soon as it takes it."""
+
+    def focused():
+        window.activateWindow()
+        widget.setFocus()
+        return widget.hasFocus()
+
+    qtbot.waitUntil(focused)
 
 
 def heard(widget):
