@@ -28,7 +28,7 @@ CHANGED = 2.0  # degrees
 class Straightness:
     """The numbers of frames with a bent limb and with a straight one.
 
-    `bent_changed` and `straight_changed` count those that the correction changed.
+    `bent_changed` and `straight_changed` are the numbers of frames changed by the correction.
     """
 
     bent: int = 0

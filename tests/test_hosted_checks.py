@@ -72,11 +72,11 @@ def test_the_hook_stops_a_commit_with_a_bad_capture(checkout):
     shutil.copy(CLEAN, checkout.folder / "takes" / "good 1%.bvh")
     assert hooked(checkout) == (0, "")
     shutil.copy(DIRTY, checkout.folder / "takes" / "BAD.BVH")
-    code, told = hooked(checkout)
+    code, said = hooked(checkout)
     assert code == 1
-    assert "BAD.BVH: " in told
-    assert "'severity>5'" in told
-    assert "good" not in told
+    assert "BAD.BVH: " in said
+    assert "'severity>5'" in said
+    assert "good" not in said
     assert hooked(checkout, "--fail-if", "severity>500")[0] == 0
     assert hooked(checkout, "--fail-if", "severity")[0] == 2
     kept = {path.name for path in checkout.folder.rglob("*") if ".git" not in path.parts}
@@ -107,7 +107,7 @@ def stepped(checkout, step, **inputs):
 
 
 def obeyed(lines):
-    """The lines that a runner takes as commands, which it does until it is told to stop."""
+    """The lines that a runner takes as commands, until a command stops this."""
     token, commands = "", []
     for line in lines:
         if token:

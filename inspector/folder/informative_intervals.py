@@ -45,7 +45,7 @@ class Informative:
 
 
 class InformativeIntervals(QObject):
-    """Orders the automatic corrections of a folder and estimates how many of them are errors.
+    """Orders the automatic corrections of a folder and estimates how many of them are right.
 
     Sessions are read in the background, once the whole folder has been analysed. The signal `found`
     is emitted after :meth:`look` with the next correction to judge, or None.
@@ -102,14 +102,14 @@ class InformativeIntervals(QObject):
 
     def _wait(self) -> None:
         if self._queue.folder is None or self._queue.running:
-            self._show(())
+            self._show()
         else:
             self._settle.start()
 
     def _start(self) -> None:
         self._settle.stop()
         if self._queue.folder is None or self._queue.running:
-            self._show(())
+            self._show()
             self._answer()
             return
         data = self._document.data
@@ -121,16 +121,15 @@ class InformativeIntervals(QObject):
         }
         self._task.run(partial(_judged, clips, own, dict(self._cache)), self._take)
 
-    def _take(self, result: tuple[tuple[Informative, ...], _Known]) -> None:
-        ordered, self._cache = result
-        self._show(ordered)
+    def _take(self, result: tuple[tuple[Informative, ...], StatedPrecision | None, _Known]) -> None:
+        ordered, stated, self._cache = result
+        self._show(ordered, stated)
         self._answer()
 
-    def _show(self, ordered: tuple[Informative, ...]) -> None:
-        self.ordered = ordered
-        confidence = np.array([one.correction.confidence for one in ordered])
-        verdicts = [one.verdict for one in ordered]
-        self.stated = stated_precision(confidence, verdicts, ENOUGH_STATED)
+    def _show(
+        self, ordered: tuple[Informative, ...] = (), stated: StatedPrecision | None = None
+    ) -> None:
+        self.ordered, self.stated = ordered, stated
         self.changed.emit()
 
     def _answer(self) -> None:
@@ -141,8 +140,8 @@ class InformativeIntervals(QObject):
 
 def _judged(
     clips: Sequence[QueuedClip], own: Mapping[Path, _Verdicts], known: _Known, tell: Tell
-) -> tuple[tuple[Informative, ...], _Known]:
-    """Return the corrections of all clips in informative order, and the cache of verdicts.
+) -> tuple[tuple[Informative, ...], StatedPrecision | None, _Known]:
+    """Return the corrections in informative order, the stated precision, and the cache of verdicts.
 
     `own` has the verdicts on the open clip, whose session may be older than its review.
     """
@@ -162,5 +161,6 @@ def _judged(
         rows += (
             Informative(clip.path, *pair) for pair in zip(clip.automatic, verdicts, strict=True)
         )
-    order = informative_order(np.array([one.correction.confidence for one in rows]))
-    return tuple(rows[k] for k in order), still
+    confidence = np.array([one.correction.confidence for one in rows])
+    stated = stated_precision(confidence, [one.verdict for one in rows], ENOUGH_STATED)
+    return tuple(rows[k] for k in informative_order(confidence)), stated, still

@@ -16,7 +16,7 @@ from inspector.panels.reject_reasons import shown_reason
 from inspector.reviewers.second_review import DifferenceRow, SecondReview
 from inspector.session.document import Document
 from inspector.widgets.building import action_button, hbox, vbox
-from inspector.widgets.labels import Caption
+from inspector.widgets.labels import Caption, capitalised
 from inspector.widgets.signed_numbers import angle_of
 from inspector.widgets.tables import RowModel, RowTable, SecondaryTextDelegate, TableRow
 from inspector.widgets.theme import Colours
@@ -211,7 +211,7 @@ class ComparisonPanel(QWidget):
         left = sum(not row.settled for row in self.rows)
         count = tr("Differences: {count}, not settled: {left}", count=len(self.rows), left=left)
         agreement = of_core(self._second.agreement.summary)
-        self.summary.set_text(escape(f"{_sentence(agreement)}. {count}.", quote=False))
+        self.summary.set_text(escape(f"{capitalised(agreement)}. {count}.", quote=False))
         now = self.current
         settled = before is not None and not before.settled and now is not None and now.settled
         if settled and not self.visibleRegion().isEmpty():
@@ -268,7 +268,7 @@ class ComparisonPanel(QWidget):
         if (row := self.current) is None or (difference := row.pair.difference) is None:
             return ""
         sides = (tr("Mine"), row.pair.mine), (tr("Theirs"), row.pair.theirs)
-        lines = [f"<b>{escape(_sentence(of_core(difference)))}</b>"]
+        lines = [f"<b>{escape(capitalised(of_core(difference)))}</b>"]
         words = [f"{side}: {self._decision(judged)}" for side, judged in sides if judged]
         lines += [escape(legible(text, most=_MOST)) for text in words]
         return "<br>".join(lines)
@@ -279,7 +279,3 @@ class ComparisonPanel(QWidget):
         if decided_by_person(judged):
             words += [judged.reviewer, judged.decided_at[:16].replace("T", " ")]
         return ", ".join(filter(None, (*words, shown_reason(judged.reason), judged.note)))
-
-
-def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:]

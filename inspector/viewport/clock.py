@@ -10,7 +10,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QMouseEvent, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QHideEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+)
 from PySide6.QtWidgets import QWidget
 
 from inspector.language import tr
@@ -120,6 +129,10 @@ class Clock(QWidget):
         """End the drag."""
         self._grasp = None
         self.setCursor(Qt.CursorShape.OpenHandCursor)
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """End the drag, because a hidden widget gets no release of the mouse."""
+        self._grasp = None
 
     def _degrees_at(self, position: QPointF) -> float:
         arm = position - QRectF(self.rect()).center()

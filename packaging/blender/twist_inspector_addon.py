@@ -80,7 +80,7 @@ def run(command, seconds=math.inf):
 def program(context, which):
     """Return the path of a program. Raises RefusedError if it cannot be run."""
     name = getattr(context.preferences.addons[__name__].preferences, which)
-    found = shutil.which(os.path.expanduser(bpy.path.abspath(name)))  # noqa: PTH111 - no Path
+    found = shutil.which(os.path.expanduser(bpy.path.abspath(name)))  # noqa: PTH111 - may be empty
     if found is None:
         raise RefusedError(f"{name} was not found: choose it in the preferences of this add-on.")
     return found

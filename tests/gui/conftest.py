@@ -27,6 +27,7 @@ from inspector.widgets.fonts import use_shipped_fonts
 from inspector.widgets.theme import DARK, Colours
 from inspector.window.main_window import MainWindow
 from tests.conftest import ASSETS
+from tests.gui.browser import Browser
 from tests.gui.kept_window import KeptWindow
 from tests.gui.looks import looks_of
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
@@ -355,3 +356,12 @@ def _analyse_once(clip, rig=AS_FOUND):
 def _render_windows() -> int:
     gc.collect()
     return sum(isinstance(o, vtkRenderWindow) for o in gc.get_objects())
+
+
+@pytest.fixture(scope="module")
+def started(tmp_path_factory):
+    """One browser for all tests of a module."""
+    browser = Browser(tmp_path_factory.mktemp("browser"))
+    browser.size(1280, 900)
+    yield browser
+    browser.close()

@@ -9,7 +9,7 @@ import pytest
 from inspector.bundled import SAMPLE
 from inspector.lessons.lesson_file import read_lesson
 from inspector.lessons.page_export import export_page
-from tests.gui.browser import Browser, found_browser
+from tests.gui.browser import found_browser
 from tests.hostile_texts import HTML, hostile_clip, hostile_texts
 from tests.twistcore.made_records import failed, record_of
 from twistcore import read_clip
@@ -27,14 +27,6 @@ pytestmark = [
         found_browser() is None and not os.environ.get("CI"), reason="no Chromium here"
     ),
 ]
-
-
-@pytest.fixture(scope="module")
-def started(tmp_path_factory):
-    browser = Browser(tmp_path_factory.mktemp("browser"))
-    browser.size(1280, 900)
-    yield browser
-    browser.close()
 
 
 def check(browser, page, seen):

@@ -70,7 +70,7 @@ def test_verdicts_do_not_move_to_other_corrections_after_a_new_analysis(tmp_path
     known = {}
     for automatic in (every, every[1:], every[::-1]):
         clips = [QueuedClip(clip.path, automatic=automatic)]
-        rows, known = _judged(clips, {}, known, lambda _: None)
+        rows, _, known = _judged(clips, {}, known, lambda _: None)
         wanted = zip(automatic, verdicts_on(automatic, review.state), strict=True)
         assert {one.correction: one.verdict for one in rows} == dict(wanted)
 

@@ -91,11 +91,11 @@ def test_the_page_says_what_the_tab_says():
 
 
 def test_no_sentence_of_the_page_is_outside_the_catalogues():
-    told = {(meaning, text) for meaning, text, _ in code_texts()}
+    known = {(meaning, text) for meaning, text, _ in code_texts()}
     for script in PAGE.iterdir():
         source = script.read_text("utf-8")
         found = list(texts_of_script(source))
-        assert set(found) <= told
+        assert set(found) <= known
         assert len(found) == len(re.findall(r"\btr(?:_as)?\((?!text|meaning)", source)), script.name
 
 

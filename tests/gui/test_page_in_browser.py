@@ -73,13 +73,6 @@ def page(tmp_path_factory) -> Path:
     return folder / "lesson.html"
 
 
-@pytest.fixture(scope="module")
-def started(tmp_path_factory):
-    browser = Browser(tmp_path_factory.mktemp("browser"))
-    yield browser
-    browser.close()
-
-
 @pytest.fixture
 def silent(started):
     """A browser in which nothing may be said to the console."""

@@ -52,13 +52,6 @@ def report(tmp_path_factory):
     return folder / "report"
 
 
-@pytest.fixture(scope="module")
-def started(tmp_path_factory):
-    browser = Browser(tmp_path_factory.mktemp("browser"))
-    yield browser
-    browser.close()
-
-
 @pytest.fixture
 def browser(started, report):
     started.size(1280, 900)

@@ -42,13 +42,6 @@ def page(session):
     return session.parent / "kick.report.html"
 
 
-@pytest.fixture(scope="module")
-def started(tmp_path_factory):
-    browser = Browser(tmp_path_factory.mktemp("browser"))
-    yield browser
-    browser.close()
-
-
 @pytest.fixture
 def browser(started, page):
     """The page as it is opened, which says nothing to the console and fetches nothing."""

@@ -447,11 +447,11 @@ def test_an_exercise_shows_changes_only_and_its_score_in_the_colour_it_deserves(
     start_exercise(qtbot, at_forearm, "Judge", 5)
     qtbot.waitUntil(lambda: at_forearm.timeline.grid.shown == ["delta"])
     assert skin.isChecked()
-    told = [text for text, _ in opening_notes(document.data, None, ())]
-    assert not any("Shoulder" in text for text in told)  # whose error fills most of the clip
+    notes = [text for text, _ in opening_notes(document.data, None, ())]
+    assert not any("Shoulder" in text for text in notes)  # whose error fills most of the clip
     seen = replace(document.data, blind=False)
-    told = [text for text, _ in opening_notes(seen, None, ())]
-    assert any("Left Shoulder is twisted by about" in text for text in told)
+    notes = [text for text, _ in opening_notes(seen, None, ())]
+    assert any("Left Shoulder is twisted by about" in text for text in notes)
     guide, theme = at_forearm.guide, at_forearm.colours.theme
     truth = {(e.chain, e.start) for e in exercise._errors}
     first = next(j for j in document.intervals if (j.interval.chain, j.interval.start) in truth)

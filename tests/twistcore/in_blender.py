@@ -9,6 +9,7 @@ import os
 import sys
 import time
 import traceback
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -71,7 +72,7 @@ def activate(name):
 def addon(path, **programs):
     """Install an add-on for this user, and set its preferences."""
     bpy.ops.preferences.addon_install(filepath=path, overwrite=True)
-    name = os.path.basename(path).removesuffix(".py")  # noqa: PTH119
+    name = Path(path).stem
     bpy.ops.preferences.addon_enable(module=name)
     for which, program in programs.items():
         setattr(bpy.context.preferences.addons[name].preferences, which, program)
@@ -85,7 +86,7 @@ def click(operator, **words):
 
 def wait(path):
     end = time.monotonic() + 60.0
-    while not os.path.exists(path) and time.monotonic() < end:  # noqa: PTH110
+    while not Path(path).exists() and time.monotonic() < end:
         time.sleep(0.05)
 
 

@@ -358,17 +358,17 @@ def test_the_command_lists_and_measures_what_it_changed(capsys, tmp_path):
     [change] = document["changes"]
     assert (change["option"], change["joint"], change["words"]) == ("order", "LeftArm", 2)
     assert 0.0 < document["largest"]["degrees"] < 1e-4
-    code, told, err = run(capsys, "clean", WALK, "-o", out, "--order", "LeftArm=XYZ")
+    code, printed, err = run(capsys, "clean", WALK, "-o", out, "--order", "LeftArm=XYZ")
     assert (code, err) == (0, "")
-    assert all(word in told for word in ("LeftArm", str(change["numbers"]), "read again"))
+    assert all(word in printed for word in ("LeftArm", str(change["numbers"]), "read again"))
     assert read_bvh(out).channels[read_bvh(WALK).skeleton.index("LeftArm")].order == "XYZ"
 
 
 def test_nothing_to_change_writes_the_same_bytes(capsys, tmp_path):
     out = tmp_path / "o.bvh"
-    code, told, _ = run(capsys, "clean", WALK, "-o", out, "--up", "y", "--channels", "3")
+    code, printed, _ = run(capsys, "clean", WALK, "-o", out, "--up", "y", "--channels", "3")
     assert (code, out.read_bytes()) == (0, WALK.read_bytes())
-    assert "0 numbers and 0 words" in told
+    assert "0 numbers and 0 words" in printed
 
 
 def test_a_difference_beyond_the_limits_is_a_problem(capsys, tmp_path, monkeypatch):
@@ -400,9 +400,9 @@ def test_the_known_namings_lead_to_each_other(capsys, tmp_path):
 def test_a_map_renames_the_joints_that_there_are(text, capsys, tmp_path):
     table, out = tmp_path / "map", tmp_path / "o.bvh"
     table.write_text(text, encoding="utf-8")
-    code, told, err = run(capsys, "clean", WALK, "-o", out, "--rename", table)
+    code, printed, err = run(capsys, "clean", WALK, "-o", out, "--rename", table)
     assert (code, read_bvh(out).skeleton.names[0]) == (0, "root")
-    assert "Hips → root" in told
+    assert "Hips → root" in printed
     assert names_in_one_line(err, "Tail")
 
 

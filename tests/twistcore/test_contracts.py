@@ -87,15 +87,15 @@ def test_every_schema_of_the_code_is_on_the_page():
 
 def test_the_manifest_has_the_tables_and_marks_of_the_page(tmp_path):
     with (DOCS / "tables" / "batch-manifest.csv").open(encoding="utf-8") as file:
-        told = {row["Table"].strip("`"): row["Columns"] for row in csv.DictReader(file)}
+        listed = {row["Table"].strip("`"): row["Columns"] for row in csv.DictReader(file)}
     Manifest.open(tmp_path, create=True).close()
     with closing(sqlite3.connect(tmp_path / "manifest.sqlite")) as connection:
         tables = [n for (n,) in connection.execute("SELECT name FROM pragma_table_list")]
         ours = {n for n in tables if not n.startswith("sqlite_")}
-        assert ours == set(told)
+        assert ours == set(listed)
         for name in ours:
             columns = [n for _, n, *_ in connection.execute(f"PRAGMA table_info({name})")]
-            named = re.findall(r"`(\w+)`", re.sub(r"\(.*?\)", "", told[name]))
+            named = re.findall(r"`(\w+)`", re.sub(r"\(.*?\)", "", listed[name]))
             assert named[: len(columns)] == columns, name
         marks = [connection.execute(f"PRAGMA {m}").fetchone()[0]
                  for m in ("application_id", "user_version")]  # fmt: skip

@@ -41,13 +41,13 @@ def test_new_gone_and_differently_decided_errors_are_listed(reports, capsys):
     capsys.readouterr()
     assert main(["diff", a, b, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    told = {one["change"]: one for one in found["changes"]}
-    assert set(told) == {"new", "gone", "decided differently"}
+    shown = {one["change"]: one for one in found["changes"]}
+    assert set(shown) == {"new", "gone", "decided differently"}
     assert len(found["changes"]) == 3
-    assert (told["new"]["start"], told["new"]["before"]) == (2, None)
-    assert (told["gone"]["start"], told["gone"]["after"]) == (first.interval.start, None)
-    assert told["decided differently"]["start"] == second.interval.start
-    both = told["decided differently"]["before"], told["decided differently"]["after"]
+    assert (shown["new"]["start"], shown["new"]["before"]) == (2, None)
+    assert (shown["gone"]["start"], shown["gone"]["after"]) == (first.interval.start, None)
+    assert shown["decided differently"]["start"] == second.interval.start
+    both = shown["decided differently"]["before"], shown["decided differently"]["after"]
     assert both == ("undecided", "accepted")
     assert found["same"] == len(fresh().state.intervals) - 2
     assert main(["diff", a, b]) == 0
@@ -77,6 +77,6 @@ def test_what_is_not_a_report_is_refused_in_a_line(reports, tmp_path, capsys, da
     (tmp_path / "other.json").write_bytes(damage)
     capsys.readouterr()
     assert main(["diff", a, str(tmp_path / "other.json")]) == 2
-    told = capsys.readouterr().err
-    assert len(told.splitlines()) == 1
-    assert "is not the JSON of a clip's report" in told
+    shown = capsys.readouterr().err
+    assert len(shown.splitlines()) == 1
+    assert "is not the JSON of a clip's report" in shown

@@ -50,9 +50,13 @@ def watched(tmp_path, monkeypatch, capsys):
 
         faked = SimpleNamespace(sleep=sleep, monotonic=lambda: clock[0])
         monkeypatch.setattr(watch_command, "time", faked)
-        code, told, err = run(capsys, "watch", folder, "-o", out, *words)
+        code, printed, err = run(capsys, "watch", folder, "-o", out, *words)
         assert "Traceback" not in err
-        return code, told.splitlines(), [line for line in err.splitlines() if "clips/s" not in line]
+        return (
+            code,
+            printed.splitlines(),
+            [line for line in err.splitlines() if "clips/s" not in line],
+        )
 
     return SimpleNamespace(watch=watch, folder=folder, out=out, counts=counts,
                            seconds=lambda: clock[0])  # fmt: skip
@@ -86,8 +90,8 @@ def test_a_look_compares_with_the_one_before_and_with_what_is_done():
 def test_a_clip_is_read_once_it_no_longer_grows(watched):
     whole, path = DIRTY.read_bytes(), watched.folder / "new.bvh"
     grow = [partial(path.write_bytes, whole[:size]) for size in (10, 100_000, len(whole))]
-    code, told, err = watched.watch(nothing, *grow, nothing, nothing, nothing)
-    assert (code, watched.counts, len(told)) == (0, ["new.bvh"], 1)
+    code, printed, err = watched.watch(nothing, *grow, nothing, nothing, nothing)
+    assert (code, watched.counts, len(printed)) == (0, ["new.bvh"], 1)
     assert len(err) == 1  # what is watched
     with Manifest.open(watched.out) as manifest:
         [record] = manifest.records()
@@ -147,8 +151,8 @@ def test_a_share_that_comes_back_is_no_harm(watched, tmp_path):
     shutil.copy(DIRTY, watched.folder / "a.bvh")
     away = partial(os.rename, watched.folder, tmp_path / "away")
     back = partial(os.rename, tmp_path / "away", watched.folder)
-    code, told, err = watched.watch(nothing, away, nothing, nothing, back, nothing, nothing)
-    assert (code, len(told), watched.counts) == (0, 1, ["a.bvh"])
+    code, printed, err = watched.watch(nothing, away, nothing, nothing, back, nothing, nothing)
+    assert (code, len(printed), watched.counts) == (0, 1, ["a.bvh"])
     assert len(err) == 2
     assert names_in_one_line(err[1], watched.folder)
 
@@ -162,9 +166,12 @@ def test_while_another_run_writes_it_waits(watched):
         shutil.copy(ASSETS / "walk.bvh", watched.folder)
 
     shutil.copy(DIRTY, watched.folder)
-    end = lambda: os.close(handle[0])  # noqa: E731
-    code, told, err = watched.watch(nothing, begin, nothing, nothing, end, nothing)
-    assert (code, len(told)) == (0, 2)
+
+    def end():
+        os.close(handle[0])
+
+    code, printed, err = watched.watch(nothing, begin, nothing, nothing, end, nothing)
+    assert (code, len(printed)) == (0, 2)
     assert len([line for line in err if "another run" in line]) == 1
     assert set(states(watched.out).values()) == {"done"}
 
@@ -173,8 +180,8 @@ def test_once_ends_after_what_is_there_and_lists_what_grows(watched):
     path = watched.folder / "grows.bvh"
     shutil.copy(DIRTY, watched.folder / "a.bvh")
     path.write_text("HIER")
-    code, told, err = watched.watch(partial(path.write_text, "HIERA"), words=("--once",))
-    assert (code, len(told), states(watched.out)) == (1, 1, {"a.bvh": "done"})
+    code, printed, err = watched.watch(partial(path.write_text, "HIERA"), words=("--once",))
+    assert (code, len(printed), states(watched.out)) == (1, 1, {"a.bvh": "done"})
     assert names_in_one_line(err[-1], "grows.bvh")
     path.unlink()
     assert watched.watch(nothing, words=("--once",))[0] == 0
@@ -187,8 +194,8 @@ def test_idle_ends_when_nothing_comes(watched):
     arrive = partial(shutil.copy, DIRTY, watched.folder)
     words = ("--idle", "12", "--every", "4")
     steps = [*[nothing] * 2, arrive, *[nothing] * 9]
-    code, told, _ = watched.watch(*steps, words=words, pause=4.0)
-    assert (code, len(told)) == (0, 1)
+    code, printed, _ = watched.watch(*steps, words=words, pause=4.0)
+    assert (code, len(printed)) == (0, 1)
     assert watched.seconds() == 4.0 * (2 + 1 + 1) + 12.0  # arrives, is still, and is the last
 
 

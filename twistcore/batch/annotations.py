@@ -18,7 +18,7 @@ from twistcore.files.encoding import legible
 
 def write_annotations(path: Path, records: Iterable[ClipRecord], broken: Iterable[Broken]) -> None:
     """Write the lines of :func:`github_annotations`, with files relative to the current folder."""
-    write_atomically(path, github_annotations(records, broken, os.getcwd()).encode())  # noqa: PTH109
+    write_atomically(path, github_annotations(records, broken, str(Path.cwd())).encode())
 
 
 def github_annotations(records: Iterable[ClipRecord], broken: Iterable[Broken], root: str) -> str:

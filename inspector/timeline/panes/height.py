@@ -7,6 +7,7 @@ from inspector.timeline.curves import Curves, Title
 from inspector.timeline.limb_curves import LimbCurves
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.plot import Plot
+from inspector.widgets.labels import capitalised
 
 
 def _axis(curves: Curves) -> str:
@@ -21,8 +22,7 @@ def _draw_clip(curves: Curves, pane: Pane) -> None:
 
 def _describe(curves: Curves, frame: int) -> Title:
     assert isinstance(curves, LimbCurves)
-    joint = of_core(curves.limb.middle_word)
-    joint = joint[:1].upper() + joint[1:]
+    joint = capitalised(of_core(curves.limb.middle_word))
     return [
         (f"{tr('{joint} off the line', joint=joint)} ", "soft"),
         (f"{curves.height[frame]:5.1f} %", "text"),
