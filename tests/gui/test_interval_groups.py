@@ -25,9 +25,9 @@ from twistcore.review.model import SEEN
 
 ONE_WINDOW = True
 KEY, CTRL = Qt.Key, Qt.KeyboardModifier.ControlModifier
-FOUND = 15  # intervals of the clip: a spike, two groups
-SERIES, PAIR = 12, 2  # intervals in the groups
-SERIES_NAME = "the same error 5 times: right knee flips, and 7 more errors"
+FOUND = 16  # intervals of the clip: a spike, two groups
+SERIES, PAIR = 13, 2  # intervals in the groups
+SERIES_NAME = "the same error 5 times: right knee flips, and 8 more errors"
 
 
 @pytest.fixture
@@ -71,10 +71,10 @@ def decided(window):
 
 
 def test_a_group_is_one_row_that_counts_its_intervals(kick):
-    assert texts(kick, "chain") == ["Left Arm", "▸ Right leg (12)", "▸ Right leg (2)"]
+    assert texts(kick, "chain") == ["Left Arm", "▸ Right leg (13)", "▸ Right leg (2)"]
     assert texts(kick, "stop")[1:] == [SERIES_NAME, "Right knee flips and the jump at its edge"]
     assert texts(kick, "start") == ["39", "14", "174"]
-    assert kick.intervals.count.text() == "0 of 15 decided · 2 groups"
+    assert kick.intervals.count.text() == "0 of 16 decided · 2 groups"
     assert len(kick.intervals.shown_ids()) == FOUND
     table = kick.intervals.table
     assert [table.columnSpan(row, PLACE["stop"]) > 1 for row in range(3)] == [False, True, True]
@@ -84,7 +84,7 @@ def test_a_and_r_decide_a_group_and_one_undo_takes_it_back(qtbot, kick):
     document = kick.document
     go_to_series(qtbot, kick)
     assert document.interval.interval.kind == Kind.LIMB_FLIP  # what the picture shows
-    assert kick.detail.buttons[Decision.ACCEPTED].text() == "Accept (12)"
+    assert kick.detail.buttons[Decision.ACCEPTED].text() == "Accept (13)"
     press(qtbot, kick, KEY.Key_A)
     assert decided(kick) == [Decision.ACCEPTED] * SERIES
     assert (
@@ -206,7 +206,7 @@ def test_an_interval_of_an_unfolded_group_is_decided_alone(qtbot, kick):
     assert kick.detail.buttons[Decision.ACCEPTED].text() == "Accept"
     press_in(qtbot, kick, table, KEY.Key_R)
     assert decided(kick) == [Decision.REJECTED]
-    assert texts(kick, "decision")[1] == "1 of 12"
+    assert texts(kick, "decision")[1] == "1 of 13"
     assert current(kick).group.name == SERIES_NAME  # the next one of the group
     for _ in range(SERIES - 1):
         press_in(qtbot, kick, table, KEY.Key_A)
@@ -273,7 +273,7 @@ def test_groups_are_turned_off_and_this_is_remembered(qtbot, show_window, tmp_pa
     go_to_series(qtbot, kick)
     act(kick, "group_errors")
     assert len(things(kick)) == FOUND
-    assert kick.intervals.count.text() == "0 of 15 decided"
+    assert kick.intervals.count.text() == "0 of 16 decided"
     press(qtbot, kick, KEY.Key_A)
     assert len(decided(kick)) == 1
     act(kick, "group_errors")
@@ -295,7 +295,7 @@ def test_a_filter_decides_what_is_in_a_group(qtbot, kick):
     press(qtbot, kick, KEY.Key_A)
     assert len(decided(kick)) == 5  # A and R never judge what is not listed
     kick.intervals.search.clear()
-    assert texts(kick, "decision")[1] == "5 of 12"
+    assert texts(kick, "decision")[1] == "5 of 13"
 
 
 def test_a_group_without_corrections_is_seen_not_accepted(kick):
@@ -354,7 +354,7 @@ def test_a_group_is_named_in_the_language_of_the_window(qtbot, show_window):
         window = show_window()
         open_clip(qtbot, window, ASSETS / "kick.bvh")
         assert texts(window, "stop")[1:] == [
-            "5-mal derselbe Fehler: rechtes Knie klappt um, und 7 weitere Fehler",
+            "5-mal derselbe Fehler: rechtes Knie klappt um, und 8 weitere Fehler",
             "Rechtes Knie klappt um, mit dem Sprung an der Kante",
         ]
     finally:

@@ -582,8 +582,8 @@ def test_protected_measures_compare_before_and_after():
 
 def test_every_repair_can_be_loaded():
     kinds = [kind for kind in tc.Kind if kind.info.repairer]
-    assert kinds == [tc.Kind.STRETCH, tc.Kind.SPIKE]
-    assert [kind.by_angle for kind in kinds] == [True, False]
+    assert kinds == [tc.Kind.STRETCH, tc.Kind.TURNED_END, tc.Kind.SPIKE]
+    assert [kind.by_angle for kind in kinds] == [True, False, False]
     assert all(repair_of(kind) for kind in kinds)
     assert repair_of(tc.Kind.LONE_JUMP) is None
     assert not any(kind.repairable or kind.info.automatic for kind in kinds)

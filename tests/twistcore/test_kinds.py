@@ -30,11 +30,19 @@ def test_a_kind_is_a_file_and_its_word():
     assert {kind.name.lower() for kind in Kind} == {p.stem for p in folder.glob("[a-z]*.py")}
     assert [kind.value for kind in Kind] == [
         *("counter-twist", "carried roll", "limb flip", "helper roll"),
-        *("lone jump", "stretch", "spike", "backward bend", "joint jump", "place jump"),
+        *(
+            "lone jump",
+            "stretch",
+            "turned end",
+            "spike",
+            "backward bend",
+            "joint jump",
+            "place jump",
+        ),
         "body step",
         *("noise burst", "frozen frames"),
     ]
-    assert len(Kind) == 13
+    assert len(Kind) == 14
     for kind in Kind:
         assert Kind(kind.value.upper().replace(" ", "_")) is kind is getattr(Kind, kind.name)
         assert pickle.loads(pickle.dumps(kind)) is copy.deepcopy(kind) is kind
@@ -63,6 +71,7 @@ def test_what_may_be_done_about_a_kind():
         Kind.HELPER_ROLL: (True, False, False),
         Kind.LONE_JUMP: (False, False, False),
         Kind.STRETCH: (False, False, True),
+        Kind.TURNED_END: (False, False, True),
         Kind.SPIKE: (False, False, True),
         Kind.BACKWARD_BEND: (False, False, True),
         Kind.JOINT_JUMP: (False, False, True),

@@ -12,6 +12,7 @@ from tests.twistcore.test_backward_bends import bent
 from tests.twistcore.test_noise_bursts import ARM, noisy
 from tests.twistcore.test_strangers import UNREAL, rolled
 from tests.twistcore.test_stretches import turned as turned_about_bone
+from tests.twistcore.test_turned_ends import flipped
 from twistcore.analysis.clip_analysis import DEFAULT_METHOD, analyse
 from twistcore.detection import Kind
 from twistcore.detection.interval import Interval
@@ -39,6 +40,7 @@ MOTIONS = {
     Kind.JOINT_JUMP: lambda: turned(WALK, "Neck", 150, WALK.frames, 60.0),
     Kind.LONE_JUMP: lambda: turned_about_bone("LeftFoot", 170.0, 60, 260),
     Kind.STRETCH: lambda: turned_about_bone("LeftFoot", 170.0, 60, 260),
+    Kind.TURNED_END: flipped,
     Kind.PLACE_JUMP: place_jump,
     Kind.BODY_STEP: lambda: stepping(150),
     Kind.BACKWARD_BEND: lambda: bent(WALK, "LeftUpLeg", 40.0, 150, 200),
@@ -81,11 +83,17 @@ def test_it_reaches_the_number_on_the_card_beyond_its_limit(kind):
         reached = {
             Kind.SPIKE: inside.min(),  # all frames of a spike are off by at least its angle
             Kind.STRETCH: np.nanmean(inside),
+            Kind.TURNED_END: np.median(inside),
             Kind.HELPER_ROLL: np.median(inside),
             Kind.NOISE_BURST: np.median(inside),
         }.get(kind, inside[np.abs(inside - quantity.size).argmin()])
         # In many frames the joint moves naturally as well; the card shows the jump, or a median.
-        near = {Kind.STRETCH: 15.0, Kind.HELPER_ROLL: 10.0, Kind.NOISE_BURST: 0.5}.get(kind, 1e-6)
+        near = {
+            Kind.STRETCH: 15.0,
+            Kind.TURNED_END: 10.0,
+            Kind.HELPER_ROLL: 10.0,
+            Kind.NOISE_BURST: 0.5,
+        }.get(kind, 1e-6)
         assert reached == pytest.approx(quantity.size, abs=near)
         limit, sign = quantity.limit[interval.start : interval.stop], np.sign(quantity.size)
         assert (sign * (inside - limit) > 0.0).any()

@@ -19,8 +19,8 @@ A rule states what must not happen: "severity>5" fails if a clip's severity is a
   [total.]WHAT[FILTER,…] OP NUMBER      in quotes, because > is special in a shell
 
 WHAT      severity        how bad a clip is, degrees: root mean square over its frames
-          count           intervals; noise, frozen frames, stretches, spikes, backward bends, joint
-                          and place jumps and body steps only if [ ] includes them
+          count           intervals; noise, frozen frames, stretches, turned ends, spikes, backward
+                          bends, joint and place jumps and body steps only if [ ] includes them
           degrees         the largest delta_deg of an interval; of a lone jump, its turn in a frame;
                           with [noise-burst], σ of the noise
           affected        frames with a correctable error, in percent: affected>2%;
@@ -30,9 +30,9 @@ WHAT      severity        how bad a clip is, degrees: root mean square over its 
           failed          clips of the whole run that could not be processed: failed>0
           unchecked       clips that could not be examined: no chain, too few frames
 FILTER    in [ ] after count, degrees or affected, separated by commas; all must be met:
-          a kind (counter-twist, carried-roll, limb-flip, helper-roll, lone-jump, stretch, spike,
-          backward-bend, joint-jump, place-jump, body-step, noise-burst, frozen-frames; if several
-          are given, any of them), or
+          a kind (counter-twist, carried-roll, limb-flip, helper-roll, lone-jump, stretch,
+          turned-end, spike, backward-bend, joint-jump, place-jump, body-step, noise-burst,
+          frozen-frames; if several are given, any of them), or
           confidence OP NUMBER
 OP        >  >=  <  <=  ==
 

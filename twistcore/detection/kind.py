@@ -161,6 +161,7 @@ class Kind(str, metaclass=_Kinds):
     HELPER_ROLL: ClassVar[Kind]
     LONE_JUMP: ClassVar[Kind]
     STRETCH: ClassVar[Kind]
+    TURNED_END: ClassVar[Kind]
     SPIKE: ClassVar[Kind]
     BACKWARD_BEND: ClassVar[Kind]
     JOINT_JUMP: ClassVar[Kind]

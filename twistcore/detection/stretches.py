@@ -7,6 +7,8 @@ assumed to be right, which shows which side of the jump is wrong. If a joint is 
 120° from its rest pose in most frames, the roll near the rest pose is used instead, provided that
 the same joint on the other side of the body has that roll as well.
 
+Frames in which a foot or hand is turned during a flip are listed as a turned end instead.
+
 A stretch is never corrected automatically. For a person who accepts it, the correction angle is
 measured at the jumps. The joints below turn back with the joint if they jumped together with it.
 """
@@ -27,6 +29,7 @@ from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import chain_of_joint, limit, own_axis, turns_about
+from twistcore.detection.turned_ends import turned_spans
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_held
@@ -168,7 +171,7 @@ def find_stretches(search: KindSearch) -> Found:
 
 
 def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
-    clip = search.once(_Clip.of)
+    clip, ends = search.once(_Clip.of), turned_spans(search)
     shortest = max(SHORTEST * clip.motion.fps, FEWEST)
     found: dict[str, list[Interval]] = {}
     for joint, chain in clip.owner.items():
@@ -179,6 +182,8 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
             continue
         for level in _wrong(clip.levels(joint), usual, shortest):
             start, stop = np.searchsorted(clip.at, (level.start, level.stop)).tolist()
+            if (joint, start, stop) in ends:
+                continue
             turn = float(wrap(level.roll - usual))
             one = stretch_over(search, chain.name, joint, (start, stop), turn)
             explain = partial(_explained, one.joint, turn, one.residual, by_rest=by_rest)

@@ -15,10 +15,12 @@ import numpy as np
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import own_axis
 from twistcore.detection.runs import runs
+from twistcore.detection.turned_ends import common_turn, turns_of_end
 from twistcore.errors import TwistError
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import (
     Array,
+    conjugate,
     multiply,
     normalise,
     quaternion_from_axis_angle,
@@ -173,6 +175,25 @@ def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
     return motion.with_rotations(rotations)
 
 
+def put_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
+    """Turn joints back by a fixed rotation, measured at both edges of each interval.
+
+    The joints below follow. Intervals at an end of the clip, and frames without an offset, are not
+    changed.
+    """
+    rotations = motion.rotations.copy()
+    for joint, own in _by_joint(motion.skeleton, intervals):
+        for interval in own:
+            start, stop = interval.start, interval.stop
+            if not (start > 0 and stop < motion.frames):
+                continue
+            edges = motion.rotations[[start - 1, start, stop - 1, stop], joint]
+            back = conjugate(common_turn(turns_of_end(edges)))
+            at = start + np.flatnonzero(interval.offset)
+            rotations[at, joint] = normalise(multiply(rotations[at, joint], back))
+    return motion.with_rotations(rotations)
+
+
 def _by_joint(
     skeleton: Skeleton, intervals: Iterable[Interval]
 ) -> Iterator[tuple[int, list[Interval]]]:
@@ -191,3 +212,4 @@ def _sum_of_offsets(intervals: Iterable[Interval], frames: int) -> Array:
 
 TURN_BACK = JointRepair(turned_back)
 BRIDGE = JointRepair(bridged, neighbours=1)
+PUT_BACK = JointRepair(put_back, neighbours=1)

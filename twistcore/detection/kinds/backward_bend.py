@@ -5,7 +5,7 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="backward bend",
     label="Backward bends",
-    place=43,
+    place=44,
     of_capture=True,
     weight=1.0,
     lasting=True,

@@ -8,7 +8,7 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="joint jump",
     label="Joint jumps",
-    place=44,
+    place=45,
     of_capture=True,
     sign="±",
     size="angle_deg",

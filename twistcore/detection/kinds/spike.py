@@ -5,7 +5,7 @@ from twistcore.detection.kind import KindInfo
 KIND = KindInfo(
     name="spike",
     label="Spikes",
-    place=42,
+    place=43,
     of_capture=True,
     sign="±",
     size="angle_deg",
