@@ -1,4 +1,4 @@
-"""Translate the window's texts: English as in the code, or a catalogue in `assets/languages`."""
+"""Translate the texts of the window: English as in the code, or from `assets/languages`."""
 
 from inspector.language.catalogue import (
     announced,

@@ -1,4 +1,4 @@
-"""Run a lesson: show its pages, set up the program for each, and check its task."""
+"""Run a lesson: show its pages, set up the program for each page, and check the tasks."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from inspector.widgets.background import OneTask
 from twistcore.formats.bvh import read_bvh
 from twistcore.tuning import Profile
 
-Clips = dict[tuple[Path, str], Analysed]  # keyed by their path in the lesson and the detector
+Clips = dict[tuple[Path, str], Analysed]  # keyed by the path in the lesson and the detector
 
 
 def read_clips(lesson: LessonFile, folder: Path) -> Clips:
-    """Return copies of a lesson's clips, made in `folder`.
+    """Return copies of a lesson's clips, written to `folder`.
 
     Raises TwistError if a page does not fit its clip.
     """
@@ -35,7 +35,7 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
         place = page.place
         key = place.clip, place.detector
         if key not in clips:
-            own = folder / str(len(clips))  # two clips may have the same name
+            own = folder / str(len(clips))  # two clips may have the same file name
             own.mkdir(exist_ok=True)
             clip = read_bvh(Path(shutil.copy(place.clip, own)))
             clips[key] = analyse_clip(clip, Profile({}, place.detector))
@@ -44,11 +44,11 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
 
 
 class LessonPlayer(QObject):
-    """Guides a person through a lesson on copies of its clips. The user's own clip is put aside."""
+    """Guides the user through a lesson on copies of its clips. The user's own clip is put aside."""
 
     began = Signal()  # the first page is about to be shown
     ended = Signal()
-    finished = Signal()  # the last page was left by Finish, after `ended`
+    finished = Signal()  # the user has finished the last page; emitted after `ended`
 
     def __init__(self, program: GuidedProgram, parent: QObject) -> None:
         super().__init__(parent)
@@ -56,7 +56,7 @@ class LessonPlayer(QObject):
         self._clips: Clips = {}
         self._visit = Visit(program, 0)
         self._view_before: ViewBefore | None = None  # the view before the lesson
-        self._preparing = False  # while a page is being set up, its task must not be checked
+        self._preparing = False  # while a page is being set up, its task is not checked
         self.pages: Sequence[LessonPage] = ()
         self.at = -1
         self._task = OneTask(self)
@@ -85,7 +85,7 @@ class LessonPlayer(QObject):
     def begin(self, lesson: LessonFile, failed: Callable[[Exception], object]) -> None:
         """Read copies of the clips in the background, then show the first page.
 
-        `failed` is called with the error if a clip cannot be read.
+        If a clip cannot be read, `failed` is called with the error.
         """
         folder = self._program.aside.folder()
         self.pages = lesson.pages
@@ -93,7 +93,7 @@ class LessonPlayer(QObject):
         self._task.run(lambda _: read_clips(lesson, folder), self._ready, failed)
 
     def end(self) -> None:
-        """End the lesson and show the user's own clip again."""
+        """End the lesson, and show the user's own clip again."""
         self._task.cancel()
         if self.at >= 0:
             self.at = -1
@@ -114,7 +114,7 @@ class LessonPlayer(QObject):
         self._go(0)
 
     def _turn(self, pages: int) -> None:
-        if self.at >= 0:  # the buttons of the last lesson may still be visible
+        if self.at >= 0:  # the buttons of the previous lesson may still be visible
             self._go(self.at + pages)
 
     def _go(self, at: int) -> None:

@@ -1,6 +1,6 @@
-"""Read and write rig profiles. A rig profile stores the user's chains for a skeleton.
+"""Read and write rig profiles. A rig profile has the user's changes to a skeleton's chains.
 
-Each skeleton has its own file, which is read when a clip is opened.
+Each skeleton has its own file, which is read when a clip with this skeleton is opened.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def rig_path(skeleton: Skeleton) -> Path:
 def kept_rig(motion: Motion) -> tuple[Rig, str]:
     """Return the rig profile of a motion's skeleton, and a sentence to show, or ''.
 
-    If the file is damaged, it is renamed and the chains are found automatically.
+    If the file is damaged, it is renamed and chains are found automatically.
     """
     path = rig_path(motion.skeleton)
     if not is_there(path):

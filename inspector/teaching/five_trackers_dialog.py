@@ -47,7 +47,8 @@ _TITLES = {
     "Quaternion, first-order": tr("Quaternion, first-order"),
 }
 _EULER = (("X", "before"), ("Y", "accepted"), ("Z", "after"))
-_LEAP = 180.0  # degrees
+# Degrees; a larger change between frames is a jump from one end of the range to the other
+_LEAP = 180.0
 
 
 class FiveTrackers(QWidget):
@@ -103,7 +104,7 @@ class FiveTrackers(QWidget):
         vbox(*content, owner=self, margins=(12, 10, 12, 10), spacing=6)
 
     def refresh(self) -> None:
-        """Compute the joint and its trackers at the chosen speed."""
+        """Compute the rotation of the joint and its trackers at the chosen speed, and show them."""
         q_hat = turning(0.01 * self.slider.value())
         self.found = followers(q_hat)
         self.angles = euler_angles(q_hat)
@@ -153,7 +154,7 @@ class FiveTrackers(QWidget):
 
 
 def _broken(angles: Array) -> Array:
-    """Return the angles with a NaN at every jump, so that no line is drawn across it."""
+    """Return the angles with NaN at every jump, so that no line is drawn across it."""
     out = angles.copy()
     out[1:][np.abs(np.diff(angles)) > _LEAP] = np.nan
     return out

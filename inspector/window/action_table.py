@@ -1,4 +1,4 @@
-"""The table of the window's actions, including the features' actions: menus, keys and help."""
+"""The table of all actions: their menus, keyboard shortcuts, help texts and functions."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _search_intervals(parts: Parts) -> None:
     parts.review_actions.intervals.search_here()
 
 
-# Laid out as a table: the texts first, then the effect of the action.
+# Laid out as a table: each row has the texts first, then the function of the action.
 # fmt: off
 _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
     "File": (
@@ -298,7 +298,7 @@ MENUS: Menus = joined(_OWN)
 
 
 def connect_rows(parts: Parts) -> None:
-    """Connect every action with the function of its row."""
+    """Connect every action with the function in its row."""
     actions = parts.actions_by_id
     for row in (row for menu in _OWN.values() for row in menu if row is not None):
         row.connect(actions[row.id], parts)

@@ -1,4 +1,4 @@
-"""The pane of the twist θp and the azimuth θc. For a limb, it shows the swivel."""
+"""The pane of the twist θp and the azimuth θc of a chain, or of the swivel φ of a limb."""
 
 from __future__ import annotations
 
@@ -47,7 +47,8 @@ def _draw(curves: Curves, pane: Pane) -> None:
             y, seams = degrees_about(now, curves.centres[k])
             pane.set_curve(f"{k}_after", y, seams)
             curves.grow(pane, y, _LEAST)
-            # The captured curve is drawn only where it differs: overlaid lines would mix colours.
+            # Draw the captured curve only where it differs, because overlaid lines would mix their
+            # colours.
             apart = widened(np.abs(wrap(was - now)) > SAME)
             y, seams = degrees_about(np.where(apart, was, np.nan), curves.centres[k])
             pane.set_curve(f"{k}_before", y, seams)
@@ -78,7 +79,7 @@ def _describe(curves: Curves, frame: int) -> Title:
 
 
 def _height(curves: Curves, name: str, angle: float) -> float:
-    """Return the height at which to draw an angle, in degrees, in the same turn as its curve.
+    """Return the height, in degrees, at which to draw an angle in the same turn as its curve.
 
     The curves of a chain are drawn within half a turn of their centre.
     """
