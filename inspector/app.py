@@ -20,8 +20,8 @@ from PySide6.QtGui import QFont
 from PySide6.QtWidgets import QApplication
 
 from inspector.bundled import SAMPLE
-from inspector.collector import collect_between_events, keep_for_good
-from inspector.language import use_language, wished
+from inspector.collector import collect_between_events, exclude_from_collection
+from inspector.language import language_to_use, use_language
 from inspector.session.settings import load_settings, settings_path
 from inspector.widgets.background import wait_for_tasks
 from inspector.widgets.fonts import shipped_families
@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     path = settings_path()
     settings = load_settings(path)[0]
     language = arguments.language or settings.language
-    app = make_application(wished(language, QLocale.system().uiLanguages()))
+    app = make_application(language_to_use(language, QLocale.system().uiLanguages()))
     splash = Splash(named_theme(settings.theme))
     if not (arguments.demo or arguments.screenshot):
         splash.show_at_once()
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
     splash.finish(window)
     if complaint:
         _show_complaint(window, complaint)
-    keep_for_good()
+    exclude_from_collection()
     script = _script(window, arguments)
     if script is None:
         QTimer.singleShot(0, window, lambda: _begin(window, arguments.file))

@@ -30,7 +30,7 @@ def collect_due() -> None:
         gc.collect(due[-1])
 
 
-def keep_for_good() -> None:
+def exclude_from_collection() -> None:
     """Exclude all existing objects from future collections, because they exist until the end.
 
     A search through these objects would block the window for 0.15 s each time.

@@ -80,7 +80,7 @@ def main() -> int:
 
     def lit(window: MainWindow) -> None:
         teaching(window)
-        window.part(of_teaching).taught.light("theta_p")
+        window.part(of_teaching).taught.highlight("theta_p")
 
     def tuning(window: MainWindow) -> None:
         act(window, "show_tuning")

@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.folder.queued_clip import FAR_AWAY, ClipState, QueuedClip
 from inspector.language import of_core, tr
-from inspector.session.session_files import decided_in, kept_sessions
+from inspector.session.session_files import decided_counts, kept_sessions
 from inspector.widgets.background import Task
 from twistcore.batch.clip_task import signature_of
 from twistcore.batch.decisions import decisions_of
@@ -91,7 +91,7 @@ class BatchFolder(QObject):
         if "://" in glance.source:
             reason = f"{glance.source}: {FAR_AWAY}"
             return replace(known, state=ClipState.FAILED, reason=reason)
-        known = replace(known, decided=decided_in(path))
+        known = replace(known, decided=decided_counts(path))
         given = self._parameters.get(glance.mark, {})
         if glance.state != DONE or any(given.get(k) for k in _ELSEWHERE):
             return known
@@ -122,7 +122,7 @@ class BatchFolder(QObject):
             over.connect(task.deleteLater)
         task.start()
 
-    def when_noted(self, then: Callable[[], None]) -> None:
+    def when_recorded(self, then: Callable[[], None]) -> None:
         """Call `then` as soon as all decisions are recorded."""
         if self._noting:
             self._then = then

@@ -88,7 +88,7 @@ class FolderActions:
             self.bar.show_message(tr("The report is already being written."), False)
             return
         self.save()  # the report must include decisions that are not saved yet
-        self.queue.batch.when_noted(lambda: self._start_report(folder))
+        self.queue.batch.when_recorded(lambda: self._start_report(folder))
         message = tr("The report of {folder} is being written …", folder=folder.name)
         self.bar.show_message(message, False)
 

@@ -27,8 +27,8 @@ from inspector.folder.queued_clip import (
 )
 from inspector.folder.survey_worker import work
 from inspector.language import tr
-from inspector.session.leftovers import waiting_among
-from inspector.session.session_files import decided_in, written
+from inspector.session.leftovers import clips_to_restore
+from inspector.session.session_files import decided_counts, written
 from twistcore.batch import ClipSurvey, is_batch_folder
 from twistcore.batch.manifest import FILE as MANIFEST
 from twistcore.errors import TwistError
@@ -210,10 +210,10 @@ class FolderQueue(QObject):
         self.exports = frozenset(exported)
         clips = [path for path in there if path not in exported]
         latest = {exported[path]: path.name for path in sorted(exported, key=written)}
-        waiting = waiting_among(self.folder, clips)
+        waiting = clips_to_restore(self.folder, clips)
         for path in clips:
             if path not in self.clips or self.clips[path].reason == GONE:
-                self.clips[path] = QueuedClip(path, decided=decided_in(path))
+                self.clips[path] = QueuedClip(path, decided=decided_counts(path))
             name = latest.get(path.name, self._elsewhere.get(path, ""))
             self._put(path, exported=name, waits=path in waiting)
         for path in self.exports & self.clips.keys():
@@ -247,7 +247,7 @@ class FolderQueue(QObject):
                 self._from_batch.discard(clip.path)
         waiting, latest = set[Path](), dict[Path, str]()
         for folder, paths in groupby(sorted(self.clips), key=lambda path: path.parent):
-            waiting |= waiting_among(folder, list(paths))
+            waiting |= clips_to_restore(folder, list(paths))
             exported = exports_among(clips_in(folder))
             by_time = sorted(exported, key=written)
             latest |= {folder / exported[path]: path.name for path in by_time}
@@ -289,7 +289,7 @@ class FolderQueue(QObject):
 
     def refresh(self, path: Path) -> None:
         """Read the session of a clip again after the session was saved."""
-        self.note(path, decided_in(path))
+        self.note(path, decided_counts(path))
         if self.batch is not None:
             self.batch.note(path)
 

@@ -57,7 +57,7 @@ FOLDERS: FeatureSetting[dict[str, dict[str, Any]]] = FeatureSetting(
 NEXT_AFTER_EXPORT = FeatureSetting("next_after_export", True, checks.truth)
 
 
-def known_of_folder(settings: Settings, folder: Path) -> dict[str, Any]:
+def folder_record(settings: Settings, folder: Path) -> dict[str, Any]:
     """Return the record of a folder."""
     return _new() | FOLDERS.of(settings).get(str(real_path(folder)), {})
 
@@ -69,7 +69,7 @@ def recent_folders(settings: Settings) -> list[Path]:
 
 def remember_folder(settings: Settings, folder: Path, **known: Any) -> None:
     """Change some fields of a folder's record, and make it the latest record."""
-    now = known_of_folder(settings, folder) | known
+    now = folder_record(settings, folder) | known
     name = str(real_path(folder))
     others = {k: v for k, v in FOLDERS.of(settings).items() if k != name}
     FOLDERS.put(settings, dict([*others.items(), (name, now)][-_MOST:]))

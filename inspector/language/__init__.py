@@ -5,12 +5,12 @@ from inspector.language.catalogue import (
     chosen_language,
     codes,
     in_language,
+    language_to_use,
     languages,
     plural,
     tr,
     tr_as,
     use_language,
-    wished,
 )
 from inspector.language.core_sentences import of_core
 from inspector.language.script_texts import texts_of_script
@@ -20,6 +20,7 @@ __all__ = [
     "chosen_language",
     "codes",
     "in_language",
+    "language_to_use",
     "languages",
     "of_core",
     "plural",
@@ -27,5 +28,4 @@ __all__ = [
     "tr",
     "tr_as",
     "use_language",
-    "wished",
 ]

@@ -47,7 +47,7 @@ def languages() -> dict[str, str]:
     return found
 
 
-def wished(setting: str, of_system: Iterable[str]) -> str:
+def language_to_use(setting: str, of_system: Iterable[str]) -> str:
     """Return the code of the language to use: the setting, or the first available system language.
 
     `setting` is a language code or 'system'. `of_system` lists the languages of the system as codes

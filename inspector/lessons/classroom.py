@@ -35,7 +35,7 @@ from twistcore.synthesis.truth import SCHEMA as TRUTH
 from twistcore.synthesis.truth import Truth, read_truth, write_truth
 
 
-def hidden(
+def with_hidden_errors(
     source: Clip, seed: int, kind: str
 ) -> tuple[Motion, tuple[InjectedError, ...], tuple[Interval, ...]]:
     """Return a motion with hidden errors, the errors, and the intervals to judge.
@@ -59,7 +59,7 @@ def hidden(
     return dirty, errors, tuple(sorted(listed, key=lambda i: (i.chain, i.start)))
 
 
-def to_review(path: Path, listed: Sequence[Interval]) -> Analysed:
+def open_for_review(path: Path, listed: Sequence[Interval]) -> Analysed:
     """Return a clip whose review has the given intervals, with the detector switched off."""
     data = analyse_clip(read_bvh(path))
     found = replace(data.analysis.detect(), intervals=tuple(listed))
@@ -74,7 +74,7 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
     """
     copy, key = exercise_files(exercise)
     clip = read_bvh(source)
-    dirty, errors, listed = hidden(clip, seed, kind)
+    dirty, errors, listed = with_hidden_errors(clip, seed, kind)
     if not errors:
         why = tr("expected a clip with chains that can be corrected. Choose another clip.")
         raise FormatError(f"{source}: {why}")
@@ -112,7 +112,7 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
             clip=shown_words(exercise.clip),
         )
         raise ClipMismatchError(f"{path.name}: {why}")
-    data = to_review(Path(shutil.copy(beside, folder)), exercise.listed)
+    data = open_for_review(Path(shutil.copy(beside, folder)), exercise.listed)
     if data.clip.sha256 != exercise.sha256:
         why = tr(
             "{clip} is not the clip that this exercise was made with. Ask your teacher for both "
@@ -132,7 +132,7 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
     return data, exercise
 
 
-def scored(files: Sequence[Path]) -> str:
+def score_answers(files: Sequence[Path]) -> str:
     """Score the answers of the students with the key, and return the scores as CSV.
 
     `files` are the paths of the key and of the answers, in any order.

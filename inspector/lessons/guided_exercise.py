@@ -12,7 +12,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSpinBox, QToolButton, QWidget
 
 from inspector.language import plural, tr, tr_as
-from inspector.lessons.classroom import hidden, open_for_student, to_review
+from inspector.lessons.classroom import open_for_review, open_for_student, with_hidden_errors
 from inspector.lessons.exercise_texts import exercise_page, score_text
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
@@ -53,10 +53,10 @@ def make_exercise(
         The kind of exercise, a key of KINDS.
     """
     source = read_bvh(clip)
-    dirty, errors, listed = hidden(source, seed, kind.lower())
+    dirty, errors, listed = with_hidden_errors(source, seed, kind.lower())
     path = folder / f"exercise_{seed}.bvh"
     write_exercise_clip(source, dirty, path)
-    return to_review(path, listed), errors
+    return open_for_review(path, listed), errors
 
 
 class Exercise(QObject):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from inspector.lessons.guided_program import GuidedProgram
-from inspector.lessons.lesson_conditions import FARTHEST, Condition, tau_holds, word_of
+from inspector.lessons.lesson_conditions import FARTHEST, Condition, tau_meets, word_of
 from inspector.session.open_clip import Show
 from twistcore.detection import Kind
 from twistcore.detection.runs import runs
@@ -47,7 +47,7 @@ class Visit:
 Check = tuple[Callable[[Visit, Condition], bool], Callable[[Visit, Condition], object]]
 
 
-def all_hold(visit: Visit, conditions: Sequence[Condition]) -> bool:
+def all_met(visit: Visit, conditions: Sequence[Condition]) -> bool:
     """Return True if every condition is met.
 
     Each condition is checked even if an earlier one is not met, because some checks record what the
@@ -57,7 +57,7 @@ def all_hold(visit: Visit, conditions: Sequence[Condition]) -> bool:
     return all(met)
 
 
-def do(visit: Visit, conditions: Sequence[Condition]) -> None:
+def meet_all(visit: Visit, conditions: Sequence[Condition]) -> None:
     """Meet all conditions with the same actions that the user would perform."""
     for condition in sorted(conditions, key=lambda c: list(CHECKS).index(c.name)):
         check, act = CHECKS[condition.name]
@@ -105,7 +105,7 @@ def _lit(visit: Visit, condition: Condition) -> bool:
 
 def _light(visit: Visit, condition: Condition) -> None:
     visit.program.show_teaching()
-    visit.program.taught.light(condition.words[0])
+    visit.program.taught.highlight(condition.words[0])
 
 
 def _swung(visit: Visit, condition: Condition) -> bool:
@@ -242,7 +242,7 @@ def _insert(visit: Visit, condition: Condition) -> None:
 
 
 def _tau_set(visit: Visit, condition: Condition) -> bool:
-    return tau_holds(condition, visit.program.document.review.state.tau[visit.chain])
+    return tau_meets(condition, visit.program.document.review.state.tau[visit.chain])
 
 
 def _set_tau(visit: Visit, condition: Condition) -> None:

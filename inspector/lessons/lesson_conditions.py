@@ -92,7 +92,7 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
     return tuple(conditions)
 
 
-def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
+def met_from_start(conditions: Sequence[Condition], place: LessonPlace) -> bool:
     """Return True if the settings of the page alone meet all conditions.
 
     The task of such a page would be done from the start.
@@ -106,12 +106,12 @@ def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
         "twist": lambda c: abs(altered.twist) >= math.radians(c.amount),
         "along": lambda _: not altered.counter,
         "applied": lambda c: altered.applied >= c.amount,
-        "tau": lambda c: place.tau is not None and tau_holds(c, place.tau),
+        "tau": lambda c: place.tau is not None and tau_meets(c, place.tau),
     }
     return bool(conditions) and all(c.name in set_so and set_so[c.name](c) for c in conditions)
 
 
-def tau_holds(condition: Condition, tau: float) -> bool:
+def tau_meets(condition: Condition, tau: float) -> bool:
     """Return True if τ, in radians, meets a condition named 'tau'."""
     degrees = round(math.degrees(tau), 6)
     return (

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from inspector.bundled import ASSETS
 from inspector.language import of_core, tr
-from inspector.lessons.lesson_conditions import Condition, hold_at_once, read_conditions
+from inspector.lessons.lesson_conditions import Condition, met_from_start, read_conditions
 from inspector.lessons.lesson_place import FIELDS
 from inspector.lessons.lesson_place import LessonPlace as LessonPlace
 from twistcore.errors import FormatError, TwistError
@@ -158,7 +158,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
                 place = replace(place, **FIELDS[key](value))
         except ValueError as error:
             raise _error(path, line, str(error), value) from None
-    if hold_at_once(done, place):
+    if met_from_start(done, place):
         line, value = settings["done"]
         raise _error(path, line, tr("a task that is not already done when the page opens"), value)
     body, task = body_and_task(text)

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QPushButton
 from inspector.language import tr
 from inspector.lessons.guide_card import leave_button
 from inspector.lessons.guided_program import GuidedProgram
-from inspector.lessons.lesson_checks import Visit, all_hold, do
+from inspector.lessons.lesson_checks import Visit, all_met, meet_all
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.lessons.lesson_text import formulas
 from inspector.lessons.page_in_clip import chain_of
@@ -98,7 +98,7 @@ class LessonPlayer(QObject):
         if self.at >= 0:
             self.at = -1
             self._program.taught.reset()
-            self._program.taught.unlight()
+            self._program.taught.remove_highlight()
             self._program.taught.set_rows(())
         if self._view_before is not None:
             self._view_before.restore()
@@ -139,7 +139,7 @@ class LessonPlayer(QObject):
     def _show(self) -> None:
         if self.at < 0:  # the user's own clip is still open
             return
-        do(self._visit, self.pages[self.at].done)
+        meet_all(self._visit, self.pages[self.at].done)
         taught = self._program.taught
         if taught.what_if.swing is not None or taught.what_if.bend is not None:
             self._program.viewport.focus_chain(self._program.settings.turn_ms)
@@ -149,5 +149,5 @@ class LessonPlayer(QObject):
         if self.at < 0 or self._preparing or guide.done:
             return
         done = self.pages[self.at].done
-        if done and all_hold(self._visit, done):
+        if done and all_met(self._visit, done):
             guide.set_done(True)

@@ -51,11 +51,11 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
     document.select_interval(_interval_at(program, place))
     document.go_to(place.frame)
     taught.reset()
-    taught.unlight()
+    taught.remove_highlight()
     taught.set_what_if(place.what_if)
     taught.set_stage(place.stage)
     if place.lit:
-        taught.light(place.lit)
+        taught.highlight(place.lit)
     taught.set_rows(place.show)
     program.viewport.focus_chain()
     if (camera := place.camera) is not None:

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
 from inspector.language import plural, tr
-from inspector.lessons.classroom import scored, write_for_class
+from inspector.lessons.classroom import score_answers, write_for_class
 from inspector.lessons.interrupted_review import Aside
 from inspector.widgets.background import OneTask
 from inspector.widgets.file_dialog import ask_files, ask_where
@@ -87,7 +87,7 @@ class TeachersFiles(QObject):
                 wanted=files[0].with_name("class.csv"), suffix="csv",
             )  # fmt: skip
 
-        self._task.run(lambda _: scored(files), ask, self._failed)
+        self._task.run(lambda _: score_answers(files), ask, self._failed)
 
     def write_table(self, path: Path, table: str) -> None:
         """Write the table of scores."""

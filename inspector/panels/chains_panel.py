@@ -16,7 +16,7 @@ from inspector.language import of_core, tr, tr_as
 from inspector.panels.limb_words import end_in_words
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
-from inspector.session.examined import in_a_line, reason_unexamined, unexamined_sentences
+from inspector.session.examined import one_line_summary, reason_unexamined, unexamined_sentences
 from inspector.widgets.building import action_button, hbox, hint, vbox
 from inspector.widgets.labels import as_tip
 from inspector.widgets.tables import (
@@ -260,7 +260,7 @@ class ChainsPanel(QWidget):
     def _show_unexamined(self) -> None:
         """Show the first limb that was not examined, and the number of other such limbs."""
         sentences = unexamined_sentences(self._document.data)
-        self.unexamined.setText(in_a_line(sentences))
+        self.unexamined.setText(one_line_summary(sentences))
         self.unexamined.setToolTip(as_tip("\n".join(sentences)) if len(sentences) > 1 else "")
         self._notice.setVisible(bool(sentences))
         data = self._document.data  # naming joints helps only if chains are missing

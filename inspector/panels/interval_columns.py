@@ -90,7 +90,7 @@ _WIDEST, _LEAST = 190, 74
 _NOTE = 60
 
 
-def shown_by_room(
+def columns_that_fit(
     widths: Mapping[str, int], filled: Iterable[str], room: int, least: int
 ) -> list[str]:
     """Return the ids of the columns that fit into `room` pixels, in their order.
@@ -177,7 +177,7 @@ class IntervalColumns(QObject):
             if chosen:  # if they do not fit, the table scrolls
                 shown = [c.id for c in COLUMNS if c.id in {_ALWAYS, *chosen}]
             else:
-                shown = shown_by_room(widths, self._with_text, room - numbered, least)
+                shown = columns_that_fit(widths, self._with_text, room - numbered, least)
             rest = room - numbered - sum(widths[name] for name in shown if name != _ALWAYS)
             if chosen or rest >= least:
                 break

@@ -139,13 +139,13 @@ class IntervalModel(RowModel[ListRow]):
         assert document.data is not None
         delta, first = float(np.degrees(interval.shown)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
-        decision = mark_of(judged)
+        decision = verdict_text(judged)
         decision += (SHARED if shared else "") + ("" if judged.supported else UNSUPPORTED)
         decision += EDITED if judged.edited else ""
         sure = -1.0 if interval.confidence is None else interval.confidence
         chain = document.find_chain(interval.chain)
         joints = joints_of(chain, document.data.motion.skeleton)
-        end = end_of(judged)
+        end = end_text(judged)
         label = of_core(chain.label if isinstance(chain, Helper) else chain.list_label)
         note = " · ".join(filter(None, (shown_reason(judged.reason), judged.note)))[:_NOTED]
         # Text and sort value of each cell, keyed by column
@@ -244,14 +244,14 @@ class SortedRows(QSortFilterProxyModel):
         return (left.row() < right.row()) == (self.sortOrder() == Qt.SortOrder.AscendingOrder)
 
 
-def mark_of(judged: Judged) -> str:
+def verdict_text(judged: Judged) -> str:
     """Return the text for the verdict on an interval, with a symbol such as ✓."""
     if judged.verdict == APPLIED:
         return tr("✓ automatic")
     return tr("✓ seen") if judged.verdict == SEEN else MARKS[judged.decision]
 
 
-def end_of(judged: Judged) -> str:
+def end_text(judged: Judged) -> str:
     """Return 'kept' or 'turned' for the part below an interval, or '' if there is no such part.
 
     This part is the foot or hand of a flip, or the next joint.

@@ -25,7 +25,7 @@ from inspector.panels.interval_rows import (
     IntervalModel,
     ListRow,
     SortedRows,
-    end_of,
+    end_text,
 )
 from inspector.panels.reject_reasons import shown_reason
 from inspector.panels.rig_names import joints_of
@@ -262,7 +262,13 @@ class IntervalsPanel(QWidget):
         kind = of_core(judged.interval.kind)
         verdict, reason = judged.verdict, judged.reason
         parts = label, name, joints, kind, verdict, of_core(verdict), judged.decision.value
-        words = of_core(judged.decision), end_of(judged), reason, shown_reason(reason), judged.note
+        words = (
+            of_core(judged.decision),
+            end_text(judged),
+            reason,
+            shown_reason(reason),
+            judged.note,
+        )
         return " ".join((*parts, *words))
 
     def order_by(self, order: str) -> None:

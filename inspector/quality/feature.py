@@ -32,7 +32,7 @@ class Quality(FeatureParts):
         """Compute measures while the tab is visible, and react to the interval card."""
         self._document, self._dock = window.document, window.docks["quality"]
         to_track = (tr("Quality → Track"), self._show_tracking)
-        self.jitter_note.trembles.connect(lambda text: window.bar.offer_behind(text, [to_track]))
+        self.jitter_note.trembles.connect(lambda text: window.bar.append_offer(text, [to_track]))
         self._dock.visibilityChanged.connect(self.quality.set_seen)
         window.detail.quality_asked.connect(self._show_interval)
 

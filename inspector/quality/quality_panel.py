@@ -17,7 +17,7 @@ from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
 from inspector.widgets.building import hint, vbox
 from inspector.widgets.labels import Caption, bold, inked, plain_text
-from inspector.widgets.later import Stale
+from inspector.widgets.later import RedrawRequests
 from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Colours
 from inspector.widgets.traces import Trace, TracePlot
@@ -47,7 +47,7 @@ class QualityPanel(QWidget):
         self.measure = 0
         self._picked = False  # True if the user has selected rows; if not, all joints are tracked
         self._pending: tuple[str, ...] = ()  # joints to select as soon as their rows exist
-        self._stale = Stale(self)
+        self._stale = RedrawRequests(self)
         self._stale.due.connect(self.refresh)
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
         self._rest.timeout.connect(self._describe)

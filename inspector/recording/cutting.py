@@ -10,7 +10,7 @@ _LINE = QPainterPath.ElementType.LineToElement
 _CURVE = QPainterPath.ElementType.CurveToElement
 
 
-def upright(path: QPainterPath) -> QRectF | None:
+def upright_rectangle(path: QPainterPath) -> QRectF | None:
     """Return the rectangle that a path describes, or None if it is no upright rectangle."""
     box = path.boundingRect()
     places = [path.elementAt(k) for k in range(path.elementCount())]

@@ -13,7 +13,7 @@ _VIEW_SHAPE = {True: 0.46, False: 0.72}
 _GAP = 2.0
 
 
-def boxes(
+def part_rectangles(
     page: QSizeF, contents: Contents, wanted: QSizeF, curves: float = 0.0
 ) -> dict[str, QRectF]:
     """Return the rectangles of 'view', 'curves' and 'equations' on a page.
@@ -37,7 +37,7 @@ def boxes(
         top = high - room.height() if others else 0.0
         out = {"equations": QRectF(QPointF(0.0, top), room)}
         rest = Contents(contents.view, contents.curves, equations=False)
-        return out | (boxes(QSizeF(wide, top), rest, wanted, curves) if others else {})
+        return out | (part_rectangles(QSizeF(wide, top), rest, wanted, curves) if others else {})
     out, left = {}, wide
     top = round(high - (curves or _CURVES_SHARE * high)) if contents.curves else high
     if not contents.view:

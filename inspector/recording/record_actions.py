@@ -87,7 +87,7 @@ class RecordActions:
             message = tr("{path} could not be written: {why}.", path=choice.path, why=why)
             self.bar.show_message(message, True)
         finally:
-            stage.strike()
+            stage.close_views()
 
     def _typeset_first(self, choice: RecordChoice) -> None:
         """Typeset the equations first, because the teaching tab may never have been visible."""

@@ -112,7 +112,7 @@ class Recorder(QObject):
 
     def _end(self) -> None:
         if self._stage is not None:
-            self._stage.strike()
+            self._stage.close_views()
         self._stage = self._writer = None
 
 

@@ -29,7 +29,7 @@ from PySide6.QtGui import (
     QTransform,
 )
 
-from inspector.recording.cutting import cut_lines, is_straight, upright
+from inspector.recording.cutting import cut_lines, is_straight, upright_rectangle
 
 _HATCH = 8.0  # units between two stripes, as in Qt's fill patterns
 
@@ -297,7 +297,7 @@ class _Keeper(QPaintEngine):
 
     def _draw_lines(self, path: QPainterPath, pen: QPen, clip: QPainterPath | None) -> None:
         """Store lines, cut at a rectangular clip, because some readers ignore clips."""
-        box = upright(clip) if clip is not None else None
+        box = upright_rectangle(clip) if clip is not None else None
         if box is not None and is_straight(path):
             path, clip = cut_lines(path, box), None
         if not path.isEmpty():
@@ -361,7 +361,7 @@ class _Keeper(QPaintEngine):
 
 def _contains(clip: QPainterPath, box: QRectF) -> bool:
     """Return True if a box is inside a clip. Their edges may coincide, unlike in Qt's test."""
-    edges = upright(clip)
+    edges = upright_rectangle(clip)
     return edges.contains(box) if edges is not None else clip.contains(box)
 
 

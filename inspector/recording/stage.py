@@ -13,13 +13,13 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from inspector.language import tr
 from inspector.recording.choice import SCREEN_DPI, USUAL_POINTS, Contents, Paper, RecordChoice, Shot
-from inspector.recording.page_layout import boxes, natural_height
+from inspector.recording.page_layout import natural_height, part_rectangles
 from inspector.recording.sheet import Sheet
 from inspector.recording.view_picture import view_picture
 from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_drawing import GizmoGuest
 from inspector.teaching.taught_frame import TaughtFrame
-from inspector.teaching.what_if_values import plotted
+from inspector.teaching.what_if_values import what_if_angles
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import LIGHT, Colours
@@ -157,7 +157,7 @@ class Stage(QWidget):
         # Films need even numbers of pixels, and so do the halves of a split view.
         self.resize(max(2, round(wide) // 2 * 2), max(2, round(high) // 2 * 2))
         page = QSizeF(self.size())
-        self._boxes = boxes(page, choice.contents, self._wanted, curves)
+        self._boxes = part_rectangles(page, choice.contents, self._wanted, curves)
         for key, widget in (("view", self.viewport), ("curves", self.timeline)):
             if widget is not None:
                 widget.setGeometry(self._boxes[key].toRect())
@@ -185,7 +185,7 @@ class Stage(QWidget):
         # the frame may have grown, and a new plot in the grid becomes visible only then.
         if self.timeline is not None:
             self.timeline.refresh()
-            self.timeline.show_what_if(plotted(self.taught))
+            self.timeline.show_what_if(what_if_angles(self.taught))
             for pane in self.timeline.panes.values():
                 QCoreApplication.sendPostedEvents(pane)
         QCoreApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
@@ -233,7 +233,7 @@ class Stage(QWidget):
             self.equations.paint_into(painter, box.size())
             painter.translate(-box.topLeft())
 
-    def strike(self) -> None:
+    def close_views(self) -> None:
         """Close the stage and its views."""
         if self.viewport is not None:
             self.viewport.close()

@@ -11,7 +11,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHeaderView, QWidget
 
 from inspector.language import of_core, plural, tr
-from inspector.panels.interval_rows import end_of, mark_of
+from inspector.panels.interval_rows import end_text, verdict_text
 from inspector.panels.reject_reasons import shown_reason
 from inspector.reviewers.second_review import DifferenceRow, SecondReview
 from inspector.session.document import Document
@@ -53,7 +53,7 @@ class DifferencesModel(RowModel[DifferenceRow]):
         """Return the texts of a row: both decisions, or the differing values of the corrections."""
         pair, sides = thing.pair, (thing.pair.mine, thing.pair.theirs)
         name = f"{self.label(pair.either.interval.chain)} {self.correction(pair.either)[0]}"
-        texts = [mark_of(judged) if judged else "–" for judged in sides]
+        texts = [verdict_text(judged) if judged else "–" for judged in sides]
         if pair.difference == PairDifference.CORRECTION:
             both = [self.correction(judged) for judged in sides if judged]
             differing = [k for k, (a, b) in enumerate(zip(*both, strict=True)) if a != b]
@@ -75,7 +75,7 @@ class DifferencesModel(RowModel[DifferenceRow]):
         """Return the frames, the angle and the end of a correction as texts."""
         interval, first = judged.interval, self._document.first_frame
         frames = f"{interval.start + first}–{interval.stop + first}"
-        return frames, angle_of(interval.kind, interval.shown), end_of(judged)
+        return frames, angle_of(interval.kind, interval.shown), end_text(judged)
 
     def label(self, chain: str) -> str:
         """Return the label of a chain, or its name if only the other review has the chain."""
@@ -275,7 +275,7 @@ class ComparisonPanel(QWidget):
 
     def _decision(self, judged: Judged) -> str:
         """Return a decision as text, with its correction, reviewer, time, reason and note."""
-        words = [" ".join((mark_of(judged), *self.model.correction(judged))).rstrip()]
+        words = [" ".join((verdict_text(judged), *self.model.correction(judged))).rstrip()]
         if decided_by_person(judged):
             words += [judged.reviewer, judged.decided_at[:16].replace("T", " ")]
         return ", ".join(filter(None, (*words, shown_reason(judged.reason), judged.note)))

@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.language import of_core, tr
 from inspector.session.clip_opener import ClipOpener
-from inspector.session.failing_detector import not_usable, reasons_of
+from inspector.session.failing_detector import not_usable, redetect_or_give_up
 from inspector.session.keeper import Keeper, PutAside
 from inspector.session.open_clip import Borrowed, OpenClip
 from inspector.session.opening import Analysed, opening_notes
@@ -453,7 +453,7 @@ class Document(OpenClip):
 
     def _use_review(self, review: Review) -> None:
         if (analysis := self.rigs.known(review.state.rig)) is not None:
-            review.take_reasons(reasons_of(analysis, review.state))
+            review.take_reasons(redetect_or_give_up(analysis, review.state))
         self._review = review
         self._review_changed()
 

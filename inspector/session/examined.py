@@ -20,7 +20,7 @@ def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
     return (whole,) if whole else tuple(of_core(str(limb)) for limb in data.analysis.unexamined)
 
 
-def in_a_line(sentences: tuple[str, ...]) -> str:
+def one_line_summary(sentences: tuple[str, ...]) -> str:
     """Return the first sentence and the number of further sentences, for a single line of text."""
     if len(sentences) < 2:
         return "".join(sentences)

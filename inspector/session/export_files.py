@@ -137,7 +137,7 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
     return {p: _as_written(p, known) or (p == listing and _lists(p)) for p in there}
 
 
-def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
+def files_to_hash(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
     """Return the large files that :func:`replaced` would hash, to hash them earlier in a thread."""
     known = _written_marks(choice, ours)
     return tuple(path for path in files_of(choice) if path in known and takes_long(path))

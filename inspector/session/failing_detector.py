@@ -10,7 +10,7 @@ from twistcore.review import ReviewState
 from twistcore.review.reasons import redetected_intervals
 
 
-def reasons_of(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
+def redetect_or_give_up(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
     """Return the intervals that a review's detector finds at the review's τ.
 
     A detector that fails is no longer used for this clip; the default detector replaces it.

@@ -18,7 +18,7 @@ from inspector.session.review_journal import KeptReview, ReviewJournal
 from inspector.session.review_lock import ReviewLock
 from inspector.session.session_files import (
     JOURNAL_SUFFIX,
-    at_first,
+    first_success,
     journals,
     kept_sessions,
     make_latest,
@@ -225,7 +225,7 @@ class Keeper(QObject):
         self.journal.flush()
         places = (path,) if path else kept.places
         try:
-            place, message, trouble = at_first(places, lambda p: self._write_session(kept, p))
+            place, message, trouble = first_success(places, lambda p: self._write_session(kept, p))
         except TwistError as error:
             return False, str(error)
         except OSError as error:
@@ -327,7 +327,7 @@ class Keeper(QObject):
 
         self.lock = self.away = None
         try:
-            place, (self.lock, taken), trouble = at_first(kept.places, take)
+            place, (self.lock, taken), trouble = first_success(kept.places, take)
         except OSError:
             return True  # no folder is writable, so other windows cannot write either
         self.away = place.parent if trouble else None

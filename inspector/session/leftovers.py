@@ -17,8 +17,8 @@ from inspector.session.session_files import (
     journals,
     kept_sessions,
     refuge_path,
+    rename_damaged,
     session_path,
-    set_aside,
     written,
 )
 from twistcore.analysis.clip_analysis import ClipAnalysis
@@ -56,31 +56,31 @@ class Leftover:
         return self.recovered.path
 
 
-def waiting(clip: Path) -> list[Path]:
+def waiting_journals(clip: Path) -> list[Path]:
     """Return all journals of a clip that no running program uses, the latest first."""
     places = dict.fromkeys((session_path(clip), refuge_path(clip), *kept_sessions(clip)))
     there = {path for place in places for path in journals(place)}
     return sorted((p for p in there if not is_held(p)), key=written, reverse=True)
 
 
-def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
+def clips_to_restore(folder: Path, clips: Sequence[Path]) -> set[Path]:
     """Return the clips of a folder that have an unsaved review to restore."""
     beside = journal_owners(folder)
     away = journal_owners(refuge_path(folder / "clip.bvh").parent)
     by_name = [p for p in clips if session_path(p).name in beside]
     if away:
         by_name += [p for p in clips if refuge_path(p).name in away]
-    return {path for path in by_name if waiting(path)}
+    return {path for path in by_name if waiting_journals(path)}
 
 
-def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
+def unsaved_clips(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
     """Return (clip, latest journal, number of decisions) for clips with unsaved decisions.
 
     Call this function in a thread, because it may take seconds to replay the journals.
     """
     found = []
     for clip in clips:
-        counted = ((clip, path, n) for path in waiting(clip) if (n := decisions_in(path)))
+        counted = ((clip, path, n) for path in waiting_journals(clip) if (n := decisions_in(path)))
         if (latest := next(counted, None)) and is_there(clip):
             found.append(latest)
     return found
@@ -114,7 +114,7 @@ def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Lefto
             if not path.stat().st_size:  # the program crashed before the first line was written
                 path.unlink()
                 return None, ""
-        return None, set_aside(path, str(error))
+        return None, rename_damaged(path, str(error))
     except TwistError as error:
         return None, str(error)
     message = ""
@@ -160,7 +160,7 @@ def same_review(clip: Clip, one: ReviewState, other: ReviewState) -> bool:
     return _content(clip, one) == _content(clip, other)
 
 
-def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
+def count_missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
     """Return how many of a journal's decisions a review lacks, and how many the journal has.
 
     A difference in settings counts as one decision.

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from inspector.language import of_core, tr
-from inspector.session.failing_detector import another_used, not_usable, reasons_of
+from inspector.session.failing_detector import another_used, not_usable, redetect_or_give_up
 from inspector.session.rig_profiles import kept_rig
-from inspector.session.session_files import kept_sessions, set_aside
+from inspector.session.session_files import kept_sessions, rename_damaged
 from twistcore.analysis import clip_analysis as core
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
@@ -181,7 +181,7 @@ def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody
     except TwistError as error:
         why = tr("The review of this clip is not shown. {error}.", error=of_core(str(error)))
         if isinstance(error, FormatError):
-            why = set_aside(session, str(error))
+            why = rename_damaged(session, str(error))
         found, notes = _read(path, profile, tell), [*notes, why]
     else:
         found = _with_session(session, sha256, kept, path, tell)
@@ -284,14 +284,14 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     limbs = {limb.name for limb in found.analysis.limbs}
     tau = {name: t for name, t in own.tau.items() if name not in limbs} | known
     state = replace(session.state, tau=tau, chain_order=own.chain_order)
-    if message := of_later_kinds(state):
+    if message := unknown_kinds_sentence(state):
         found = replace(found, notes=(*found.notes, message))
     complete = with_every_kind(state, found.analysis)
     if complete is not state:
         added = len(complete.intervals) - len(state.intervals)
         found = replace(found, added=added)
     review = Review(complete)
-    review.take_reasons(reasons_of(found.analysis, complete))
+    review.take_reasons(redetect_or_give_up(found.analysis, complete))
     if why := not_usable(found.analysis, method):
         found = replace(found, notes=(*found.notes, why))
     if path.name.endswith(REPLAY_SUFFIX):
@@ -300,7 +300,7 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     return replace(found, review=review, session=path, session_sha256=sha256)
 
 
-def of_later_kinds(state: ReviewState) -> str:
+def unknown_kinds_sentence(state: ReviewState) -> str:
     """Return a sentence about intervals whose kinds this version does not know, or ''."""
     kinds = [j.interval.kind for j in state.intervals if not j.interval.kind.known]
     if not kinds:

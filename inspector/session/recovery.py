@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.language import plural, tr, tr_as
 from inspector.session.keeper import Keeper
-from inspector.session.leftovers import Leftover, missing
+from inspector.session.leftovers import Leftover, count_missing
 from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
 from inspector.session.session_files import session_path, written
 from inspector.widgets.background import OneTask
@@ -81,7 +81,7 @@ class Recovery(QObject):
         self._asks_about_disk = False
         self.withdrawn.emit()
 
-    def look_around(self) -> None:
+    def check_lock_and_clip(self) -> None:
         """Check the lock and the clip's file. Call this method when the window is activated."""
         if self._data is not None:
             if not self._keeper.read_only:
@@ -200,7 +200,7 @@ class Recovery(QObject):
             steps.append(LeaveOut(both))
         if not (all(self._do(step) for step in steps) and self._keeper.journal.on_disk):
             return False  # keep the journal until its decisions are on disk elsewhere
-        lost, of = missing(leftover, self._keeper.review.state)
+        lost, of = count_missing(leftover, self._keeper.review.state)
         if not lost:
             self._keeper.forget(leftover)
         elif name := self._keeper.keep(leftover):

@@ -12,7 +12,7 @@ from PySide6.QtCore import QObject, QTimer, Signal, SignalInstance
 
 from inspector.language import of_core, plural, tr
 from inspector.session.leftovers import same_review
-from inspector.session.session_files import JOURNAL_SUFFIX, at_first, refuge_path, session_path
+from inspector.session.session_files import JOURNAL_SUFFIX, first_success, refuge_path, session_path
 from twistcore.errors import TwistError
 from twistcore.files.atomic import free_name
 from twistcore.formats.clip import Clip
@@ -262,7 +262,7 @@ class ReviewJournal(QObject):
             self._journal = Journal(free_name(place, JOURNAL_SUFFIX), clip, state, steps)
             self._detached = True
 
-        return self._write(lambda: at_first(self._open.places, begin))
+        return self._write(lambda: first_success(self._open.places, begin))
 
     def _write(self, work: Callable[[], object]) -> bool:
         try:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from inspector.language import of_core, tr
-from inspector.session.session_files import set_aside
+from inspector.session.session_files import rename_damaged
 from inspector.session.settings import settings_path
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.ordinary import is_there
@@ -33,7 +33,7 @@ def kept_rig(motion: Motion) -> tuple[Rig, str]:
         rig = read_rig(path)
         _fit(path, rig, motion)
     except FormatError as error:
-        return AS_FOUND, set_aside(path, str(error))
+        return AS_FOUND, rename_damaged(path, str(error))
     except TwistError as error:
         return AS_FOUND, tr(
             "The saved chains cannot be used, so the chains were found automatically. {error}.",

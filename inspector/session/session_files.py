@@ -67,7 +67,7 @@ def _refuge() -> Path:
     return own_folder(partial(platformdirs.user_state_path, "twist-inspector", appauthor=False))
 
 
-def at_first(
+def first_success(
     places: Iterable[Path], make: Callable[[Path], _Made]
 ) -> tuple[Path, _Made, OSError | None]:
     """Call `make` with each path until it succeeds; return the path, the result and the last error.
@@ -162,7 +162,7 @@ def make_latest(path: Path, others: Iterable[Path]) -> None:
             os.utime(path, ns=(newest + _GRAIN_NS, newest + _GRAIN_NS))
 
 
-def set_aside(path: Path, why: str) -> str:
+def rename_damaged(path: Path, why: str) -> str:
     """Rename a damaged file. Return a sentence with the reason `why` and the file's new name."""
     aside = free_name(path, ".damaged")
     try:
@@ -198,7 +198,7 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
     return message
 
 
-def decided_in(clip: Path) -> tuple[int, int] | None:
+def decided_counts(clip: Path) -> tuple[int, int] | None:
     """Return the numbers of decided and of all intervals in a clip's latest session, or None."""
     with suppress(IndexError, TwistError):
         document = parsed_json(bytes_of(kept_sessions(clip)[0]))

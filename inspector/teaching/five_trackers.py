@@ -30,7 +30,7 @@ def turning(speed: float) -> Array:
     return quaternion_from_axis_angle(AXIS, 2.0 * np.pi * speed * eased)
 
 
-def followers(q_hat: Array) -> dict[str, Array]:
+def tracker_errors(q_hat: Array) -> dict[str, Array]:
     """Return the distance of each tracker from the input, in degrees, (frames,), keyed by name.
 
     All trackers use the same gains.

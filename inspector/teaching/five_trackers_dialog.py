@@ -7,7 +7,7 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QGridLayout, QLabel, QSlider, QSpinBox, QWidget
 
 from inspector.language import tr
-from inspector.teaching.five_trackers import FRAMES, euler_angles, followers, turning
+from inspector.teaching.five_trackers import FRAMES, euler_angles, tracker_errors, turning
 from inspector.widgets.axes import root_scale
 from inspector.widgets.building import hbox, soft, vbox
 from inspector.widgets.labels import Caption, SteadyLabel, inked
@@ -106,7 +106,7 @@ class FiveTrackers(QWidget):
     def refresh(self) -> None:
         """Compute the rotation of the joint and its trackers at the chosen speed, and show them."""
         q_hat = turning(0.01 * self.slider.value())
-        self.found = followers(q_hat)
+        self.found = tracker_errors(q_hat)
         self.angles = euler_angles(q_hat)
         x = np.arange(FRAMES, dtype=np.float64)
         lines = [Trace(x, _broken(self.angles[:, k]), role) for k, (_, role) in enumerate(_EULER)]

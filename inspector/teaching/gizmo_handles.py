@@ -96,7 +96,7 @@ def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Ha
     )
 
 
-def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
+def handle_at(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
     """Return the handle at a pixel (2,), or '' if there is none."""
     tip, _ = camera.project(held.tip, *size)
     if np.linalg.norm(tip - at) <= REACH:

@@ -17,7 +17,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QToolTip, QWidget
 
 from inspector.language import tr
-from inspector.teaching.gizmo_handles import DIAL, Handles, SwingDrag, TwistDrag, W, taken
+from inspector.teaching.gizmo_handles import DIAL, Handles, SwingDrag, TwistDrag, W, handle_at
 from inspector.teaching.symbols import MARKS, colour
 from inspector.teaching.taught_frame import TaughtFrame, degree_text
 from inspector.viewport.viewport import Viewport
@@ -154,7 +154,7 @@ class Hold(QObject):
         if camera is None or places is None or (stage is not None and stage < 2.0):
             return ""
         size, pixel = self._pixel(at)
-        return taken(places, camera, size, pixel) if pixel[0] >= 0.0 else ""
+        return handle_at(places, camera, size, pixel) if pixel[0] >= 0.0 else ""
 
     def _take(self, at: QPointF) -> None:
         camera, places = self._view.camera, self.places

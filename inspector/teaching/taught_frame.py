@@ -215,15 +215,15 @@ class TaughtFrame(QObject):
             self.rows = rows
             self.rows_changed.emit()
 
-    def light(self, symbol: str) -> None:
+    def highlight(self, symbol: str) -> None:
         """Highlight a symbol everywhere. If it is already highlighted, remove the highlight."""
         self.lit = "" if symbol == self.lit else symbol
         self.lit_changed.emit()
 
-    def unlight(self) -> None:
+    def remove_highlight(self) -> None:
         """Remove the highlight of the symbol."""
         if self.lit:
-            self.light(self.lit)
+            self.highlight(self.lit)
 
     def _reset_all(self) -> None:
         self.what_if, self.stage = WhatIf(), None

@@ -14,7 +14,7 @@ from inspector.teaching.other_forms import OtherForms
 from inspector.teaching.symbols import SYMBOLS
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if import WhatIfBox
-from inspector.teaching.what_if_values import plotted
+from inspector.teaching.what_if_values import what_if_angles
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.frame_drawing import selected_limb
 from inspector.viewport.viewport import Viewport
@@ -68,7 +68,7 @@ class TeachingPanel(QWidget):
         self._rule.setFixedHeight(1)
         content = head, (self.scroll_area, 1), self._rule, self.what_if
         vbox(*content, owner=self, margins=(0, 0, 0, 0), spacing=0)
-        self.equations.clicked.connect(taught.light)
+        self.equations.clicked.connect(taught.highlight)
         for name in ("swing", "bend"):
             self.what_if.sliders[name].sliderReleased.connect(self.moved_far)
         taught.changed.connect(self.refresh)
@@ -98,7 +98,7 @@ class TeachingPanel(QWidget):
         self.equations.refresh()
         self.other_forms.refresh()
         self.what_if.refresh()
-        self._timeline.show_what_if(plotted(self._taught))
+        self._timeline.show_what_if(what_if_angles(self._taught))
         self._retitled()
         self._invite()
 
@@ -130,7 +130,7 @@ class TeachingPanel(QWidget):
     def _lit(self) -> None:
         lit = self._taught.lit
         self.equations.show_lit(lit)
-        self._timeline.light(SYMBOLS[lit].curves if lit and self._taught.active else ())
+        self._timeline.highlight(SYMBOLS[lit].curves if lit and self._taught.active else ())
         self._invite()
 
     def _typeset(self) -> None:
@@ -159,7 +159,7 @@ class TeachingPanel(QWidget):
             self._viewport.focus_chain()
         else:
             self._viewport.invite(None)
-            self._timeline.light(())
+            self._timeline.highlight(())
             # When a layout is restored, the tab is hidden and immediately shown again.
             QTimer.singleShot(0, self, self._left)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from inspector.teaching.taught_frame import TaughtFrame
 
 
-def plotted(taught: TaughtFrame) -> dict[str, float]:
+def what_if_angles(taught: TaughtFrame) -> dict[str, float]:
     """Return the angles of an edited frame in radians, keyed by the names of TwistSignals.
 
     Undefined angles are left out. During an animation or if the frame is not edited, the result is

@@ -29,7 +29,7 @@ def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]
     return y, np.flatnonzero(np.abs(np.diff(y)) > 180.0)
 
 
-def rarest(angle: Array) -> float:
+def rarest_angle(angle: Array) -> float:
     """Return the angle in (−2π, 0], in radians, that the given angles (n,) rarely come close to.
 
     A line that is broken at this angle still shows jumps of half a turn.
@@ -42,7 +42,7 @@ def rarest(angle: Array) -> float:
     return float((int(np.argmin(seen)) + 0.5) / _BINS * turn - np.pi) % turn - turn
 
 
-def above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
+def degrees_above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
     """Return an angle in degrees, in the turn that begins at `seam`, (frames,), and its seams.
 
     Seams are defined as in :func:`degrees_about`, except that a jump of more than 90° is not a

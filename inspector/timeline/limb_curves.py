@@ -6,7 +6,7 @@ import numpy as np
 
 from inspector.language import tr
 from inspector.session.document import Document
-from inspector.timeline.curve_values import rarest, unreliable_spans
+from inspector.timeline.curve_values import rarest_angle, unreliable_spans
 from inspector.timeline.curves import Curves
 from twistcore.detection.limb_flips import BENT
 from twistcore.skeleton.limb import Limb
@@ -48,7 +48,7 @@ class LimbCurves(Curves):
         expected = flips.swivel.angle.copy()
         for flip in usual:
             expected[flip.start : flip.stop] -= flip.offset
-        self.seam = rarest(np.concatenate([flips.swivel.angle, expected]))
+        self.seam = rarest_angle(np.concatenate([flips.swivel.angle, expected]))
 
     def follow_review(self) -> None:
         """Update the values after correction from the review's intervals."""

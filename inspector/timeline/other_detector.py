@@ -23,7 +23,7 @@ from twistcore.skeleton.helper import Helper
 _HEADROOM = 2.2  # smallest range of the plot, as a multiple of τ
 
 
-class Onlooker(Gestures):
+class ReadOnlyGestures(Gestures):
     """Mouse gestures for a read-only plot: panning, zooming and moving the playhead."""
 
     draws = False

@@ -117,7 +117,7 @@ class Pane(Canvas):
     def colour(self) -> None:
         """Apply the scenery's colours."""
         theme = self.scenery.theme
-        self.colour_ground(theme)
+        self.colour_background(theme)
         self._zero.setPen(pg.mkPen(theme.line))
         self._set_pens()
         self.touch()
@@ -157,7 +157,7 @@ class Pane(Canvas):
             curve = self.curves[style.name]
             curve.pen, curve.smooth = pen, self._smooth
 
-    def light(self, first: str | None) -> None:
+    def highlight(self, first: str | None) -> None:
         """Highlight the curves whose names begin with `first`. None removes the highlight."""
         if first != self._lit:
             self._lit = first
@@ -167,7 +167,7 @@ class Pane(Canvas):
     def look_like(self, other: Pane) -> None:
         """Use the value range and the highlighted curves of another pane."""
         self.time.look_like(other.time)
-        self.light(other._lit)
+        self.highlight(other._lit)
 
     def set_curve(self, name: str, y: Array, seams: NDArray[np.int64] = _NO_SEAMS) -> None:
         """Set the values of a curve in degrees, (frames,), with NaN for gaps.

@@ -67,7 +67,7 @@ class ChainTauLine(TauLine):
         """Cancel a drag because the clip was closed."""
         self._latest.forget()
         self._drag = 0
-        self.let_go()
+        self.stop_dragging()
 
     def _drop(self) -> None:
         self._latest.flush()

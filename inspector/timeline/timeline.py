@@ -27,7 +27,7 @@ from inspector.timeline.visible_range import VisibleRange
 from inspector.timeline.what_if_dots import WhatIfDots
 from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.later import Stale
+from inspector.widgets.later import RedrawRequests
 from inspector.widgets.theme import Colours, Theme, figures_font
 from twistcore.review import Judged
 
@@ -45,7 +45,7 @@ class Timeline(QWidget):
         self._curves: Curves | None = None
         self._applicable: list[str] = []  # keys of the plots that apply to the selection
         self._arriving = False  # True: fit the values to the visible frames at the next refresh
-        self._stale = Stale(self)  # most changes leave the curves of the clip as they are
+        self._stale = RedrawRequests(self)  # most changes leave the curves of the clip as they are
         self._stale.due.connect(self.refresh)
         self._build(colours)
         colours.follow(self._colour)
@@ -197,11 +197,11 @@ class Timeline(QWidget):
             widget.setPalette(palette)
         self.setAutoFillBackground(True)
 
-    def light(self, curves: tuple[tuple[str, str], ...]) -> None:
+    def highlight(self, curves: tuple[tuple[str, str], ...]) -> None:
         """Highlight some curves, given as pairs (key of a plot, beginning of the curves' names)."""
         wanted = dict(curves)
         for key, pane in self.panes.items():
-            pane.light(wanted.get(key))
+            pane.highlight(wanted.get(key))
 
     def show_what_if(self, values: Mapping[str, float]) -> None:
         """Show the angles of an edited frame as dots at the playhead.

@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, QTimer
 
 from inspector.language import of_core, tr
 from inspector.session.document import Document
-from inspector.session.session_files import set_aside
+from inspector.session.session_files import rename_damaged
 from inspector.session.settings import settings_path
 from inspector.widgets.message_bar import Answers
 from twistcore.errors import FormatError, TwistError
@@ -49,7 +49,7 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
         try:
             profile = read_profile(path)
         except FormatError as error:
-            return None, set_aside(path, str(error))
+            return None, rename_damaged(path, str(error))
         except TwistError as error:
             return None, str(error)
         if profile.rig == mark and profile.performer == who:  # two names may have the same path

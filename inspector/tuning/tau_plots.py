@@ -80,7 +80,7 @@ class TauPlot(Canvas):
             self.asked.emit(float(np.clip(10**at, LOWEST, HIGHEST)), False)
 
     def _colour(self, theme: Theme) -> None:
-        self.colour_ground(theme)
+        self.colour_background(theme)
         self.tau_line.setPen(pg.mkPen(theme.tau, width=_LINE_WIDTH))
         self.tau_line.setHoverPen(pg.mkPen(theme.tau, width=3.0))
         self.floor_line.setPen(pg.mkPen(theme.soft, width=1.2, style=Qt.PenStyle.DashLine))

@@ -143,7 +143,7 @@ class TuningActions:
     def __post_init__(self) -> None:
         """Offer saved profiles whenever a clip is opened."""
         performers = self.tuning.evidence.performers
-        offer = self.bar.offer_behind
+        offer = self.bar.append_offer
         self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
 
     # -- frames left out of tuning -----------------------------------------------------------

@@ -33,7 +33,7 @@ from inspector.tuning.verdict_page import VerdictPage
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import Wrapping, action_button, hbox, hint, vbox
 from inspector.widgets.labels import bold
-from inspector.widgets.later import Burst, Latest, Stale
+from inspector.widgets.later import Burst, Latest, RedrawRequests
 from inspector.widgets.theme import Colours
 from twistcore.tuning import Tuned, tuned
 
@@ -74,7 +74,7 @@ class TuningPanel(QWidget):
         self._before: dict[str, float] = {}
         self._seen = False
         self._latest = Latest(self)
-        self._stale = Stale(self)
+        self._stale = RedrawRequests(self)
         self._stale.due.connect(self.refresh)
         self._burst = Burst(document.begin_drag, self)
         self._build(colours)
@@ -252,7 +252,7 @@ class TuningPanel(QWidget):
         self._latest.forget()
         self._drag, self._before = 0, {}
         for plot in self.findChildren(TauPlot):
-            plot.tau_line.let_go()
+            plot.tau_line.stop_dragging()
 
     def _drop(self) -> None:
         self._latest.flush()

@@ -133,7 +133,7 @@ class ReliabilityPlot(Canvas):
         colours.follow(self._colour)
 
     def _colour(self, theme: Theme) -> None:
-        self.colour_ground(theme)
+        self.colour_background(theme)
         self.right.setPen(pg.mkPen(theme.soft, width=1.2, style=Qt.PenStyle.DashLine))
         for dots, line, colour in (
             (self.before, self.lines[0], theme.before),

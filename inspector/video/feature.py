@@ -42,7 +42,7 @@ class Video(FeatureParts):
 
     def close(self) -> None:
         """Close the video file."""
-        self.video.let_go()
+        self.video.close_file()
 
 
 # fmt: off

@@ -103,9 +103,9 @@ class VideoPanel(QWidget):
         """Remove the video from this clip."""
         if clip := self._clip():
             forget_video(self._settings, clip)
-        self.let_go()
+        self.close_file()
 
-    def let_go(self, text: str = NO_VIDEO) -> None:
+    def close_file(self, text: str = NO_VIDEO) -> None:
         """Close the video file, and show a message."""
         self._task.cancel()
         self._replace_reader(None, 0.0)
@@ -113,12 +113,12 @@ class VideoPanel(QWidget):
         self._show_facts()
 
     def _clip_opened(self) -> None:
-        self.let_go()
+        self.close_file()
         known = VIDEOS.of(self._settings).get(self._clip())
         if known is not None:
             path, offset = known
             self.restored.emit()
-            self._load(Path(path), offset, lambda error: self.let_go(str(error)))
+            self._load(Path(path), offset, lambda error: self.close_file(str(error)))
 
     def _load(self, path: Path, offset: float, failed: Callable[[Exception], None]) -> None:
         if self.reader is None:
@@ -223,7 +223,9 @@ class VideoPanel(QWidget):
             self._follow()
 
         self._task.run(
-            lambda _: reader.picture(seconds, *size), decoded, lambda error: self.let_go(str(error))
+            lambda _: reader.picture(seconds, *size),
+            decoded,
+            lambda error: self.close_file(str(error)),
         )
 
     def _set_picture(self, picture: Picture | None, message: str) -> None:

@@ -129,7 +129,7 @@ class Piece:
         self._renderers.clear()
 
 
-def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
+def add_warm_up_meshes(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
     """Add a small mesh of each kind, invisible in the background colour `paper`, (3,).
 
     When these are drawn before the first clip, the driver compiles its shaders early.

@@ -66,7 +66,7 @@ class Canvas(pg.GraphicsView):
         """Add an item to the view without changing the range of the axes."""
         self.view.addItem(item, ignoreBounds=True)
 
-    def colour_ground(self, theme: Theme) -> None:
+    def colour_background(self, theme: Theme) -> None:
         """Use the theme's colours for the background and the axes."""
         self.setBackground(theme.surface)
         for axis in self.axes.values():
@@ -101,7 +101,7 @@ class TauLine(pg.InfiniteLine):
         super().__init__(movable=True, **options)
         self.sigPositionChanged.connect(self.changed)
 
-    def let_go(self) -> None:
+    def stop_dragging(self) -> None:
         """Stop a drag, so that the mouse no longer moves the line."""
         self.moving = False
 

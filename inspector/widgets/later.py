@@ -36,7 +36,7 @@ class Latest(QObject):
             work()
 
 
-class Stale(QObject):
+class RedrawRequests(QObject):
     """Collects requests to redraw a view, and emits `due` once for all of them.
 
     The signal is queued: it arrives after the change and before Qt's next repaint, so that tables,

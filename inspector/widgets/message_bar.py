@@ -79,7 +79,7 @@ class MessageBar(QFrame):
             self._add(answers)
             self._timer.start(2 * _SHOWN_MS)
 
-    def offer_behind(self, text: str, answers: Answers) -> None:
+    def append_offer(self, text: str, answers: Answers) -> None:
         """Append a message with buttons to the current message."""
         shown = self.label.text() if self.isVisible() and not self.property("wrong") else ""
         self.offer(f"{shown} {text}".strip(), answers)

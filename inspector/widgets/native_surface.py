@@ -12,7 +12,7 @@ from PySide6.QtGui import QGuiApplication, QPaintEvent, QWindow
 from PySide6.QtWidgets import QWidget
 
 
-def own_surface(view: QWidget) -> None:
+def give_native_surface(view: QWidget) -> None:
     """Give a widget a native surface on X11. On other platforms, do nothing."""
     if QGuiApplication.platformName() == "xcb":
         # Siblings and parents stay non-native, or closed menus would stay visible between them.

@@ -79,7 +79,7 @@ class ReviewKeys(QObject):
             widget.removeEventFilter(self)  # prevent a second installation
             widget.installEventFilter(self)
 
-    def go_home(self) -> None:
+    def return_focus(self) -> None:
         """Move the focus back to the review."""
         self._home().setFocus(Qt.FocusReason.OtherFocusReason)
 
@@ -131,7 +131,7 @@ class ReviewKeys(QObject):
             _restore(watched, self._before)
         elif not isinstance(watched, QAbstractSpinBox):
             watched.event(event)  # lets the line handle Enter itself
-        self.go_home()
+        self.return_focus()
         return True
 
     def _focus_changed(self, old: QWidget | None, new: QWidget | None) -> None:
@@ -139,15 +139,15 @@ class ReviewKeys(QObject):
         if old is None or new is None or not isValid(old) or (old.isVisible() and old.isEnabled()):
             return
         if new.window() is self._window and _line(new) is not None:
-            self.go_home()
+            self.return_focus()
 
     def _out_of_sight(self, dock: QDockWidget) -> None:
         focus = QApplication.focusWidget()
         if focus is not None and dock.isAncestorOf(focus):
-            self.go_home()
+            self.return_focus()
 
 
-def is_text_written() -> bool:
+def is_typing_text() -> bool:
     """Return True if the user is typing text, so that letters must not act as shortcuts."""
     focus = QApplication.focusWidget()
     number = isinstance(focus, QAbstractSpinBox)

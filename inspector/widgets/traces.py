@@ -72,7 +72,7 @@ class TracePlot(Canvas):
 
     def _colour(self, theme: Theme) -> None:
         self.theme = theme
-        self.colour_ground(theme)
+        self.colour_background(theme)
         self.playhead.setPen(pg.mkPen(theme.accent, width=1.5))
         self._level.setPen(pg.mkPen(theme.soft, width=1.0, style=Qt.PenStyle.DashLine))
         self.show_lines(self._lines)

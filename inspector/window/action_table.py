@@ -12,11 +12,11 @@ from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import bring_to_front
 from inspector.window.actions import Menus, rows
 from inspector.window.detector_rows import detector_rows
-from inspector.window.drawn_first import DrawnFirst
 from inspector.window.features import FEATURES, joined
 from inspector.window.keyboard_page import shortcuts_markdown, show_shortcuts
 from inspector.window.parts import Parts
 from inspector.window.sample import open_sample
+from inspector.window.verdict_key_filter import VerdictKeyFilter
 from twistcore.review import Decision
 
 _NEXT = {Show.BEFORE: Show.AFTER, Show.AFTER: Show.BOTH, Show.BOTH: Show.BEFORE}
@@ -303,7 +303,7 @@ def connect_rows(parts: Parts) -> None:
     for row in (row for menu in _OWN.values() for row in menu if row is not None):
         row.connect(actions[row.id], parts)
     verdicts = [actions[row.id] for row in rows(MENUS) if row.verdict]
-    DrawnFirst(verdicts, parts.viewport.has_painted_interval, parts)
+    VerdictKeyFilter(verdicts, parts.viewport.has_painted_interval, parts)
     for feature in FEATURES:
         for row in (row for menu in feature.rows for row in menu.rows if row is not None):
             row.connect(actions[row.id], parts.part(feature))

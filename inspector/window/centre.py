@@ -12,7 +12,7 @@ from inspector.panels.transport import Transport
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import vbox
 from inspector.widgets.message_bar import MessageBar
-from inspector.widgets.native_surface import own_surface
+from inspector.widgets.native_surface import give_native_surface
 
 _MARGIN = 6  # pixels between the message bar and the edges of the view
 # The events after which the bar is placed again. The bar's own Resize event is not one of them,
@@ -42,7 +42,7 @@ class Centre(QWidget):
         parts = self.reviewer_line, (self.viewport, 1), self.transport
         vbox(*parts, owner=self, margins=(0, 0, 0, 0), spacing=0)
         window.setCentralWidget(self)
-        own_surface(self.viewport)
+        give_native_surface(self.viewport)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Place the message bar after its text or the view has changed, and close it on Esc."""

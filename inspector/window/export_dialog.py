@@ -12,12 +12,12 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.session.document import Document
-from inspector.session.examined import in_a_line, reason_unexamined, unexamined_sentences
+from inspector.session.examined import one_line_summary, reason_unexamined, unexamined_sentences
 from inspector.session.export_files import (
     ExportChoice,
     check_targets,
+    files_to_hash,
     replaced,
-    to_look_at,
     uncorrected_warning,
 )
 from inspector.widgets.background import OneTask
@@ -87,7 +87,7 @@ class ExportDialog(WriteDialog):
         self.count = QLabel(", ".join(words))
         form.addRow(tr("Intervals"), self.count)
         blind = not document.intervals and reason_unexamined(document.data)
-        if said := blind or in_a_line(unexamined_sentences(document.data)):
+        if said := blind or one_line_summary(unexamined_sentences(document.data)):
             form.addRow("", QLabel(said, wordWrap=True))
         if document.data is not None and (stuck := uncorrected_warning(document)):
             form.addRow("", QLabel(stuck, wordWrap=True))
@@ -113,7 +113,7 @@ class ExportDialog(WriteDialog):
         with QSignalBlocker(self.replace):
             self.replace.setChecked(False)  # the user ticked this box for another file
         self._look.cancel()
-        if long := to_look_at(self.choice(), self._document.exported):
+        if long := files_to_hash(self.choice(), self._document.exported):
             names = ", ".join(path.name for path in long)
             self.replaces.setText(tr("Checking {files} …", files=names))
             self.replace.hide()
@@ -128,7 +128,7 @@ class ExportDialog(WriteDialog):
         """True while existing files at the target path are being read."""
         return self._look.running
 
-    def when_seen(self, then: Callable[[], object]) -> None:
+    def when_checked(self, then: Callable[[], object]) -> None:
         """Call `then` as soon as the dialog knows which files the export would replace."""
         if self.looking:
             self._then = then

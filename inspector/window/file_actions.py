@@ -14,18 +14,18 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
 from inspector.folder.remembered_folders import (
     NEXT_AFTER_EXPORT,
-    known_of_folder,
+    folder_record,
     recent_folders,
     remember_folder,
 )
 from inspector.language import chosen_language, plural, tr, tr_as
 from inspector.session.export_files import Export, ExportChoice
-from inspector.session.leftovers import unsaved_among
+from inspector.session.leftovers import unsaved_clips
 from inspector.session.session_files import SESSION_PATTERNS, is_session, written
 from inspector.widgets.background import OneTask
 from inspector.widgets.file_dialog import ask_files, ask_folder
 from inspector.widgets.labels import as_entry, as_tip
-from inspector.widgets.review_keys import is_text_written
+from inspector.widgets.review_keys import is_typing_text
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
 from inspector.window.scene_files import CLIPS, CLIPS_AND_SCENES, SceneFiles
@@ -124,7 +124,7 @@ class FileActions(Saving):
         opened as soon as a tenth of the clips, or 20 clips, are analysed. If a worse clip is found
         later, the program offers to open that one.
         """
-        kept = known_of_folder(self.settings, folder)
+        kept = folder_record(self.settings, folder)
         self._wait_for_first = False
         there = (kept["method"] or DEFAULT_METHOD) in DETECTORS
         profile = Profile(kept["tau"], kept["method"]) if kept["profile"] and there else None
@@ -344,7 +344,7 @@ class FileActions(Saving):
 
         if dialog.looking:
             self.bar.show_message(tr("Checking which files the export would replace …"), False)
-        dialog.when_seen(decide)
+        dialog.when_checked(decide)
 
     def _export_at_once_ended(self, _: int) -> None:
         self._at_once = None
@@ -382,7 +382,7 @@ class FileActions(Saving):
         """
         dialog = QApplication.activeModalWidget() or QApplication.activePopupWidget()
         busy = self.document.opener.busy or self.lessons.on
-        elsewhere = busy or dialog is not None or is_text_written()
+        elsewhere = busy or dialog is not None or is_typing_text()
         return elsewhere or self._state() is not since
 
     def _state(self) -> ReviewState | None:
@@ -398,7 +398,7 @@ class FileActions(Saving):
     def offer_unsaved(self) -> None:
         """Offer to restore a recently opened clip with unsaved decisions."""
         clips = tuple(map(Path, self.settings.recent))
-        OneTask(self.window).run(lambda _: unsaved_among(clips), self._offer)
+        OneTask(self.window).run(lambda _: unsaved_clips(clips), self._offer)
 
     def _offer(self, unsaved: Sequence[tuple[Path, Path, int]]) -> None:
         busy = self.document.opener.busy or self.bar.asks
@@ -433,7 +433,7 @@ class FileActions(Saving):
                 self.document.recovery.restore(leftovers[0])
 
         self._when_open = clip, go_on
-        if known_of_folder(self.settings, clip.parent)["clip"] == clip.name:
+        if folder_record(self.settings, clip.parent)["clip"] == clip.name:
             self.open_queue(clip.parent)
         else:
             self.open_path(clip)

@@ -238,7 +238,7 @@ class MainWindow(Parts):
         """Check the clip and its lock for changes when the window becomes active."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
-            self.document.recovery.look_around()
+            self.document.recovery.check_lock_and_clip()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
         """Accept a drag if it contains files."""

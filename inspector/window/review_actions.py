@@ -11,13 +11,13 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QInputDialog, QWidget
 
 from inspector.language import of_core, plural, tr
+from inspector.panels.accept_confident_dialog import AcceptConfidentDialog
 from inspector.panels.detail_card import DetailCard
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.reason_palette import ReasonPalette
 from inspector.panels.reject_reasons import REASONS
-from inspector.panels.sure_ones import SureOnes
 from inspector.session.document import BLIND, Document
-from inspector.session.examined import in_a_line, reason_unexamined, unexamined_sentences
+from inspector.session.examined import one_line_summary, reason_unexamined, unexamined_sentences
 from inspector.session.player import Player
 from inspector.session.settings import Settings
 from inspector.session.why_here import peaks, reason_here, reason_near, reason_sentence
@@ -249,7 +249,7 @@ class ReviewActions:
                     "{key} exports without a dialog and opens the next clip.",
                     key=self.key("export_at_once"),
                 )
-        rest = in_a_line(unexamined_sentences(self.document.data))
+        rest = one_line_summary(unexamined_sentences(self.document.data))
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def group_errors(self, on: bool) -> None:
@@ -266,7 +266,7 @@ class ReviewActions:
     def accept_confident(self) -> None:
         """Open the dialog that accepts all undecided intervals with a high confidence."""
         if self.document.data is not None:
-            SureOnes(self.document, self.accept_at_least, self.window).show()
+            AcceptConfidentDialog(self.document, self.accept_at_least, self.window).show()
 
     def accept_at_least(self, confidence: float) -> None:
         """Accept all undecided intervals with at least this confidence, in one undo step."""
@@ -410,7 +410,7 @@ class ReviewActions:
         if self._report_unexamined():
             return
         past = list(peaks(document))
-        faint = faint_intervals(data.analysis, document.review.state)
+        faint = weak_candidates(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
         if not found:
             text = tr("Nothing is suspicious down to half of τ.") + _count_explained(past)
@@ -507,7 +507,7 @@ def _count_explained(past: Sequence[Reason]) -> str:
     )
 
 
-def faint_intervals(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
+def weak_candidates(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
     """Return the intervals that the detector finds with half of τ, but not with τ.
 
     Intervals that overlap an interval of the review are left out.

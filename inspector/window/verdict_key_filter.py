@@ -14,7 +14,7 @@ from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QWindow
 
 
-class DrawnFirst(QObject):
+class VerdictKeyFilter(QObject):
     """Ignores the keys of actions until the selected interval is visible to the user.
 
     `is_drawn` is a function that returns True if the selected interval has been painted.

@@ -15,7 +15,7 @@ from twistcore.review import Decision
 _USUAL = 0.95
 
 
-class SureOnes(QDialog):
+class AcceptConfidentDialog(QDialog):
     """A non-modal dialog for a confidence, with the number of intervals that it would accept."""
 
     def __init__(
