@@ -219,8 +219,7 @@ def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
 
 
 def write(export: Export, tell: Tell = nobody) -> str:
-    """Correct the clip, track joints and write the chosen files; return a sentence about the
-    result.
+    """Correct the clip, write the chosen files, and return a sentence about the result.
 
     `tell` is called with the progress of the tracking. Raises OSError if writing fails, and
     TwistError if another program has written one of the files in the meantime.

@@ -106,7 +106,7 @@ class SymbolButton(QAbstractButton):
         self._inked()
 
     def set_calm(self, *, calm: bool) -> None:
-        """Use the normal text colour if `calm` is True, because the value is no warning."""
+        """Use the normal text colour if `calm` is True, or else the colour of the quantity."""
         if calm != self._calm:
             self._calm = calm
             self._inked()

@@ -2,8 +2,9 @@
 
 A half turn about any axis perpendicular to the bone axis a makes the bone point backward, so the
 pose does not show which axis n was used. If n is turned by φ about a, then a θp that is larger by
-2φ gives the same pose: q = swing(n, 180°) ⊗ twist(θp) = swing(n turned by φ, 180°) ⊗ twist(θp +
-2φ).
+2φ gives the same pose:
+
+    q = swing(n, 180°) ⊗ twist(θp) = swing(n turned by φ, 180°) ⊗ twist(θp + 2φ)
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The animation of the parent's rotation: first the swing away from a, then the twist."""
+"""The animation of the parent's rotation: first the swing of the bone, then its twist."""
 
 from __future__ import annotations
 

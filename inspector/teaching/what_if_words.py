@@ -32,7 +32,7 @@ def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) ->
 def theta_per_tip(alpha: float) -> float:
     """Return the change of θp, in radians, if w tips sideways by 1° near a swing of 180°.
 
-    `alpha` is the angle of the swing in radians.
+    w is the direction of the parent's bone, and `alpha` is the angle of the swing in radians.
     """
     return float(2.0 * np.arctan2(_TIP, np.pi - alpha))
 
@@ -40,6 +40,7 @@ def theta_per_tip(alpha: float) -> float:
 def azimuth_per_tip(reliability: float) -> float:
     """Return the rotation of v⊥, in radians, if v tips sideways by 1° in a nearly straight limb.
 
+    v is the direction of the child's bone, and v⊥ is its part perpendicular to the parent's bone.
     `reliability` is the reliability of the azimuth.
     """
     return float(np.arctan2(_TIP, np.arcsin(min(reliability, 1.0))))

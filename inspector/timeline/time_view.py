@@ -15,7 +15,7 @@ _DEEPEST, _WIDEST = 1e-3, 3.0
 
 
 class Mouse(Protocol):
-    """The mouse gestures of a plot."""
+    """The mouse gestures that a plot reports."""
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
         """Zoom in time around a frame, or pan if `pan` is True."""

@@ -22,7 +22,7 @@ _REACH = 12.0  # distance in pixels from a body within which the mouse hits the 
 
 
 class Pointing(QObject):
-    """Handles clicks on bones, and the mouse over bones."""
+    """Handles clicks on bones, and shows the name of the bone under the mouse."""
 
     def __init__(self, view: Steering, drawing: FrameDrawing) -> None:
         super().__init__(view)

@@ -126,7 +126,7 @@ def legend_text(
 
 
 def trails_text(apart: float) -> str:
-    """Return rich text about the distance `apart` between both trails, in figure heights."""
+    """Return rich text about the distance `apart` between the two trails, in figure heights."""
     same = "&lt; 0.001 %" if apart < 1e-5 else f"{100.0 * apart:.3f} %"
     return "<br>" + tr("hands and feet differ by {share} of the height", share=same)
 

@@ -47,7 +47,7 @@ class Trails:
         self.after = Piece(count, lines=lines).unlit(width=2.0).add_to(renderers[-1])
         self._drawn: tuple[int, bytes] = (-1, b"")
         self._known: tuple[int, int, Array, Array] | None = None
-        self.apart = 0.0  # largest distance between both trails, in the unit of the file
+        self.apart = 0.0  # largest distance between the two trails, in the unit of the file
 
     def colour(self, theme: Theme, background: Array) -> None:
         """Use the colours of a theme."""

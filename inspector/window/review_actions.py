@@ -363,10 +363,10 @@ class ReviewActions:
             self.document.edit(judged.id, following(judged.interval, angle))
 
     def turn_end(self) -> None:
-        """Switch the part below the selected interval between keeping its rotation and turning.
+        """Switch whether the part below the selected interval turns with the limb.
 
-        This part is the hand or foot of a flip, or the joints below a stretch. It turns with the
-        limb.
+        This part is the hand or foot of a flip, or the joints below a stretch. If it does not turn
+        with the limb, it keeps its rotation.
         """
         judged = self.document.interval
         if judged is None or not judged.interval.kind.info.below:
