@@ -74,7 +74,7 @@ class FolderQueue(QObject):
         super().__init__(parent)
         self.folder: Path | None = None
         self.clips: dict[Path, QueuedClip] = {}
-        # Τ for all clips; None for the automatic τ of each clip
+        # The τ for all clips; None for the automatic τ of each clip
         self.profile: Profile | None = None
         self.profile_name = ""
         # Exported clips in the folder, which are not surveyed

@@ -1,4 +1,4 @@
-"""Texts of the exercise: its page, and its result."""
+"""The texts of an exercise: its page and its result."""
 
 from __future__ import annotations
 

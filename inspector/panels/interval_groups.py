@@ -69,7 +69,7 @@ class IntervalGroups:
         """Return the rows of all intervals in order, including rows that are not listed.
 
         The row of a group is followed by the rows of its intervals, which are listed if the group
-        is unfolded. A group has only listed intervals that were not made by hand.
+        is unfolded. Groups contain only intervals from `listed` that were not made by hand.
         """
         shared, shown = overlapping_ids(intervals), {judged.id for judged in listed}
         self._by_id = {k: group for group in self._grouped(listed) for k in group.ids}

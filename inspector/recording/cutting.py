@@ -11,7 +11,7 @@ _CURVE = QPainterPath.ElementType.CurveToElement
 
 
 def upright_rectangle(path: QPainterPath) -> QRectF | None:
-    """Return the rectangle that a path describes, or None if it is no upright rectangle."""
+    """Return the rectangle that a path describes, or None if it is not an upright rectangle."""
     box = path.boundingRect()
     places = [path.elementAt(k) for k in range(path.elementCount())]
     edges = {box.left(), box.right()}, {box.top(), box.bottom()}

@@ -1,4 +1,4 @@
-"""Another review of the open clip, its differences from the open review, and which are settled."""
+"""Another review of the open clip, and its settled and open differences from this review."""
 
 from __future__ import annotations
 

@@ -56,6 +56,7 @@ class ClipOpener(QObject):
 
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
         """Call `then` as soon as the detector `method` has analysed the clip.
+
         If that analysis does not exist yet, it is started in the background.
         """
         if clip.kept(method) is not None:

@@ -72,7 +72,7 @@ class Rigs:
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)
 
     def _made(self, present: ClipAnalysis, rig: Rig, method: str, tell: Tell) -> ClipAnalysis:
-        """Return the analysis with a rig. Called in a thread; clip and review stay the same."""
+        """Return the analysis of the same clip and review with a rig. Called in a thread."""
         known = self._known.get(rig)
         if known is None:
             known = present.with_rig(rig)

@@ -48,7 +48,7 @@ class WhatIfDots:
             self._place(pane, self.layers[key], frame, dots)
 
     def title(self, key: str) -> list[tuple[str, str]]:
-        """Return the dots' part of a title, as pairs (text, name of a colour in the theme)."""
+        """Return the values of the dots for a plot's title, as pairs (text, name of a colour)."""
         parts: list[tuple[str, str]] = []
         plot = self._plots.get(key)
         for name, symbol, ring in plot.dots if plot is not None else ():

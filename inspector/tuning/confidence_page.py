@@ -89,7 +89,7 @@ class ConfidencePage(QWidget):
 
     @property
     def learnt(self) -> tuple[str, LearnedProfile | None]:
-        """The name of a scope and the profile that was learned there, or ('', None).
+        """The profile learned for the clip, preceded by the name of its scope, or ('', None).
 
         The scope is the performer with this rig or, without such a profile, the rig.
         """

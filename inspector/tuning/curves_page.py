@@ -196,7 +196,7 @@ class CurvesPage(QWidget):
 
     @property
     def _has_costs(self) -> bool:
-        """False for a limb or a twist bone, for which the cost of τ is undefined."""
+        """True if the cost of τ is defined: not for a limb and not for a twist bone."""
         document = self._document
         if document.data is None or not document.chain:
             return True

@@ -93,6 +93,6 @@ class TauPlot(Canvas):
             self.tau_line.setValue(place)
 
     def show_floor(self, degrees: float) -> None:
-        """Move the dashed line, which may for example mark the detector's automatic τ."""
+        """Move the dashed line, for example to the detector's automatic τ."""
         self.floor_line.setValue(float(np.log10(max(degrees, LOWEST))))
         self.touch()

@@ -70,7 +70,7 @@ class TuningPanel(QWidget):
         self.evidence = VerdictEvidence(document, self.wishes, self)
         self.scope = Scope.CHAIN
         self._drag = 0
-        # Τ at the beginning of a drag, in radians, keyed by chain
+        # The τ at the beginning of a drag, in radians, keyed by chain
         self._before: dict[str, float] = {}
         self._seen = False
         self._latest = Latest(self)

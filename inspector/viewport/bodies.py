@@ -183,7 +183,10 @@ def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, .
 def aligned_fronts(
     bones: Sequence[BoneSegment], chains: Sequence[Chain]
 ) -> tuple[BoneSegment, ...]:
-    """Align the fronts of the parents' bones of each limb with each other in the rest pose."""
+    """Return the bones, with the fronts of consecutive bones of a limb aligned in the rest pose.
+
+    The bones are those of the chains' parents, such as the upper arm and the forearm.
+    """
     found = list(bones)
     pairs = sorted(
         bones_of_chains(bones, chains), key=lambda pair: pair[0].parent

@@ -1,4 +1,4 @@
-"""The review of intervals, as a feature of the window. The action table has its actions."""
+"""The review of intervals, as a feature of the window. Its actions are in the action table."""
 
 from __future__ import annotations
 

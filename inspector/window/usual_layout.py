@@ -264,7 +264,7 @@ class UsualLayout(QObject):
         self.fit()
 
     def _fitting(self) -> tuple[int, ...]:
-        """Return sizes that fit the window, for the same panels as `_sizes`."""
+        """Return the initial value of `_sizes` for the current size of the window."""
         wide, high = self._window.width(), self._window.height()
         least = round(_LOW_CURVES * high)
         curves = least if self._low.low else _CURVES.of(high)
